@@ -91,7 +91,7 @@ CAPTION_READ = _note(
 TABLES_JOINED = _note("G142", "several tables are read as one", LOG + f"20,15,406,13.06,1/3\n{LOG}40,15,406,6.6,1/3\n")
 TABLE_LEFT_OUT = _note(
     "G143",
-    "a table that holds no runs, or the same once more",
+    "a table that holds no runs, or means only",
     LOG + "20,15,406,13.06,1/3\nmass [g],I_zz [kg m^2]\n20,0.0044\n",
 )
 TIME_SERIES = _error(

@@ -6,14 +6,15 @@ below it, and one line for each says so.
 
 from __future__ import annotations
 
-import math
 import re
+from collections import Counter
 from functools import lru_cache
 from itertools import pairwise
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from gyrodata import vocabulary
 from gyrodata.diagnostics import (
     BLOCKS_SIDE_BY_SIDE,
     BLOCKS_STACKED,
@@ -46,10 +47,12 @@ from gyrodata.readings.roles import (
     kind_of_role,
     squeeze,
 )
-from gyrodata.readings.source import Grid, Row
+from gyrodata.readings.source import MAX_COLUMNS, Grid, Row
 from gyrodata.units import kinds_of
 
-_HINT = "the first row names the columns, such as: mass [g], position [cm], spin [rpm], time [s], turns"
+_NAMES = "mass [g], position [cm], spin [rpm], time [s], turns"
+_HINT = f"the first row names the columns, such as: {_NAMES}"
+_ROW_A_RUN = f"write one row for each time, with its mass, position, spin and turns; {_HINT}"
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
@@ -68,6 +71,10 @@ class Layout(Struct, frozen=True):
     """Columns whose readings are in other columns too, and which are not used themselves."""
 
 
+_Said = tuple[str, tuple[int, int]]
+"""What a caption says: its text, and its line and cell."""
+
+
 class _Table(Struct):
     """One of the tables of a sheet."""
 
@@ -75,7 +82,7 @@ class _Table(Struct):
     cells: list[Text]
     headers: list[Header]
     rows: list[Row] = field(default_factory=list)
-    given: dict[str, tuple[str, tuple[int, int]]] = field(default_factory=dict)
+    given: dict[str, _Said] = field(default_factory=dict)
     """What its caption says of its runs: text and origin by role."""
     title: str = ""
     """All words that stand above it."""
@@ -103,19 +110,14 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             reader.take(row)
     reader.tell(faults)
     tables = [table for table in reader.tables if table.rows] or reader.tables[:1]
-    for table in tables:
-        if _is_parted(table.cells, table.headers, faults) or _repeats_a_header(table.cells, faults):
-            return None
-        if _is_parted_count(table, faults):
-            return None
-    tables = _only_runs(tables, grid, faults)
-    layout = _join(tables, grid, faults)
+    if any(_is_wrong_head(table, faults) for table in tables):
+        return None
+    layout = _join(_only_runs(tables, faults), grid, faults)
     if layout is None:
         return None
     if not layout.rows:
-        faults.add(
-            HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", "write one row for each timed run"
-        )
+        hint = "write one row for each timed run"
+        faults.add(HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
         return None
     return None if _is_time_series(layout, faults) else layout
 
@@ -126,11 +128,10 @@ def is_number(text: str) -> bool:
 
 
 def _numbers(row: Row) -> int:
-    count = 0
-    for text in row.texts:
-        if is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text):
-            count += 1
-    return count
+    return sum(
+        is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text)
+        for text in row.texts
+    )
 
 
 def _filled(row: Row) -> list[int]:
@@ -151,18 +152,14 @@ def _is_head(row: Row) -> bool:
 def _find_head(grid: Grid, faults: Faults) -> int | None:
     """Find the row of the first header; None, with diagnostics, where there is none."""
     rows = grid.rows
-    if _has_values_of_blocks(grid, faults):
-        return None
     first = next((at for at, row in enumerate(rows[:_TITLES_LOOKED_AT]) if _is_head(row)), None)
     if first is None:
         if _is_transposed(grid, faults):
             return None
-        # No header is known by its names: it is the first row of several cells, or one as wide as the runs below it.
+        # No header is known by its names: it is the first row as wide as most rows.
         several = [at for at, row in enumerate(rows[:_TITLES_LOOKED_AT]) if len(_filled(row)) > 1 and not _pairs(row)]
-        first = next(iter(several), 0)
-        run = next((at for at in several if 2 * _numbers(rows[at]) > len(rows[at].texts)), 0)
-        if run and len(rows[first].texts) < len(rows[run].texts):
-            first = next((at for at in several if at < run and len(rows[at].texts) == len(rows[run].texts)), first)
+        width = Counter(len(rows[at].texts) for at in several).most_common(1)
+        first = next((at for at in several if len(rows[at].texts) == width[0][0]), 0)
         if shape := _shape_without_head(rows[first:]):
             faults.add(NO_HEADER_ROW, shape, _ROW_A_RUN, grid.cell(rows[first], 0))
             return None
@@ -182,12 +179,6 @@ def _find_head(grid: Grid, faults: Faults) -> int | None:
     return first
 
 
-_ROW_A_RUN = (
-    "write one row for each time, with its mass, position, spin and turns; the first row names the columns: mass [g], "
-    "position [cm], spin [rpm], time [s], turns"
-)
-
-
 def _shape_without_head(rows: list[Row]) -> str:
     """Say that a table without a header is a list of each quantity, or a cross table; "" if it is neither."""
     named = (re.match(r"([^\d:=]+?)\s*[:=]\s*[\[(]*[-+.\d]", row.texts[0]) for row in rows)
@@ -201,6 +192,13 @@ def _shape_without_head(rows: list[Row]) -> str:
     return ""
 
 
+_LEFT_OUT = {
+    ROW_IS_ONLY_A_TITLE: "{} says nothing of runs, and is left out",
+    ROW_TAKEN_OUT: "begins with # or is struck out, and is left out",
+    SUMMARY_LEFT_OUT: "no run, but worked out from runs ({}): left out",
+}
+
+
 class _SheetReader:
     """Goes down the rows of a sheet, and knows what each of them is: parts them into tables, each with its caption."""
 
@@ -209,34 +207,28 @@ class _SheetReader:
         self.tables: list[_Table] = []
         self.captions: list[Row] = []
         """Rows of words that no runs have followed yet."""
-        self.words: list[tuple[Row, int]] = []
-        """Rows that only say something, and where in them it stands."""
-        self.summaries: list[Row] = []
-        self.taken_out: list[int] = []
-        self.said: dict[int, str] = {}
-        """What was taken from a caption, by its line."""
+        self.left_out: list[tuple[str, Row, int]] = []
+        """Rows that are no runs: why, and where in them it stands."""
+        self.said: list[tuple[Row, str]] = []
+        """What was taken from each caption."""
 
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
-        above = self.summaries[-1:]
-        if above and above[0].line == head.line - 1 and len(_filled(above[0])) == 1:
-            self.captions.append(self.summaries.pop())  # "Mean values" right above it is its title
-        cells = self.grid.cells(head)
+        code, above, at = self.left_out[-1] if self.left_out else ("", head, 0)
+        if code == SUMMARY_LEFT_OUT and above.line == head.line - 1 and _filled(above) == [at]:
+            self.captions.append(above)  # "Mean values" right above it is its title
+            self.left_out.pop()
+        cells = [self.grid.cell(head, at) for at in range(len(head.texts))]
         self.tables.append(_Table(head, cells, [parse_header(cell.text) for cell in cells]))
         self.fresh = True  # units or a second row of names may still come
 
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
         table = self.tables[-1]
-        texts = row.texts
-        plain = not self.fresh and not self.captions and 3 <= len(texts) <= len(table.cells) and is_number(texts[0])
-        if plain and 2 * sum(map(is_number, texts)) > len(texts):
-            table.rows.append(row)  # nearly every row; what follows finds the same
-            return
         if _is_head(row):
             if self.fresh and not table.rows and not self.captions:
                 self.tables.pop()  # a row of names above the header
-                self.words.append((table.head, _filled(table.head)[0]))
+                self._leave_out(ROW_IS_ONLY_A_TITLE, table.head)
             self.begin(row)
         elif self.fresh and _is_unit_row(row):
             table.headers = _with_units(table.headers, row)
@@ -246,18 +238,22 @@ class _SheetReader:
             more = len(names) - len(table.cells)
             table.cells = table.cells + [replace(table.cells[-1], text="")] * more
             table.headers = table.headers + [parse_header("")] * more
-            table.headers = [
-                parse_header(name) if name else header for name, header in zip(names, table.headers, strict=True)
-            ]
-            table.cells = [replace(cell, text=name or cell.text) for name, cell in zip(names, table.cells, strict=True)]
+            for at, name in enumerate(names):
+                if name:
+                    table.headers[at] = parse_header(name)
+                    table.cells[at] = replace(table.cells[at], text=name)
         elif row.texts[0] == "#":
-            self.taken_out.append(row.line)  # a # that a spreadsheet put into a cell of its own
+            self._leave_out(ROW_TAKEN_OUT, row)  # a # that a spreadsheet put into a cell of its own
         elif _is_summary(row, table):
-            self.summaries.append(row)
+            self._leave_out(SUMMARY_LEFT_OUT, row)
         elif _is_words(row, table) or _is_caption(row, table):
             self.captions.append(row)
         else:
             self._take_run(row)
+
+    def _leave_out(self, code: str, row: Row) -> None:
+        if code != ROW_IS_ONLY_A_TITLE or not altered_role(", ".join(filter(None, row.texts))):
+            self.left_out.append((code, row, _filled(row)[0]))
 
     def _take_run(self, row: Row) -> None:
         table = self.tables[-1]
@@ -272,13 +268,14 @@ class _SheetReader:
         width = len(table.cells)
         remarks = [at for at in range(width, len(row.texts)) if row.texts[at]]
         if remarks and not any(is_number(row.texts[at]) for at in remarks):
-            self.words.append((row, remarks[0]))
+            if not altered_role(", ".join(row.texts[at] for at in remarks)):
+                self.left_out.append((ROW_IS_ONLY_A_TITLE, row, remarks[0]))
             row = Row(row.line, row.texts[:width], None if row.origin is None else row.origin[:width])
         table.rows.append(row)
 
-    def _read_captions(self, table: _Table, run: Row) -> dict[str, tuple[str, tuple[int, int]]]:
+    def _read_captions(self, table: _Table, run: Row) -> dict[str, _Said]:
         """Find what the rows of words above a run say of what its columns lack; fill what is blank in the run."""
-        found: dict[str, tuple[str, tuple[int, int]]] = {}
+        found: dict[str, _Said] = {}
         lacking = _lacking(table)
         blank = {
             header.roles[0]: at
@@ -289,71 +286,40 @@ class _SheetReader:
             said = []
             for role, text, at in _pairs(row) or _said(row):
                 if role in lacking:
-                    found[role] = (text, divmod(row.spot(at), _PER_LINE))
-                    said.append(f"{role} {text}")
+                    found[role] = (text, divmod(row.spot(at), MAX_COLUMNS))
                 elif role in blank:
-                    # "moved to 10.0 cm": what is above holds no longer.
-                    run.texts[blank[role]] = text
-                    said.append(f"{role} {text}")
+                    run.texts[blank[role]] = text  # "moved to 10.0 cm": what is above holds no longer
+                else:
+                    continue
+                said.append(f"{role} {text}")
             if said:
-                self.said[row.line] = ", ".join(said)
+                self.said.append((row, ", ".join(said)))
             else:
-                self.words.append((row, _filled(row)[0]))
+                self._leave_out(ROW_IS_ONLY_A_TITLE, row)
         self.captions = []
         return found
 
     def tell(self, faults: Faults) -> None:
         """Say what was left out, and what was taken from a caption."""
-        self._drop_unnamed_means()
-        self.words += [(row, _filled(row)[0]) for row in self.captions]
-        self.words = [(row, at) for row, at in self.words if not altered_role(", ".join(filter(None, row.texts[at:])))]
-        if self.words:
-            words = sorted(self.words, key=lambda item: item[0].line)
-            texts = listing([_quoted(row.texts[at]) for row, at in words], 4)
-            lines = span(sorted({row.line for row, _ in words}))
-            cell = self.grid.cell(*words[0])
-            hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
-            if origin := next((said for row, _ in words if (said := origin_in(" ".join(row.texts)))), ""):
+        for row in self.captions:
+            self._leave_out(ROW_IS_ONLY_A_TITLE, row)
+        for code, template in _LEFT_OUT.items():
+            rows = sorted(((row, at) for why, row, at in self.left_out if why == code), key=lambda one: one[0].line)
+            if not rows:
+                continue
+            texts = [row.texts[at] for row, at in rows]
+            shown = listing([f'"{text}"' if len(text) <= 38 else f'"{text[:36]}…"' for text in texts], 4)
+            hint = ""
+            if code == ROW_IS_ONLY_A_TITLE:
+                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
+            if hint and (origin := next(filter(None, (origin_in(" ".join(row.texts)) for row, _ in rows)), "")):
                 length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
                 hint = f'if positions count from the {origin}, write "# position_from: {origin}" and "# {length}" above'
-            faults.add(ROW_IS_ONLY_A_TITLE, f"{lines}: {texts} says nothing of runs, and is left out", hint, cell)
-        if self.taken_out:
-            cell = self.grid.cell(Row(self.taken_out[0], ["#"]), 0)
-            faults.add(ROW_TAKEN_OUT, f"{span(self.taken_out)}: begins with # and is left out", "", cell)
-        if self.summaries:
-            texts = listing([f'"{next(filter(None, row.texts))}"' for row in self.summaries], 4)
-            lines = span([row.line for row in self.summaries])
-            cell = self.grid.cell(self.summaries[0], _filled(self.summaries[0])[0])
-            faults.add(SUMMARY_LEFT_OUT, f"{lines}: no run, but worked out from runs ({texts}): left out", "", cell)
-        for line, text in self.said.items():
-            row = next(row for row in self.grid.rows if row.line == line)
-            message = f"line {line} says it for the runs below it: {text}"
+            message = f"{span(sorted({row.line for row, _ in rows}))}: {template.format(shown)}"
+            faults.add(code, message, hint, self.grid.cell(*rows[0]))
+        for row, text in self.said:
+            message = f"line {row.line} says it for the runs below it: {text}"
             faults.add(CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
-
-    def _drop_unnamed_means(self) -> None:
-        """Find the row of means that nobody has named."""
-        for table in self.tables:
-            times = [at for at, header in enumerate(table.headers) if "time" in header.roles]
-            if len(table.rows) < 3 or not times:
-                continue
-            *runs, last = table.rows
-            filled = [len(row.texts) - row.texts.count("") for row in table.rows]
-            if filled[-1] < min(filled[:-1]) and all(_is_mean(runs, last, at) for at in times):
-                self.summaries.append(table.rows.pop())
-
-
-def _quoted(text: str) -> str:
-    """A text in quotes, cut short where it is long."""
-    return f'"{text}"' if len(text) <= 38 else f'"{text[:36]}…"'
-
-
-def _is_mean(runs: list[Row], last: Row, at: int) -> bool:
-    try:
-        values = [to_float(row.texts[at]) for row in (*runs, last)]
-    except (ValueError, IndexError):
-        return False
-    mean = math.fsum(values[:-1]) / len(runs)
-    return abs(values[-1] - mean) < 1e-3 * abs(mean)
 
 
 def _lacking(table: _Table) -> set[str]:
@@ -371,29 +337,23 @@ def _lacking(table: _Table) -> set[str]:
     return lacking
 
 
-_PER_LINE = Row(1, []).spot(0)
 _TIMES = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?"
 _PLUS_MINUS = rf"(?:\s*(?:±|\+/-|\+-)\s*{NUMBER})?"
 _QUANTITY = rf"(?<![\w.,])({_TIMES}{NUMBER}{_PLUS_MINUS})\s*([^\W\d_][\w/^*·]*)"
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 
 
-_BALL_FIRST = re.compile(
-    r"(?i)\W*(?:(?:the|our|a|steel|stahl|die|la|le|bola de|boule d')\s*)*"
-    r"(?:ball|sphere|globe|rod|stick|shaft|dis[ck]|wheel|rotor|kugel|stab|stange|scheibe|boule|sphère|tige|disque|шар|"
-    r"стержень|диск|bola|esfera|varilla|kula|pręt|haste)\b(?!.*(?:weight|added|gewicht|masselotte|pesa|груз|ciężar))"
-)
+def _any_of(key: str) -> str:
+    return f"(?:{vocabulary.words(key, '|')})"
+
+
+_BALL_FIRST = re.compile(rf"(?i)\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})")
 """A line that begins with the ball or the rod, and names no weight."""
 _SEVERAL_WEIGHTS = re.compile(
-    r"(?i)(?<![\w.,])(?:[2-9]|two|three|four|zwei|drei|vier|deux|trois|dos|tres|два|три|dwa|trzy)\s+(?:[^\W\d]+\s+)?"
-    r"(?:weights|masses|washers|nuts|gewichte|massen|poids|pesas|masas|груза|ciężarki|of them)|[0-9]\s*k?g\s*\+\s*[0-9]"
+    rf"(?i)(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
-_MOVED = {"moved", "shifted", "changed", "set"}
-_NOT_TIMED = re.compile(
-    r"(?i)tacho|of (?:the )?(?:ball|spin|sphere|dis[ck]|wheel|rotor)\b|der kugel|de la (?:boule|bola)|шара|ротора|"
-    r"\bwait|gewartet|warten|attend|esper|before the|\bnot\b|n't\b|\bnicht|\bpas\b|\bне\b|"
-    r"start\w*\W+(?:\w+\W+){0,2}after"
-)
+_MOVED = set(vocabulary.words("moved").split())
+_NOT_TIMED = re.compile(rf"(?i){_any_of('not_timed')}")
 """Words of a sentence whose turns are no turns that were timed, or may be none."""
 
 
@@ -431,13 +391,10 @@ def _pairs(row: Row) -> list[tuple[str, str, int]]:
     filled = _filled(row)
     found = []
     while filled:
-        at = filled.pop(0)
-        header = parse_header(row.texts[at].rstrip(" :="))
-        if len(header.roles) != 1 or header.roles[0] in TEXTS or is_number(row.texts[at]) or not filled:
-            return []
-        value = filled.pop(0)
+        header = parse_header(row.texts[filled.pop(0)].rstrip(" :="))
+        value = filled.pop(0) if filled else -1
         text = row.texts[value]
-        if not is_number(text):
+        if len(header.roles) != 1 or header.roles[0] in TEXTS or is_number(header.text) or not is_number(text):
             return []
         unit = header.unit or ""
         if filled and not unit and kinds_of(row.texts[filled[0]]) and not is_number(row.texts[filled[0]]):
@@ -454,29 +411,21 @@ _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
 def _is_words(row: Row, table: _Table) -> bool:
     """Find a title or a note: no number in it, and not only a remark on a run."""
     filled = _filled(row)
-    width = len(table.headers)
     texts = [row.texts[at] for at in filled]
-    if any(text in BLANKS or (is_number(text) and not re.search(_SENTENCE, text)) for text in texts) or width < 2:
+    if any(text in BLANKS or (is_number(text) and not re.search(_SENTENCE, text)) for text in texts):
         return False
-    if len(filled) == 1 and len(row.texts[filled[0]]) < 2:
+    if len("".join(texts)) < 2 or len(table.headers) < 2:
         return False
-    for at in filled:
-        kinds = {kind_of_role(role) for role in table.headers[at].roles} if at < width else set()
-        if "sign" in kinds or ("text" in kinds and at > 0):
-            return False
-    return True
+    kinds = [(at, kind_of_role(role)) for at in filled if at < len(table.headers) for role in table.headers[at].roles]
+    return not any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
 
 
 def _is_caption(row: Row, table: _Table) -> bool:
     """Find "Mass (g)", "20.1", or "20.1 g" in a row that says nothing but what the table has no column for."""
-    if _pairs(row):
-        return True
-    if len(_filled(row)) >= len(table.cells):
-        return False
-    found = _said(row)
-    numbers = [at for at in _filled(row) if is_number(row.texts[at])]
-    lacking = _lacking(table)
-    return bool(found) and {at for *_, at in found} >= set(numbers) and all(role in lacking for role, *_ in found)
+    found = _said(row) if len(_filled(row)) < len(table.cells) else []
+    said, roles = {at for *_, at in found}, {role for role, *_ in found}
+    numbers = {at for at in _filled(row) if is_number(row.texts[at])}
+    return bool(_pairs(row) or (found and said >= numbers and roles <= _lacking(table)))
 
 
 def _is_summary(row: Row, table: _Table) -> bool:
@@ -485,10 +434,9 @@ def _is_summary(row: Row, table: _Table) -> bool:
     text = row.texts[at]
     if is_number(text) or (at < len(table.headers) and "note" in table.headers[at].roles):
         return False
-    first = re.split(r"[\s_:,;(=]+", text.strip())[0]
-    return bool({squeeze(first).lower(), squeeze(re.sub(r"[()=:]", "", text)).lower()} & SUMMARY_WORDS) and not (
-        parse_header(text).roles and len(_filled(row)) == 1
-    )
+    words = re.split(r"[\s_:,;(=]+", text.strip())[0], re.sub(r"[()=:]", "", text)
+    is_title = parse_header(text).roles and len(_filled(row)) == 1
+    return not is_title and not SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
 
 
 def _bare(text: str) -> str:
@@ -526,33 +474,25 @@ def _names_below(table: _Table, row: Row) -> list[str]:
     # As many as a header may be merged over at the end of its row.
     if len(filled) < 2 or filled[-1] >= width + 8:
         return []
-    cells = table.cells + [replace(table.cells[-1], text="")] * max(len(row.texts) - width, 0)
-    names = [""] * len(cells)
-    parent = -1
-    groups: dict[int, list[int]] = {}
-    for at, cell in enumerate(cells):
-        parent = at if cell.text else parent
-        if at < len(row.texts) and row.texts[at]:
-            groups.setdefault(parent, []).append(at)
-    for over, below in groups.items():
-        if below[0] != over or len(below) < 2:
+    names = [""] * max(width, len(row.texts))
+    heads = [at for at, cell in enumerate(table.cells) if cell.text]
+    for over, end in pairwise([*heads, len(names)]):
+        below = [at for at in filled if over <= at < end]
+        if below and (below[0] != over or len(below) < 2):
             return []
         name, unit = split_unit(table.cells[over].text)
         for number, at in enumerate(below, 1):
-            text = row.texts[at]
-            if is_number(text) and text.rstrip(".") != str(number):
+            text = row.texts[at].rstrip(".")
+            own = parse_header(row.texts[at])
+            whole = f"{name} {text}" + (f" [{unit}]" if unit else "")
+            names[at] = row.texts[at] if own.roles and own.unit else whole
+            if (is_number(text) and text != str(number)) or not parse_header(names[at]).roles:
                 return []
-            own = parse_header(text)
-            whole = text if own.roles and own.unit else f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
-            if not parse_header(whole).roles:
-                return []
-            names[at] = whole
-    return names
+    return names if heads and filled[0] >= heads[0] else []
 
 
 # Blocks that stand side by side ------------------------------------------------------------------------------------
 
-_ASSIGNMENT = r".{0,30}=\s*[-+]?[0-9].*"
 _COPY = re.compile(r"\.[0-9]{1,2}$")
 _RUN = re.compile(r"(?i)\s+run\s?#\s?([0-9]{1,3})$")
 """What a data logger writes behind the names of each run's columns."""
@@ -560,22 +500,6 @@ _RUN = re.compile(r"(?i)\s+run\s?#\s?([0-9]{1,3})$")
 
 def _names(row: Row) -> list[str]:
     return [name for text in row.texts if (name := squeeze(_COPY.sub("", text)))]
-
-
-def _has_values_of_blocks(grid: Grid, faults: Faults) -> bool:
-    """Find "m=335 g" and "m=273 g" in one row, above names that repeat."""
-    for row, below in zip(grid.rows[:_TITLES_LOOKED_AT], grid.rows[1:], strict=False):
-        assigned = sum("=" in text and bool(re.fullmatch(_ASSIGNMENT, text)) for text in row.texts)
-        if assigned > 1 and _cycle(_names(below)):
-            _refuse_side_by_side(grid, row, faults)
-            return True
-    return False
-
-
-def _refuse_side_by_side(grid: Grid, row: Row, faults: Faults) -> None:
-    shown = listing([text for text in row.texts if text])
-    hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-    faults.add(BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(row, 0))
 
 
 def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]] | None:
@@ -593,19 +517,19 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
         return [rows]
     roles = {role for at in blocks[0] for role in parse_header(_RUN.sub("", head.texts[at])).roles}
     if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
-        _refuse_side_by_side(grid, head, faults)
+        shown = listing([text for text in head.texts if text])
+        hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
+        faults.add(BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(head, 0))
         return None
     parts = []
     for block in blocks:
         part = []
         for row in rows:
             texts = [row.texts[at] if at < len(row.texts) else "" for at in block]
-            while texts and not texts[-1]:
-                texts.pop()
-            if row is head:
-                texts = [_COPY.sub("", _RUN.sub("", text)) for text in texts]
-            if texts:
-                part.append(Row(row.line, texts, tuple((row.line, at) for at in block[: len(texts)])))
+            texts = [_COPY.sub("", _RUN.sub("", text)) for text in texts] if row is head else texts
+            if any(texts):
+                end = max(at for at, text in enumerate(texts, 1) if text)
+                part.append(Row(row.line, texts[:end], tuple((row.line, at) for at in block[:end])))
         parts.append(part)
     return parts
 
@@ -613,9 +537,8 @@ def _part_columns(grid: Grid, rows: list[Row], faults: Faults) -> list[list[Row]
 def _cycle(names: list[str]) -> int:
     """Give the length of the block of two or more names that repeats, or 0."""
     for period in range(2, len(names) // 2 + 1):
-        if len(set(names[:period])) == period and all(
-            name == names[i % period] for i, name in enumerate(names[: len(names) // period * period])
-        ):
+        block, blocks = names[:period], len(names) // period
+        if len(set(block)) == period and names[: period * blocks] == block * blocks:
             return period
     return 0
 
@@ -623,41 +546,20 @@ def _cycle(names: list[str]) -> int:
 # Several tables become one -----------------------------------------------------------------------------------------
 
 
-def _only_runs(tables: list[_Table], grid: Grid, faults: Faults) -> list[_Table]:
-    """Leave out tables of results, of means, and copies of runs that stand above."""
-    timed = [table for table in tables if _is_timed(table)]
-    if not timed or len(tables) == 1:
-        return tables
+def _only_runs(tables: list[_Table], faults: Faults) -> list[_Table]:
+    """Leave out tables of results and of means."""
     kept: list[_Table] = []
-    # Tables by the parts of a run that they tell, and what was typed of the parts that others tell as well.
-    alike: dict[frozenset[str], list[_Table]] = {}
-    seen: dict[tuple[frozenset[str], frozenset[str]], tuple[int, set[tuple[str, ...]]]] = {}
-    for table in tables:
-        why = ""
+    for table in tables if any(map(_is_timed, tables)) else ():
         if not _is_timed(table):
             why = "holds no times of runs"
         elif kept and _is_of_means(table) and not _is_of_means(kept[0]):
             why = "holds means"
         else:
-            fresh, parts = table.rows, _parts(table)
-            for kind, others in alike.items():
-                common = parts & kind
-                if common.intersection(TIMINGS):
-                    count, prints = seen.get((kind, common), (0, set()))
-                    prints.update(_fingerprint(other, row, common) for other in others[count:] for row in other.rows)
-                    seen[kind, common] = len(others), prints
-                    fresh = [row for row in fresh if _fingerprint(table, row, common) not in prints]
-            repeated = len(table.rows) - len(fresh)
-            if kept and repeated > 1:
-                why = f"repeats {repeated} runs that stand above"
-                table.rows = fresh
-            if table.rows:
-                kept.append(table)
-                alike.setdefault(parts, []).append(table)
-        if why:
-            what = f'the table below line {table.cells[0].line} ("{table.cells[0].text[:40]}", …)'
-            faults.add(TABLE_LEFT_OUT, f"{what} {why}: left out", "", table.cells[0])
-    return kept
+            kept.append(table)
+            continue
+        what = f'the table below line {table.cells[0].line} ("{table.cells[0].text[:40]}", …)'
+        faults.add(TABLE_LEFT_OUT, f"{what} {why}: left out", "", table.cells[0])
+    return kept or tables
 
 
 def _is_timed(table: _Table) -> bool:
@@ -675,22 +577,6 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
-def _parts(table: _Table) -> frozenset[str]:
-    """Name the parts of a run that a table has columns for, or a caption."""
-    named = {header.roles[0] for header in table.headers if header.roles and header.roles[0] in BY_NAME}
-    return frozenset(role for role in named if BY_NAME[role].part) | frozenset(table.given)
-
-
-def _fingerprint(table: _Table, row: Row, among: frozenset[str]) -> tuple[str, ...]:
-    """Give what was typed of some parts of a run, which no two runs have in common."""
-    parts = {role: text for role, (text, _) in table.given.items() if role in among}
-    for at, header in enumerate(table.headers):
-        role = header.roles[0] if header.roles else ""
-        if at < len(row.texts) and role in among:
-            parts[f"{role} {header.number or ''}"] = row.texts[at]
-    return tuple(sorted(f"{role.strip()} {text}" for role, text in parts.items()))
-
-
 def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
     """Make one table of all of them; None, with a diagnostic, where they do not go together."""
     first = tables[0]
@@ -698,38 +584,56 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
         return Layout(grid, first.cells, first.headers, first.rows)
     cells, headers = list(first.cells), list(first.headers)
     wanted = _wanted(first)
-    rows: list[Row] = []
+    moved: list[tuple[_Table, list[int], dict[int, _Said]]] = []
     for table in tables:
-        lost = _wanted_but_lost(wanted, table)
+        lost = [] if any(turns_in(cell.text) for cell in table.cells) else ["count"]
+        lost = sorted(part for part in wanted - _wanted(table) if part in lost or part not in ("count", "torque"))
         if lost:
-            sample = BY_NAME[lost].sample
-            above = f'in the line above it, such as "{lost} {sample}", or ' if sample else ""
+            name = {"count": "turns", "timing": "time"}.get(lost[0], lost[0])
+            sample = BY_NAME[name].sample
+            above = f'in the line above it, such as "{name} {sample}", or ' if sample else ""
             hint = f"write what holds for its runs {above}as a column; or put # before its lines if they are no runs"
-            message = f"the table below line {table.head.line} has no {lost}, and the first table has one"
+            message = f"the table below line {table.head.line} has no {name}, and the first table has one"
             faults.add(BLOCKS_STACKED, message, hint, grid.cell(table.head, _filled(table.head)[0]))
             return None
-        places = _place_columns(table, cells, headers, grid, faults)
-        if places is None:
+        places = _place_columns(table, cells, headers, faults)
+        if places is None or (table.head is not first.head and not _begins_whole(table, faults)):
             return None
-        if not _begins_whole(table, faults, table.head is not first.head, grid):
-            return None
-        for role in table.given:
-            if not any(header.roles == (role,) for header in headers):
-                line, at = table.given[role][1]
-                place = grid.cell(Row(line, [""] * (at + 1)), at)
-                cells.append(replace(place, text=role))
+        given: dict[int, _Said] = {}
+        for role, (text, (line, at)) in table.given.items():
+            same = [k for k, header in enumerate(headers) if header.roles == (role,)]
+            if not same:
+                same = [len(cells)]
+                cells.append(replace(grid.cell(Row(line, [""] * (at + 1)), at), text=role))
                 headers.append(Header(role, (role,), None, ""))
-        given = {
-            at: table.given[h.roles[0]]
-            for at, h in enumerate(headers)
-            if len(h.roles) == 1 and h.roles[0] in table.given
-        }
-        rows += [_moved(row, places, given, len(cells)) for row in table.rows]
-    rows = [_moved(row, range(len(row.texts)), {}, len(cells)) for row in rows]
+            given |= dict.fromkeys(same, (text, (line, at)))
+        moved.append((table, places, given))
+    rows = [[_moved(row, places, given, len(cells)) for row in table.rows] for table, places, given in moved]
+    common = set.intersection(*({*places, *given} for _, places, given in moved))
+    if (repeated := _repeated(rows, common, headers)) is not None:
+        message = f"the table below line {tables[repeated].head.line} repeats runs that stand above"
+        hint = "a run counts once: put # before its lines"
+        faults.add(BLOCKS_STACKED, message, hint, tables[repeated].cells[0])
+        return None
     if len(tables) > 1:
         lines = ", ".join(span([row.line for row in table.rows]) for table in tables)
         faults.add(TABLES_JOINED, f"{len(tables)} tables are read as one: {lines}", "", first.cells[0])
-    return Layout(grid, cells, headers, rows)
+    return Layout(grid, cells, headers, [row for part in rows for row in part])
+
+
+def _repeated(tables: list[list[Row]], common: set[int], headers: list[Header]) -> int | None:
+    """Find a table of which several rows hold all the same as rows of tables above, in the columns of all tables."""
+    roles = {at: headers[at].roles[0] for at in sorted(common) if headers[at].roles}
+    told = [at for at, role in roles.items() if role in BY_NAME and BY_NAME[role].part]
+    if not any(roles[at] in TIMINGS for at in told):
+        return None
+    seen: set[tuple[str, ...]] = set()
+    for number, rows in enumerate(tables):
+        prints = [tuple(row.texts[at] if at < len(row.texts) else "" for at in told) for row in rows]
+        if sum(one in seen for one in prints) > 1:
+            return number
+        seen.update(prints)
+    return None
 
 
 def _wanted(table: _Table) -> set[str]:
@@ -741,36 +645,19 @@ def _wanted(table: _Table) -> set[str]:
     }
 
 
-def _wanted_but_lost(wanted: set[str], table: _Table) -> str:
-    """Name what a table lacks of what the first one tells; "" if nothing."""
-    there = _wanted(table)
-    names = {"count": "turns", "timing": "time"}
-    for part in sorted(wanted - there):
-        if part == "torque" or (part == "count" and any(turns_in(cell.text) for cell in table.cells)):
-            continue
-        return names.get(part, part)
-    return ""
-
-
-def _place_columns(
-    table: _Table, cells: list[Text], headers: list[Header], grid: Grid, faults: Faults
-) -> list[int] | None:
+def _place_columns(table: _Table, cells: list[Text], headers: list[Header], faults: Faults) -> list[int] | None:
     """Find the column of the whole for each column of a table; new ones are added."""
     places: list[int] = []
     for at, (cell, header) in enumerate(zip(table.cells, table.headers, strict=True)):
         if at < len(cells) and cells[at] == cell:
             places.append(at)
             continue
+        alone = len(header.roles) == 1
         same = [k for k, other in enumerate(cells) if cell.text and squeeze(other.text) == squeeze(cell.text)]
         same += [
             k
             for k, other in enumerate(headers)
-            if len(header.roles) == 1 and replace(other, text=header.text) == header
-        ]
-        same += [
-            k
-            for k, other in enumerate(headers)
-            if len(header.roles) == 1 and other.roles == header.roles and other.number == header.number
+            if alone and (other.roles, other.number) == (header.roles, header.number)
         ]
         place = next((k for k in same if k not in places), None)
         if place is None:
@@ -786,27 +673,26 @@ def _place_columns(
     return places
 
 
-def _begins_whole(table: _Table, faults: Faults, is_later: bool, grid: Grid) -> bool:
+def _begins_whole(table: _Table, faults: Faults) -> bool:
     """Refuse a later table whose first row leaves blank what stands further down: nothing above it holds for it."""
-    for at, header in enumerate(table.headers if is_later and table.rows else ()):
-        texts = [row.texts[at] if at < len(row.texts) else "" for row in table.rows]
-        fills = len(header.roles) == 1 and header.roles[0] in FILLED_DOWN and header.roles[0] not in table.given
-        if fills and not texts[0] and header.roles[0] != "position":
-            message = f"{header.roles[0]} is blank in line {table.rows[0].line}, the first row of its table"
+    for at, header in enumerate(table.headers):
+        role = header.roles[0] if len(header.roles) == 1 else ""
+        filled = at < len(table.rows[0].texts) and table.rows[0].texts[at]
+        if role in FILLED_DOWN and role not in table.given and not filled and role != "position":
+            message = f"{role} is blank in line {table.rows[0].line}, the first row of its table"
             hint = "write each value in the first row that it belongs to"
             faults.add(BLOCKS_STACKED, message, hint, table.cells[at])
             return False
     return True
 
 
-def _moved(row: Row, places: list[int] | range, given: dict[int, tuple[str, tuple[int, int]]], width: int) -> Row:
+def _moved(row: Row, places: list[int], given: dict[int, _Said], width: int) -> Row:
     """Put the cells of a row where the columns of the whole are, with what its caption gives."""
     texts = [""] * (width + len(row.texts))
     origin = [(row.line, 0)] * len(texts)
-    natural = row.origin or tuple((row.line, at) for at in range(len(row.texts)))
     for at, text in enumerate(row.texts):
         place = places[at] if at < len(places) else width + at - len(places)
-        texts[place], origin[place] = text, natural[at]
+        texts[place], origin[place] = text, row.origin[at] if row.origin else (row.line, at)
     for place, (text, where) in given.items():
         texts[place], origin[place] = text, where
     end = max((at + 1 for at, text in enumerate(texts) if text), default=0)
@@ -823,84 +709,59 @@ def _is_time_series(layout: Layout, faults: Faults) -> bool:
     roles = {role for header in layout.headers for role in header.roles}
     if roles & {"mass", "force", "torque"} and roles & {"turns", "angle"}:
         return False
-    for at, header in enumerate(layout.headers):
-        if "time" not in header.roles or len(layout.rows) < _LEAST_OF_A_SERIES:
-            continue
+    for at, header in enumerate(layout.headers if len(layout.rows) >= _LEAST_OF_A_SERIES else ()):
         try:
-            times = [to_float(fold_number(row.texts[at])) for row in layout.rows[:2000]]
+            times = [to_float(fold_number(row.texts[at])) for row in layout.rows[:2000] if "time" in header.roles]
         except (ValueError, IndexError):
             continue
         steps = [later - earlier for earlier, later in pairwise(times)]
-        usual = sorted(steps)[len(steps) // 2]
-        even = sum(0.5 * usual <= step <= 1.5 * usual for step in steps) >= 0.9 * len(steps)
-        if min(steps) >= 0 and usual > 0 and even:
+        usual = sorted(steps)[len(steps) // 2] if steps else 0.0
+        if usual > 0 and min(steps) >= 0 and sum(abs(step / usual - 1) <= 0.5 for step in steps) >= 0.9 * len(steps):
             message = f"the {len(layout.rows)} times go up evenly: this is a time series, and one row a run is read"
-            hint = (
-                "work out the spin and the time of some turns of each run from it, and write one row for each run: "
-                "mass [g], position [cm], spin [rpm], time [s], turns"
-            )
-            faults.add(TIME_SERIES, message, hint, layout.cells[at])
+            hint = "work out the spin and the time of some turns of each run from it, and write one row for each run: "
+            faults.add(TIME_SERIES, message, hint + _NAMES, layout.cells[at])
             return True
     return False
 
 
 def _is_transposed(grid: Grid, faults: Faults) -> bool:
     rows = grid.rows[:20]
-    named = [
-        row
+    sides = [
+        row.texts[0]
         for row in rows
-        if len(row.texts) > 1
-        and parse_header(row.texts[0]).roles
-        and all(is_number(text) or text in BLANKS for text in row.texts[1:])
+        if row.texts[1:] and all(is_number(text) or text in BLANKS for text in row.texts[1:])
     ]
-    if not named or named[0] is not rows[0] or _numbers(rows[0]) == 0 or len(named) * 2 < len(rows):
+    named = [text for text in sides if parse_header(text).roles]
+    if not named or named[0] != rows[0].texts[0] or _numbers(rows[0]) == 0 or len(named) * 2 < len(rows):
         return False
-    names = listing([row.texts[0] for row in named])
     hint = "turn it: one column for each quantity, one row for each run (in a spreadsheet: Paste special, Transpose)"
-    message = f"the names stand at the side ({names}): the table is transposed"
+    message = f"the names stand at the side ({listing(named)}): the table is transposed"
     faults.add(TABLE_TRANSPOSED, message, hint, grid.cell(rows[0], 0))
     return True
 
 
-def _is_parted(head: list[Text], headers: list[Header], faults: Faults) -> bool:
-    """Find ``m, g`` that became two cells, which shifts every column behind it."""
-    for cell, unit, header in zip(head, head[1:], headers, strict=False):
-        alone = bool(kinds_of(unit.text)) and not parse_header(unit.text).roles
-        if alone and header.roles and header.unit is None:
+def _is_wrong_head(table: _Table, faults: Faults) -> bool:
+    """Find a header that a comma parted, which shifts the columns behind it, and two columns of one name."""
+    cells, headers = table.cells, table.headers
+    for (cell, unit), header in zip(pairwise(cells), headers, strict=False):
+        if header.roles and header.unit is None and kinds_of(unit.text) and not parse_header(unit.text).roles:
             message = f'"{unit.text}" stands alone in its cell: is it the unit of "{cell.text}"?'
-            faults.add(
-                HEADER_PARTED_BY_COMMA, message, f'write "{cell.text} [{unit.text}]", or put the header in quotes', unit
-            )
+            hint = f'write "{cell.text} [{unit.text}]", or put the header in quotes'
+            faults.add(HEADER_PARTED_BY_COMMA, message, hint, unit)
             return True
-    return False
-
-
-def _is_parted_count(table: _Table, faults: Faults) -> bool:
-    """Find ``period [s], 5 turns`` that became two cells: the rows have none for the turns."""
-    width = max((len(row.texts) for row in table.rows), default=len(table.cells))
-    if not 0 < width < len(table.cells):
-        return False
-    before = table.headers[width - 1]
-    for cell, header in zip(table.cells[width:], table.headers[width:], strict=True):
-        # A time whose cells are all blank is another fault.
-        if (turns := turns_in(cell.text)) and (header.unit is None or before.unit is None):
-            message = f'"{cell.text}" has no cell in any row: the header has {len(table.cells)} cells, the rows {width}'
-            hint = (
-                f'write one name without a comma for "{table.cells[width - 1].text}", as "time for {turns} turns [s]"'
-            )
+    names = [" ".join(cell.text.split()) for cell in cells]
+    twice = [cell for at, cell in enumerate(cells) if names[at] and names[at] in names[:at]]
+    for cell in twice:
+        hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
+        faults.add(HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
+    if twice:
+        return True
+    width = max((len(row.texts) for row in table.rows), default=len(cells))
+    for cell, header in zip(cells[width:], headers[width:], strict=True) if width else ():
+        # "period [s], 5 turns"; a time whose cells are all blank is another fault.
+        if (turns := turns_in(cell.text)) and (header.unit is None or headers[width - 1].unit is None):
+            message = f'"{cell.text}" has no cell in any row: the header has {len(cells)} cells, the rows {width}'
+            hint = f'write one name without a comma for "{cells[width - 1].text}", as "time for {turns} turns [s]"'
             faults.add(HEADER_PARTED_BY_COMMA, message, hint, cell)
             return True
     return False
-
-
-def _repeats_a_header(head: list[Text], faults: Faults) -> bool:
-    seen: set[str] = set()
-    found = False
-    for cell in head:
-        key = " ".join(cell.text.split())
-        if key and key in seen:
-            hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
-            faults.add(HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
-            found = True
-        seen.add(key)
-    return found

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
+import csv
 import difflib
+import gzip
 import hashlib
 import io
 import os
 import re
 import sys
+import zipfile
 import zlib
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from datetime import time, timedelta
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
@@ -39,6 +44,7 @@ from gyrodata.diagnostics import (
 from gyrodata.errors import printable
 from gyrodata.readings.cells import find_in_row
 from gyrodata.readings.lablog import Faults, Place, Text, listing, span
+from gyrodata.readings.roles import CONSTANTS, is_word
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,28 +54,26 @@ if TYPE_CHECKING:
 MAX_BYTES = 10 * 1000 * 1000
 MAX_ROWS = 100_000
 MAX_COLUMNS = 200
+MAX_CELL = 10_000
+_MAX_UNPACKED = 100 * 1000 * 1000
 
-
-_SIGNATURES: tuple[tuple[bytes, str], ...] = (
-    (b"\x89PNG", "a PNG picture"),
-    (b"\xff\xd8\xff", "a JPEG picture"),
-    (b"GIF8", "a GIF picture"),
-    (b"BM", "a BMP picture"),
-    (b"RIFF", "a picture or a sound"),
-    (b"II*\x00", "a TIFF picture"),
-    (b"MM\x00*", "a TIFF picture"),
-    (b"%PDF", "a PDF"),
-    (b"%!PS", "a PostScript file"),
-    (b"{\\rtf", "a rich-text document"),
-    (b"\xd0\xcf\x11\xe0", "an old Office file (.xls or .doc)"),
-    (b"7z\xbc\xaf", "a 7z archive"),
-    (b"Rar!", "a RAR archive"),
-    (b"BZh", "a bzip2 archive"),
-    (b"\xfd7zXZ", "an xz archive"),
-    (b"SQLite format", "a database"),
-)
-_MARKUP = re.compile(rb"\s*(?:<!doctype|<html|<\?xml|<svg)", re.IGNORECASE)
 _SAVE_AS = "save the table as CSV (in a spreadsheet: File, Save as, CSV UTF-8) and give that file"
+_SMALL = "a lab log has a few kilobytes; is this the one?"
+_JSON = (
+    "write a table: a first row mass [g],position [cm],spin [rpm],time [s],turns, and one row for each run; in Python, "
+    "for a list of runs: pandas.read_json(FILE).to_csv('log.csv', index=False)"
+)
+_OTHER_FILES = {
+    "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8|(?:BM|RIFF)(?=.{0,60}\x00)|II\*\x00|MM\x00\*",
+    "a PDF": rb"%PDF|%!PS",
+    "a rich-text document": rb"\{\\rtf",
+    "an old Office file (.xls or .doc)": rb"\xd0\xcf\x11\xe0",
+    "an archive": rb"7z\xbc\xaf|Rar!|BZh|\xfd7zXZ",
+    "a database": rb"SQLite format",
+    "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg))",
+    "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
+}
+"""How files begin that are no tables."""
 
 
 class Document(Struct, frozen=True):
@@ -90,39 +94,29 @@ def load(source: Source, name: str | None) -> Document:
     if is_frame(source):
         shown = name or "<table>"
         text, floats = _frame_text(source)
-        return Document(shown, _digest(text.encode()), text, Faults(shown, text), "\t", floats)
+        return Document(shown, hashlib.sha256(text.encode()).hexdigest(), text, Faults(shown, text), "\t", floats)
     shown, data = _read(source, name)
     faults = Faults(shown)
-    digest = _digest(data)
+    digest = hashlib.sha256(data).hexdigest()
     if len(data) > MAX_BYTES:
-        raise faults.refuse(
-            FILE_TOO_LARGE, "the file is larger than 10 MB", "a lab log has a few kilobytes; is this the one?"
-        )
+        raise faults.refuse(FILE_TOO_LARGE, "the file is larger than 10 MB", _SMALL)
     if data.startswith(b"\x1f\x8b"):
         data = _decompress(data, faults)
     if data.startswith(b"PK\x03\x04"):
         text = _workbook_text(data, faults)
-        return Document(shown, digest, text, _with_text(faults, text), "\t")
-    _refuse_other_files(data, faults)
+        return Document(shown, digest, text, Faults(shown, text), "\t")
+    for kind, start in _OTHER_FILES.items():
+        if re.match(start, data, re.DOTALL):
+            hint = _JSON if kind == "JSON" else _SAVE_AS
+            raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", hint)
     text, encoding = decode(data, faults)
     if not text.strip():
         raise faults.refuse(LOG_IS_EMPTY, "the log is empty", "write a blank log to fill in with: gyro template")
-    faults = _with_text(faults, text)
+    faults = Faults(shown, text)
     if encoding:
-        faults.add(
-            CODE_PAGE_GUESSED, f"the file is not UTF-8; it was read as {encoding}", "save it as UTF-8 to be sure"
-        )
+        message = f"the file is not UTF-8; it was read as {encoding}"
+        faults.add(CODE_PAGE_GUESSED, message, "save it as UTF-8 to be sure")
     return Document(shown, digest, text, faults)
-
-
-def _with_text(faults: Faults, text: str) -> Faults:
-    fresh = Faults(faults.name, text)
-    fresh.found.extend(faults.found)
-    return fresh
-
-
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
 
 
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
@@ -138,10 +132,6 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         own = getattr(source, "name", None)
         shown = name or (Path(own).name if isinstance(own, str) else "<stream>")
         return shown, data.encode("utf-8", "surrogatepass") if isinstance(data, str) else bytes(data)
-    return _read_path(source, name)
-
-
-def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, bytes]:
     path = Path(source)
     shown = printable(name or path.name or str(path))
     faults = Faults(shown)
@@ -151,11 +141,10 @@ def _read_path(source: str | os.PathLike[str], name: str | None) -> tuple[str, b
     except FileNotFoundError:
         raise faults.refuse(FILE_NOT_FOUND, f"there is no file {str(path)!r}", _neighbours(path)) from None
     except IsADirectoryError:
-        raise faults.refuse(
-            FILE_CANNOT_BE_OPENED, f"{str(path)!r} is a folder, not a log", "give the file in it"
-        ) from None
+        message = f"{str(path)!r} is a folder, not a log"
+        raise faults.refuse(FILE_CANNOT_BE_OPENED, message, "give the file in it") from None
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        reason = getattr(error, "strerror", "") or str(error)
         raise faults.refuse(FILE_CANNOT_BE_OPENED, f"{str(path)!r} cannot be opened: {reason}") from None
 
 
@@ -171,98 +160,51 @@ def _neighbours(path: Path) -> str:
 
 def _decompress(data: bytes, faults: Faults) -> bytes:
     """Unpack .gz up to the limit: a small file can unpack to anything."""
-    text = b""
-    while True:  # a file may hold several parts, one behind the other
-        unpacker = zlib.decompressobj(wbits=31)
-        try:
-            text += unpacker.decompress(data, MAX_BYTES + 1 - len(text))
-        except zlib.error:
-            raise faults.refuse(
-                COMPRESSED_FILE_DAMAGED, "the .gz file is damaged", "make it again, or give the CSV itself"
-            ) from None
-        if len(text) > MAX_BYTES:
-            raise faults.refuse(FILE_TOO_LARGE, "the file unpacks to more than 10 MB", "a lab log has a few kilobytes")
-        if not unpacker.eof:
-            raise faults.refuse(
-                COMPRESSED_FILE_DAMAGED, "the .gz file ends too early", "make it again, or give the CSV itself"
-            )
-        data = unpacker.unused_data.lstrip(b"\x00")
-        if not data:
-            break
+    try:
+        text = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        message = f"the .gz file {'ends too early' if isinstance(error, EOFError) else 'is damaged'}"
+        raise faults.refuse(COMPRESSED_FILE_DAMAGED, message, "make it again, or give the CSV itself") from None
+    if len(text) > MAX_BYTES:
+        raise faults.refuse(FILE_TOO_LARGE, "the file unpacks to more than 10 MB", _SMALL)
     return text
 
 
-def _refuse_other_files(data: bytes, faults: Faults) -> None:
-    for signature, kind in _SIGNATURES:
-        # "BM" and "RIFF" may also begin a word of a text.
-        if data.startswith(signature) and (signature not in (b"BM", b"RIFF") or b"\x00" in data[:64]):
-            raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
-    if _MARKUP.match(data):
-        raise faults.refuse(OTHER_KIND_OF_FILE, "this is a web page, not a table", _SAVE_AS)
-    if re.match(rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])', data):
-        hint = "write a table: a first row mass [g],position [cm],spin [rpm],time [s],turns, and one row for each run"
-        hint += "; in Python, for a list of runs: pandas.read_json(FILE).to_csv('log.csv', index=False)"
-        raise faults.refuse(OTHER_KIND_OF_FILE, "this is JSON, not a table", hint)
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF32_LE: "utf-32",
+    codecs.BOM_UTF32_BE: "utf-32",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+"""Byte-order marks; one of UTF-32 begins like one of UTF-16."""
+_CODE_PAGES = ("cp1252", "cp1251", "cp1250", "cp932", "gb18030", "cp949")
+"""What Excel writes as CSV in the West, with Cyrillic letters, in the East of Europe, in Japan, China and Korea."""
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
-    """Decode by byte-order mark, as UTF-8, or in the one-byte code page that fits best."""
-    for mark, encoding in (
-        (b"\xef\xbb\xbf", "utf-8"),
-        (b"\xff\xfe\x00\x00", "utf-32"),
-        (b"\x00\x00\xfe\xff", "utf-32"),
-        (b"\xff\xfe", "utf-16"),
-        (b"\xfe\xff", "utf-16"),
-    ):
-        if data.startswith(mark):
-            body = data[3:] if encoding == "utf-8" else data
-            return _without_nul(body.decode(encoding, "replace"), faults), ""
-    if b"\x00" in data:
-        at = data.index(b"\x00")
-        looks_wide = data[1:40:2].count(0) > 8 or data[0:40:2].count(0) > 8
-        hint = "it looks like UTF-16 without its mark; " + _SAVE_AS if looks_wide else _SAVE_AS
-        raise faults.refuse(NOT_TEXT, f"this is not text: byte {at + 1} is a NUL", hint)
+    """Decode by byte-order mark, as UTF-8, or in the code page that fits best, whose name is given too."""
+    encoding = next((encoding for mark, encoding in _MARKS.items() if data.startswith(mark)), "")
+    guessed = ""
     try:
-        return data.decode("utf-8"), ""
+        text = data.decode(encoding, "replace") if encoding else data.decode("utf-8")
     except UnicodeDecodeError:
-        encoding = _guess_code_page(data)
-        return data.decode(encoding, "replace"), encoding
-
-
-def _without_nul(text: str, faults: Faults) -> str:
+        guessed = max(_CODE_PAGES, key=lambda page: _fit(data[:20_000].decode(page, "replace")))
+        text = data.decode(guessed, "replace")
     if "\x00" in text:
-        raise faults.refuse(NOT_TEXT, "this is not text: it holds NUL characters", _SAVE_AS)
-    return text
+        hint = "it looks like UTF-16 without its mark; " * (data[:40].count(0) > 8) + _SAVE_AS
+        raise faults.refuse(NOT_TEXT, f"this is not text: byte {data.index(0) + 1} is a NUL", hint)
+    return text, guessed
 
 
-_CODE_PAGES = ("cp1252", "cp1251", "cp1250", "koi8-r", "cp866", "cp1253")
-_WIDE_CODE_PAGES = ("cp932", "gb18030", "cp949")
-"""What Excel writes as CSV in Japan, China and Korea: two bytes a character."""
-_WORD = r"[^\W\d_]+"
-
-
-def _guess_code_page(data: bytes) -> str:
-    """Take the code page in which the words beyond ASCII are words that students write."""
-    from gyrodata.readings.roles import is_word
-
-    sample = data[:20_000]
-    best, best_score = _CODE_PAGES[0], -1e9
-    for encoding in (*_CODE_PAGES, *_WIDE_CODE_PAGES):
-        text = sample.decode(encoding, "replace")
-        if encoding in _WIDE_CODE_PAGES and "\ufffd" in text[:-1]:
-            continue
-        score = -5.0 * text.count("\ufffd")
-        for word in sorted(set(re.findall(_WORD, text))):
-            if word.isascii():
-                continue
-            score += len(word) * (3.0 if is_word(word) else 0.0)
-            # One script in a word is how people write; capitals come first in it.
-            score -= 1.0 if len({ord(c) >= 0x370 for c in word}) > 1 else 0.0
-            score -= 1.0 if word[1:] != word[1:].lower() else 0.0
-        score -= sum(1.0 for c in text if ord(c) > 127 and not c.isalpha() and c not in "°±·²³µ×–—−№\xa0½¼¾º")
-        if score > best_score:
-            best, best_score = encoding, score
-    return best
+def _fit(text: str) -> float:
+    """Tell how much a text looks like what students write: words that are known, and letters of one script in each."""
+    score = -5.0 * text[:-1].count("\ufffd")
+    for word in set(re.findall(r"[^\W\d_]+", text)):
+        if not word.isascii():
+            score += 3.0 * len(word) * is_word(word)
+            score -= (len({ord(c) >= 0x370 for c in word}) > 1) + (word[1:] != word[1:].lower())
+    return score - sum(ord(c) > 127 and not c.isalpha() and c not in "°±·²³µ×–—−№\xa0½¼¾º" for c in text)
 
 
 def is_frame(source: object) -> bool:
@@ -283,7 +225,7 @@ def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
         for at, dtype in enumerate(frame.dtypes)
         if dtype.kind == "f" or (dtype.kind == "O" and any(map(_is_float, frame.iloc[:, at])))
     )
-    return "\n".join([*(line.replace("\n", " ") for line in lines), *table_text(rows)]) + "\n", floats
+    return "\n".join([*(line.replace("\n", " ") for line in lines), *_table_text(rows)]) + "\n", floats
 
 
 def _is_float(value: Any) -> bool:
@@ -299,15 +241,11 @@ def _header(name: Any, units: Any) -> str:
     return f"{name} [{unit}]" if unit else str(name)
 
 
-def table_text(rows: Iterable[tuple[Any, ...]]) -> Iterable[str]:
+def _table_text(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
     """Write rows of Python values as tab-separated lines."""
     for row in rows:
-        yield "\t".join(_quoted(value_text(value)) for value in row)
-
-
-def _quoted(text: str) -> str:
-    text = text.replace("\t", " ").replace("\r", " ").replace("\n", " ")
-    return '"' + text.replace('"', '""') + '"' if text.startswith('"') else text
+        texts = ["" if value is None else re.sub(r"[\t\r\n]", " ", value_text(value)) for value in row]
+        yield "\t".join('"' + text.replace('"', '""') + '"' if text[:1] == '"' else text for text in texts).rstrip("\t")
 
 
 def value_text(value: Any) -> str:
@@ -328,71 +266,54 @@ def value_text(value: Any) -> str:
     return str(value)
 
 
-_MAX_UNPACKED = 100 * 1000 * 1000
-
-
 def _workbook_text(data: bytes, faults: Faults) -> str:
     """Write the filled sheets of a workbook below each other as tab-separated text."""
-    import struct
-    import zipfile
-
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = archive.namelist()
             unpacked = sum(info.file_size for info in archive.infolist())
-    except (zipfile.BadZipFile, NotImplementedError, struct.error, OSError, ValueError):
-        raise faults.refuse(
-            OTHER_KIND_OF_FILE, "this is a damaged zip archive, not a table", "give the CSV itself"
-        ) from None
+    except Exception:  # a damaged archive can fail in any way inside the library
+        message = "this is a damaged zip archive, not a table"
+        raise faults.refuse(OTHER_KIND_OF_FILE, message, "give the CSV itself") from None
     if "xl/workbook.xml" not in names:
         kind = "an OpenDocument file" if "content.xml" in names else "a zip archive"
         hint = "save the table as CSV and give that file; gyro grade reads a zip of a whole class"
         raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", hint)
     if unpacked > _MAX_UNPACKED:
-        raise faults.refuse(FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", "a lab log has a few kilobytes")
+        raise faults.refuse(FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", _SMALL)
     try:
         sheets = _sheets(data)
-    except Exception as error:  # a damaged workbook can fail in any way inside the library
-        reason = f"{type(error).__name__}: {error}"[:80]
-        raise faults.refuse(
-            WORKBOOK_CANNOT_BE_READ, f"the workbook cannot be read ({reason})", "save the table as CSV"
-        ) from None
+    except Exception as error:  # so can a damaged workbook
+        message = f"the workbook cannot be read ({f'{type(error).__name__}: {error}'[:80]})"
+        raise faults.refuse(WORKBOOK_CANNOT_BE_READ, message, "save the table as CSV") from None
     if not sheets:
         raise faults.refuse(WORKBOOK_CANNOT_BE_READ, "the workbook is empty", "save the log's sheet as CSV")
-    if len(sheets) == 1:
-        return "\n".join(table_text(sheets[0][1])) + "\n"
     # The name of a sheet is a title of what stands on it.
-    rows = [row for name, cells in sheets for row in ((f"sheet {name}",), *cells)]
-    return "\n".join(table_text(rows)) + "\n"
+    return "\n".join(text if len(sheets) == 1 else f"sheet {name}\n{text}" for name, text in sheets.items()) + "\n"
 
 
-def _sheets(data: bytes) -> list[tuple[str, list[tuple[Any, ...]]]]:
-    """Give the name and the rows of each filled sheet."""
+def _sheets(data: bytes) -> dict[str, str]:
+    """Give the text of each filled sheet by its name."""
     openpyxl = import_module("openpyxl")  # not at the start-up of every command
-    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    filled = []
-    for sheet in book.worksheets:
+    sheets = {}
+    for sheet in openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets:
         # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-        cells = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
-        rows = [_row(row) for row in cells]
-        while rows and not any(value is not None for value in rows[-1]):
-            rows.pop()
-        if rows:
-            filled.append((sheet.title, rows))
-    return filled
+        rows = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)
+        # A row that is struck out is left out as one that begins with #.
+        values = (
+            ["#"] * _is_struck(row) + [None if cell.value is None else _plain(cell) for cell in row] for row in rows
+        )
+        sheets[sheet.title] = "\n".join(_table_text(values)).rstrip("\n")
+    return {name: text for name, text in sheets.items() if text}
 
 
-def _row(cells: tuple[Any, ...]) -> tuple[Any, ...]:
-    end = len(cells)
-    while end and cells[end - 1].value is None:
-        end -= 1
-    return tuple(_plain(cell) for cell in cells[:end])
+def _is_struck(row: tuple[Any, ...]) -> bool:
+    filled = [cell for cell in row if cell.value is not None]
+    return bool(filled) and all(cell.font.strike for cell in filled)
 
 
 def _plain(cell: Any) -> Any:
     """Undo what Excel makes of a cell: 03:36.26 is stored as a time of the day, and 15.0 as 15, shown with a digit."""
-    from datetime import time, timedelta
-
     value = cell.value
     if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
         text = f"{value:.{len(shown[1])}f}"
@@ -409,9 +330,6 @@ def _plain(cell: Any) -> Any:
 
 
 # --- from text to rows of cells: delimiter, quotes, # lines and limits -------------------------------------------
-
-
-MAX_CELL = 10_000
 
 
 class Row(Struct, frozen=True):
@@ -449,15 +367,10 @@ class Grid(Struct, frozen=True):
         """Give one cell with its place, which only a fault asks for."""
         return Text(row.texts[at], *find_place(self.lines, self.delimiter, row.spot(at)))
 
-    def cells(self, row: Row) -> list[Text]:
-        """Give the cells of one row with their places."""
-        return [self.cell(row, at) for at in range(len(row.texts))]
-
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
-_DELIMITERS = ("\t", ";", ",")
 _SPACED = re.compile(r" *[-+.0-9/eE]+(?: +[-+.0-9/eE]+)+ *")
 """A row of numbers that only blanks part."""
 _LONE_QUOTE = r'((?:^|{0})\s*)"(?=\s*(?:{0}|$))'
@@ -469,99 +382,63 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 def make_grid(document: Document) -> Grid:
     """Split a log into cells."""
     faults = document.faults
-    lines = list(faults.lines)
+    grid = Grid(list(faults.lines), ",", [], [], [], document.floats)
+    lines = grid.lines
     body: list[int] = []  # indices of the table's lines
-    metadata: list[tuple[str, Text]] = []
-    comments: list[Text] = []
     forced = document.delimiter
     for index, line in enumerate(lines):
         if not line or line.isspace():
             continue
         if line[0] in '# "\t' and re.match(r'[ "\t]*#(?!\s*[;,\t])', line):
-            _read_comment(line, index + 1, metadata, comments)
+            _read_comment(line, index + 1, grid, faults)
         elif index == 0 and re.fullmatch(r"sep=[;,\t]\s*", line):
             forced = line[4]  # what Excel writes for itself
         else:
             body.append(index)
     if len(body) - 1 > MAX_ROWS:  # without the header
-        raise faults.refuse(
-            TOO_MANY_ROWS, f"{len(body) - 1} rows; at most 100 000 are read", "a lab log has some dozens"
-        )
+        message = f"{len(body) - 1} rows; at most 100 000 are read"
+        raise faults.refuse(TOO_MANY_ROWS, message, "a lab log has some dozens")
     forced = forced or _from_markup(lines, body)
-    delimiter = forced or find_delimiter([lines[i] for i in body[:30]]) or _from_blanks(lines, body)
+    delimiter = forced or _find_delimiter([lines[i] for i in body[:30]]) or _from_blanks(lines, body)
     if delimiter is None and body:
         first = next((i for i in body if _SPACED.fullmatch(lines[i])), body[0])
         hint = "put a comma, a semicolon or a tab between the columns"
-        raise faults.refuse(
-            NO_DELIMITER, "no delimiter between the columns was found", hint, Place(first + 1, 1), len(lines[first])
-        )
-    rows = _split_rows(lines, body, delimiter or ",", faults)
-    rows = _without_answers(rows, lines, delimiter or ",", metadata)
-    rows = _without_constants(rows, lines, delimiter or ",", metadata, faults)
-    comments = _without_lost_colons(comments, metadata, faults)
-    width = len(rows[0].texts) if rows else 0
-    hidden = [
-        c.line
-        for c in comments
-        if delimiter and width > 2 and c.text.count(delimiter) == width - 1 and c.text[:1].isdigit()
-    ]
-    if hidden:
+        cell = Text(lines[first], first + 1, 1)
+        raise faults.refuse(NO_DELIMITER, "no delimiter between the columns was found", hint, cell)
+    grid = replace(grid, delimiter=delimiter or ",")
+    grid.rows.extend(row for row in _split_rows(grid, body, faults) if not _read_key(row, grid, faults))
+    width = len(grid.rows[0].texts) if grid.rows else 0
+    commented = (c for c in grid.comments if width > 2 and c.text.count(grid.delimiter) == width - 1)
+    if hidden := [c.line for c in commented if c.text[:1].isdigit()]:
         faults.add(ROW_TAKEN_OUT, f"{span(hidden)}: begins with # and is left out", "", Place(hidden[0], 1))
-    return Grid(lines, delimiter or ",", rows, metadata, comments, document.floats)
+    return grid
 
 
-def _without_answers(rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]]) -> list[Row]:
-    """Take I_zz out of a table below or beside which it is written, as if it stood in a ``#`` line."""
-    kept: list[Row] = []
-    for row in rows:
-        if found := find_in_row(row.texts):
-            at, answer = found
-            metadata.append(("I_zz", Text(answer, *find_place(lines, delimiter, row.spot(at)))))
-            left = row.texts[:at]
-            while left and not left[-1]:
-                left.pop()
-            row = replace(row, texts=left)
-        if row.texts:
-            kept.append(row)
-    return kept
+def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
+    """Take I_zz and "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as if it stood in a ``#`` line.
 
-
-def _without_constants(
-    rows: list[Row], lines: list[str], delimiter: str, metadata: list[tuple[str, Text]], faults: Faults
-) -> list[Row]:
-    """Take "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as if it stood in a ``#`` line."""
-    from gyrodata.readings.roles import CONSTANTS
-
-    kept: list[Row] = []
-    for row in rows:
-        filled = [text for text in row.texts if text]
-        match = _KEY.fullmatch(" ".join(filled)) or re.fullmatch(r"([^\W\d][\w ]*?)\t(.*)", "\t".join(filled))
-        key = re.sub(r"[\s_\-]+", "_", match[1].strip()).lower() if match and len(filled) <= 3 else ""
-        if match is None or key not in CONSTANTS or not re.match(r"[-+(]?[.\d]", match[2]):
-            kept.append(row)
-            continue
-        at = next(at for at, text in enumerate(row.texts) if text)
-        place = find_place(lines, delimiter, row.spot(at))
-        value = match[2].replace("\t", " ")
-        metadata.append((key, Text(value, *place)))
-        faults.add(LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", place, len(row.texts[at]))
-    return kept
-
-
-def _without_lost_colons(comments: list[Text], metadata: list[tuple[str, Text]], faults: Faults) -> list[Text]:
-    """Read "# latitude 48.1 deg", which lacks its colon, if it is a constant and nothing else."""
-    from gyrodata.readings.roles import CONSTANTS
-
-    kept: list[Text] = []
-    for comment in comments:
-        match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and match[1].lower() in CONSTANTS:
-            metadata.append((match[1].lower(), replace(comment, text=match[2])))
-            message = f'"# {comment.text[:60]}" is read as "# {match[1].lower()}: {match[2][:60]}"'
-            faults.add(LINE_READ_AS_KEY, message, "", comment)
-        else:
-            kept.append(comment)
-    return kept
+    Tell whether the row held nothing else.
+    """
+    if row.texts[0] == "#":
+        return False  # the reader of the rows says that it is left out
+    if found := find_in_row(row.texts):
+        at, answer = found
+        grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=answer)))
+        del row.texts[at:]
+        while row.texts and not row.texts[-1]:
+            row.texts.pop()
+    filled = [text for text in row.texts if text]
+    if len(filled) > 3 or not filled:
+        return not filled
+    match = _KEY.fullmatch(" ".join(filled)) or re.fullmatch(r"([^\W\d][\w ]*?)\t(.*)", "\t".join(filled))
+    key = re.sub(r"[\s_\-]+", "_", match[1].strip()).lower() if match else ""
+    if match is None or key not in CONSTANTS or not re.match(r"[-+(]?[.\d]", match[2]):
+        return False
+    cell = grid.cell(row, row.texts.index(filled[0]))
+    value = replace(cell, text=match[2].replace("\t", " "))
+    grid.metadata.append((key, value))
+    faults.add(LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value.text}"', "", cell)
+    return True
 
 
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
@@ -576,18 +453,24 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
-def _read_comment(line: str, number: int, metadata: list[tuple[str, Text]], comments: list[Text]) -> None:
+def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:
     """Read ``# key: value``; a spreadsheet may have quoted the line or hung delimiters on it."""
     start = line.index("#") + 1
     content = line[start:].rstrip(" \t,;")
     if line.lstrip().startswith('"'):
         content = content.rstrip('"').replace('""', '"')
-    match = _KEY.fullmatch(content)
-    if match is None:
-        comments.append(Text(content.strip(), number, start))
+    if match := _KEY.fullmatch(content):
+        key = re.sub(r"[\s\-]+", "_", match[1].strip())
+        grid.metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
         return
-    key = re.sub(r"[\s\-]+", "_", match[1].strip())
-    metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
+    comment = Text(content.strip(), number, start)
+    match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
+    if match and match[1].lower() in CONSTANTS:  # "# latitude 48.1 deg" lacks its colon
+        grid.metadata.append((match[1].lower(), replace(comment, text=match[2])))
+        message = f'"# {comment.text[:60]}" is read as "# {match[1].lower()}: {match[2][:60]}"'
+        faults.add(LINE_READ_AS_KEY, message, "", comment)
+    else:
+        grid.comments.append(comment)
 
 
 _RULE = re.compile(r"[\s|+:=\-]*\|[\s|+:=\-]*|[\s+:=\-]*[+\-=]{3,}[\s+:=\-]*|\s*\\[a-zA-Z]+.*")
@@ -605,13 +488,8 @@ def _from_markup(lines: list[str], body: list[int]) -> str | None:
         return None
     body[:] = [i for i in body if not _RULE.fullmatch(lines[i])]
     for i in body:
-        line = lines[i]
-        if tex > framed:
-            line = re.sub(r"\\\\.*$", lambda end: " " * len(end[0]), line)
-            line = re.sub(r"[$~]|\\[,;: ]", lambda mark: " " * len(mark[0]), line)
-        else:
-            line = re.sub(r"^\s*\||\|\s*$", lambda edge: " " * len(edge[0]), line)
-        lines[i] = line
+        frame = r"\\\\.*$|[$~]|\\[,;: ]" if tex > framed else r"^\s*\||\|\s*$"
+        lines[i] = re.sub(frame, lambda mark: " " * len(mark[0]), lines[i])
     return "&" if tex > framed else "|"
 
 
@@ -633,145 +511,88 @@ def _from_blanks(lines: list[str], body: list[int]) -> str | None:
     return None
 
 
-def find_delimiter(lines: list[str]) -> str | None:
+def _find_delimiter(lines: list[str]) -> str | None:
     """Take the delimiter that cuts most rows into equally many cells."""
     best, best_share = None, 0.0
     if lines and 2 * sum(map(bool, map(_SPACED.fullmatch, lines))) >= len(lines):
         return None  # the comma of a title above parts no columns
-    for delimiter in _DELIMITERS:
-        counts = [_count(line[: 4 * MAX_CELL], delimiter) for line in lines]
-        often = Counter(count for count in counts if count)
-        if not often:
-            continue
+    bare = [re.sub(r'"[^"]*"', "", line[: 4 * MAX_CELL]) for line in lines]
+    for delimiter in "\t;,":
+        counts = [line.count(delimiter) for line in bare]
+        often = Counter(filter(None, counts))
         # Titles may stand above the header, and a row may lack the delimiters of its blank cells.
-        share = max(often[max(counts[:2])], often.most_common(1)[0][1]) / len(counts)
-        if best is None or share > best_share + 0.3:
+        share = max(often[max(counts[:2])], often.most_common(1)[0][1]) / len(counts) if often else 0.0
+        if share > best_share + 0.3 * (best is not None):
             best, best_share = delimiter, share
     return best
 
 
-def _count(line: str, delimiter: str) -> int:
-    if '"' in line:
-        line = re.sub(r'"[^"]*"', "", line)
-    return line.count(delimiter)
-
-
-def _split_rows(lines: list[str], body: list[int], delimiter: str, faults: Faults) -> list[Row]:
-    rows: list[Row] = []
+def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
+    """Split the lines of a table into cells."""
+    lines, delimiter = grid.lines, grid.delimiter
     width = 0  # delimiters of the row above
     until = -1  # last line of a quoted cell that goes over several lines
     for index in body:
         if index <= until:
             continue
         line = lines[index]
-        if '"' in line and rows:
+        if '"' in line and width:
             # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
             bare = re.sub(_LONE_QUOTE.format(re.escape(delimiter)), r"\1 ", line)
             if '"' not in bare and bare.count(delimiter) == width:
                 lines[index] = line = bare
-        if '"' in line:
-            cells, until = _split_quoted(lines, index, delimiter, faults)
-            texts = [cell.text for cell in cells]
-        else:
-            texts = [part.strip() for part in line.split(delimiter)]
-            width = len(texts) - 1
-            if not line.isascii():
-                texts = [text.strip(_UNSEEN).strip() for text in texts]
-            if len(line) > MAX_CELL or len(texts) > MAX_COLUMNS:
-                _check_sizes(line, index + 1, delimiter, faults)
+        line = line.rstrip(delimiter + " ")
+        columns = line.count(delimiter) + 1
+        if columns <= MAX_COLUMNS and '"' in line:
+            texts, until = _split_quoted(grid, index, faults)
+            columns = len(texts)
+        elif columns <= MAX_COLUMNS:
+            texts = line.split(delimiter)
+            width = lines[index].count(delimiter)
+        if columns > MAX_COLUMNS:
+            message = f"{columns} columns; at most {MAX_COLUMNS} are read"
+            hint = "a lab log has about ten; is this another table?"
+            raise faults.refuse(TOO_MANY_COLUMNS, message, hint, Place(index + 1, 1))
+        texts = [text.strip().strip(_UNSEEN).strip() for text in texts]
+        if long := [at for at, text in enumerate(texts) if len(text) > MAX_CELL]:
+            message = f"a cell of {len(texts[long[0]])} characters; at most 10 000 are read"
+            place = find_place(lines, delimiter, Row(index + 1, texts).spot(long[0]))
+            raise faults.refuse(CELL_TOO_LONG, message, "", place)
         if not _DITTO.isdisjoint(texts):
             texts = ["" if text in _DITTO else text for text in texts]
         while texts and not texts[-1]:
             texts.pop()
-        if len(texts) > MAX_COLUMNS:
-            raise _too_many_columns(len(texts), index + 1, faults)
         if texts:
-            rows.append(Row(index + 1, texts))
-    return rows
+            yield Row(index + 1, texts)
 
 
-def _check_sizes(line: str, number: int, delimiter: str, faults: Faults) -> None:
-    if line.count(delimiter) > MAX_COLUMNS and line.rstrip(delimiter + " ").count(delimiter) >= MAX_COLUMNS:
-        raise _too_many_columns(line.count(delimiter) + 1, number, faults)
-    for at, part in enumerate(line.split(delimiter)):
-        if len(part) > MAX_CELL:
-            raise _long_cell(len(part), find_cell(faults.lines, delimiter, number, at), faults)
+def _split_quoted(grid: Grid, index: int, faults: Faults) -> tuple[list[str], int]:
+    """Split a row with quoted cells, one of which may go on in the next lines; give the index of its last line too."""
+
+    def lines() -> Iterator[str]:
+        for number in range(index, len(grid.lines)):
+            yield grid.lines[number] + " "
+        raise csv.Error
+
+    reader = csv.reader(lines(), delimiter=grid.delimiter, skipinitialspace=True)
+    try:
+        return next(reader), index + reader.line_num - 1
+    except csv.Error:
+        message, hint = "a quoted cell begins here and is never closed", 'close it with ", or take the quote away'
+        opened = list(re.finditer(rf'(?:^|{re.escape(grid.delimiter)})\s*"', grid.lines[index]))
+        place = Place(index + 1, opened[-1].end() if opened else 1)
+        raise faults.refuse(QUOTE_NEVER_CLOSED, message, hint, place) from None
 
 
-def _too_many_columns(count: int, line: int, faults: Faults) -> Exception:
-    hint = "a lab log has about ten; is this another table?"
-    return faults.refuse(TOO_MANY_COLUMNS, f"{count} columns; at most {MAX_COLUMNS} are read", hint, Place(line, 1))
-
-
-def _long_cell(length: int, cell: Text, faults: Faults) -> Exception:
-    return faults.refuse(CELL_TOO_LONG, f"a cell of {length} characters; at most 10 000 are read", "", cell.place)
-
-
-def find_cell(lines: list[str], delimiter: str, line: int, at: int) -> Text:
-    """Find the place of one cell of the row that begins in a line."""
-    whole = lines[line - 1]
-    if '"' in whole:
-        return _split_quoted(lines, line - 1, delimiter, Faults(""))[0][at]
-    parts = whole.split(delimiter)
-    text = parts[at].strip()
-    text = text if whole.isascii() else text.strip(_UNSEEN).strip()
-    before = sum(len(part) + 1 for part in parts[:at])
-    return Text(text, line, 1 + before + (parts[at].index(text) if text else 0))
+_MOST_LINES_OF_A_CELL = 100
 
 
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     """Find where a cell stands by its number."""
     line, at = divmod(spot, MAX_COLUMNS)
-    return find_cell(lines, delimiter, line, at).place
-
-
-def _split_quoted(lines: list[str], index: int, delimiter: str, faults: Faults) -> tuple[list[Text], int]:
-    """Split a line with quoted cells; one of them may go on in the next lines."""
-    row: list[Text] = []
-    line, position = lines[index], 0
-    while True:
-        start = position
-        while start < len(line) and line[start] in " \u00a0":
-            start += 1
-        if line.startswith('"', start):
-            place = Place(index + 1, start + 1)
-            text, index, position = _read_quoted(lines, index, start + 1, place, faults)
-            line = lines[index]
-            end = line.find(delimiter, position)
-            end = len(line) if end < 0 else end
-            row.append(Text((text + line[position:end]).strip(), place.line, place.column + 1))
-        else:
-            end = line.find(delimiter, position)
-            end = len(line) if end < 0 else end
-            text = line[position:end].strip()
-            row.append(Text(text, index + 1, min(start, end) + 1))
-        if len(row[-1].text) > MAX_CELL:
-            raise _long_cell(len(row[-1].text), row[-1], faults)
-        if end >= len(line):
-            return row, index
-        if len(row) > MAX_COLUMNS * 2:
-            raise _too_many_columns(line.count(delimiter) + 1, index + 1, faults)
-        position = end + 1
-
-
-def _read_quoted(lines: list[str], index: int, position: int, opened: Place, faults: Faults) -> tuple[str, int, int]:
-    """Read up to the closing quote; give the text, and the line and position behind the quote."""
-    parts: list[str] = []
-    length = 0
-    while True:
-        line = lines[index]
-        end = line.find('"', position)
-        if end < 0:
-            parts.append(line[position:] + " ")
-            length += len(line) - position + 1
-            index, position = index + 1, 0
-        elif line.startswith('""', end):
-            parts.append(line[position : end + 1])
-            length += end + 1 - position
-            position = end + 2
-        else:
-            parts.append(line[position:end])
-            return "".join(parts), index, end + 1
-        if index >= len(lines) or length > MAX_CELL:
-            message = "a quoted cell begins here and is never closed"
-            raise faults.refuse(QUOTE_NEVER_CLOSED, message, 'close it with ", or take the quote away', opened)
+    text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
+    mark = re.escape(delimiter)
+    cell = rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}'
+    match = re.match(rf'(?:{cell}){{{at}}}(?:[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n]))?', text)
+    before = text[: match.end()] if match else ""
+    return Place(line + before.count("\n"), len(before) - before.rfind("\n"))

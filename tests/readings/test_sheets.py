@@ -109,3 +109,15 @@ def test_table_with_units_in_its_attributes_is_read():
     assert values(readings, "spin") == pytest.approx([406 * math.pi / 30, 398 * math.pi / 30])
     indexed = pd.DataFrame({"time [s]": [7.06]}, index=pd.Index([20.1], name="mass [g]"))
     assert values(read_log(indexed), "mass") == pytest.approx([0.0201])
+
+
+def test_row_that_is_struck_out_is_left_out_with_a_note():
+    book = openpyxl.load_workbook(io.BytesIO(workbook(HEAD, *[[20, 15, 406 + k, 13.06, "1/3"] for k in range(3)])))
+    for cell in book.active[3]:
+        cell.font = openpyxl.styles.Font(strike=True)
+    book.active["A4"].font = openpyxl.styles.Font(strike=True)  # only one cell of its row
+    stream = io.BytesIO()
+    book.save(stream)
+    readings = read_log(stream.getvalue())
+    assert readings.lines == (2, 4)
+    assert "line 3: begins with # or is struck out" in " ".join(d.message for d in readings.diagnostics)

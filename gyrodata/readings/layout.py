@@ -350,7 +350,7 @@ def _any_of(key: str) -> str:
 _BALL_FIRST = re.compile(rf"(?i)\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})")
 """A line that begins with the ball or the rod, and names no weight."""
 _SEVERAL_WEIGHTS = re.compile(
-    rf"(?i)(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+    rf"(?i)(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
 _MOVED = set(vocabulary.words("moved").split())
 _NOT_TIMED = re.compile(rf"(?i){_any_of('not_timed')}")

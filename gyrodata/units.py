@@ -92,7 +92,7 @@ _ANY_CASE: dict[str, Parsed] = {}
 for _word, _atom in _SYMBOLS.items():
     _ANY_CASE.setdefault(_word.lower(), _atom)
 
-_TOKEN = re.compile(r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d))")
+_TOKEN = re.compile(r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)")
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 
 

@@ -174,7 +174,8 @@ def take_apart(text: str) -> Written | None:
         sign, whole, over, under, unit = match.groups()
         value = (int(whole or 0) * int(under) + int(over)) / int(under) if int(under) else math.inf
         return Written(f"{over}/{under}", -value if sign == "-" else value, None, unit)
-    plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", plain)
+    # Of many blanks in a row two are left: the patterns would try all ways to part them.
+    plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
     bare = re.sub(_ABOUT, "", re.sub(_NAME, "", plain))
     named = bare != plain
     bare, coverage = _without_coverage(bare)

@@ -139,9 +139,9 @@ def parse(text: str) -> Parsed:
         written = int(match[3] or 1)
         if not 1 <= abs(written) <= 4:
             raise UnitError(f'the power {written} in the unit "{text}" makes no sense here')
-        for symbol in symbols:
+        for left, symbol in enumerate(symbols, start=1 - len(symbols)):
             # The power belongs to the last of "kg.m^2".
-            power = (written if symbol is symbols[-1] else 1) * (-1 if match[1] == "/" else 1)
+            power = (1 if left else written) * (-1 if match[1] == "/" else 1)
             size = symbol.factor ** abs(power)
             factor = factor * size if power > 0 else factor / size
             sizes = [one + power * other for one, other in zip(sizes, symbol.dimensions, strict=True)]

@@ -14,17 +14,8 @@ from functools import lru_cache
 from itertools import pairwise
 
 from msgspec import Struct
-from msgspec.structs import replace
 
-from gyrodata.units import (
-    KINDS,
-    LIMITS,
-    Uncertainty,
-    UnitError,
-    fold_letters,
-    kinds_of,
-    parse_unit,
-)
+from gyrodata.units import KINDS, LIMITS, Uncertainty, UnitError, fold_letters, kinds_of, parse_unit
 
 LONGEST = 200
 """Characters in a written quantity; longer texts are none."""
@@ -39,30 +30,44 @@ PLAIN = re.compile(NUMBER)
 
 # Most cells are plain numbers; these patterns are compiled when the first other text comes (`re` keeps them).
 _FRACTION = rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?"
-_ALONE = rf"({NUMBER})\s*({_UNIT})?"
-_IN_BRACKETS = rf"\(\s*({NUMBER})\s*±\s*({NUMBER})\s*\)\s*([eE][-+]?[0-9]{{1,3}})?\s*({_UNIT})?"
-_PLUS_MINUS = rf"({NUMBER})\s*({_UNIT})?\s*±\s*({NUMBER})\s*(%)?\s*({_UNIT})?"
-_CONCISE = rf"({NUMBER})\(({NUMBER})\)([eE][-+]?[0-9]{{1,3}})?\s*({_UNIT})?"
-_SIGN_PAIR = r"\+\s?/\s?-|\+-|\\pm"
-_NAME = r"[^\W\d][\w ]{0,30}=\s*"
-_SUPERSCRIPT = r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)"
+_POWER = r"[eE][-+]?[0-9]{1,3}"
+_QUANTITY = (
+    rf"(?P<open>\(\s*)?(?P<number>{NUMBER})(?:\((?P<digits>{NUMBER})\)(?P<power>{_POWER})?)?\s*(?P<unit>{_UNIT})?"
+    rf"(?:\s*±\s*(?P<spread>{NUMBER})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
+    rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
+)
+"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``: all that `_USUAL` brings the other ways of writing to."""
+
+_NAME = r"^[^\W\d][\w ]{0,30}=\s*"
+_ABOUT = r"(?i)^(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+_SAID = (
+    r"(?i)(?<=\S)\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
+    r"(?:u(?:\s*\([^()]*\)|_?[^\W\d]{0,4})|σ|sigma|uncertainty|error|±)"
+    rf"\s*(?:=|:|of\b|is\b|±)?\s*(?={NUMBER})"
+)
 _TIMES_TEN = r"[×x*·⋅∙]\s*10"
 _POWER_OF_TEN = (
     rf"\s*(?:{_TIMES_TEN}\s*(?:(?:\^|\*\*)\s*|(?=[-+]))|(?<=[\s)])10\s*(?:\^|\*\*)\s*)"
     r"(?:[({]\s*([-+]?[0-9]{1,3})\s*[)}]|([-+]?[0-9]{1,3}))(?![0-9.,])"
 )
-_SHARED_POWER = rf"({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))"
-_COVERAGE = r"\s*[(,;]?\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*\)?$"
-_COVERAGE_INSIDE = r"\(\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*\)"
-_SIGMAS = r"\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?$"
-_ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
-_SAID = (
-    r"\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
-    r"(?:u(?:\s*\([^()]*\)|_?[^\W\d]{0,4})|σ|sigma|uncertainty|error|±)"
-    rf"\s*(?:=|:|of\b|is\b|±)?\s*(?={NUMBER})"
+_USUAL = (
+    (r"(?:(?<=[^\W\d])|(?<=\^\d))\.$", ""),  # the end of a sentence
+    (rf"{_SAID}((?:[^()]|\([^()]*\))*)\)?$", r" ± \1"),  # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
+    (r"(?<=[\d\s)%])[\[(]\s*((?:1/)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$", r" \1"),  # a unit in brackets
+    # "4.4 ± 0.1 × 10^-3" means that power of both.
+    (rf"^({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))", r"(\1)"),
+    (_POWER_OF_TEN, r"e\1\2"),
 )
-_LEVEL = r"[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]]"
-_UNIT_IN_BRACKETS = r"(?<=[\d\s)%])[\[(]\s*((?:1/)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$"
+"""Ways of writing, and the usual one to put in their place."""
+
+_K = r"\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*"
+_COVERAGES = (
+    rf"(.*?)\s*[(,;]?{_K}\)?()",
+    rf"(.*)\({_K}\)(.*)",
+    r"(.*±.*?)\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?()",
+    r"(.*±.*)[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]](.*)",
+)
+"""A coverage factor or a level with what stands before and behind it: ``(k = 2)``, ``2σ``, ``(95 %)``."""
 _THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
 
 _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
@@ -118,7 +123,7 @@ def fold_number(text: str) -> str:
     """Write a text in ASCII as far as that changes nothing: real minus signs, ½, wide digits; 10⁻³ becomes 10^-3."""
     if text.isascii():
         return text.strip()
-    text = re.sub(_SUPERSCRIPT, lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
+    text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
     spelled = "".join(
         f" {folded}" if unicodedata.category(c) == "No" and "⁄" in (folded := unicodedata.normalize("NFKC", c)) else c
         for c in text
@@ -133,8 +138,6 @@ def to_float(number: str) -> float:
 
 def last_place(number: str) -> int:
     """Give the power of ten of the last digit typed."""
-    if number.isdigit():
-        return 0
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
 
@@ -165,104 +168,51 @@ def take_apart(text: str) -> Written | None:
     if len(text) > LONGEST:
         return None
     plain = fold_number(text)
-    match = PLAIN.fullmatch(plain)
-    if match:
+    if PLAIN.fullmatch(plain):
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
-    match = re.fullmatch(_FRACTION, plain) if "/" in plain else None
-    if match:
+    if match := re.fullmatch(_FRACTION, plain):
         sign, whole, over, under, unit = match.groups()
-        number = (int(whole or 0) * int(under) + int(over)) / int(under) if int(under) else math.inf
-        return Written(f"{over}/{under}", -number if sign == "-" else number, None, unit)
-    match = re.fullmatch(_ALONE, plain)
-    if match and kinds_of(match[2]):
-        return _written(match[1], match[2])
-    return _take_apart_long(re.sub(_SIGN_PAIR, "±", plain) if "-" in plain or "\\" in plain else plain)
-
-
-def _take_apart_long(plain: str) -> Written | None:
-    """Take apart what has a ±, a bracket, a power of ten, a name or a coverage factor."""
-    # What a text has no sign of is not looked for, so that its pattern need not be compiled.
-    bare = re.sub(rf"^{_NAME}", "", plain, count=1) if "=" in plain else plain
-    if bare[:1].isalpha() or bare[:1] in "~≈≃":
-        bare = re.sub(rf"^{_ABOUT}", "", bare, count=1, flags=re.IGNORECASE)
-    if bare.endswith("."):  # the end of a sentence
-        bare = re.sub(r"(?<=[^\W\d])\.$|(?<=\^\d)\.$", "", bare)
+        value = (int(whole or 0) * int(under) + int(over)) / int(under) if int(under) else math.inf
+        return Written(f"{over}/{under}", -value if sign == "-" else value, None, unit)
+    # Of many blanks in a row two are left: the patterns would try all ways to part them.
+    plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
+    bare = re.sub(_ABOUT, "", re.sub(_NAME, "", plain))
     named = bare != plain
     bare, coverage = _without_coverage(bare)
-    said = re.search(_SAID, bare, re.IGNORECASE) if "±" not in bare or "(" in bare else None
-    if said and said.start():
-        # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
-        end = bare[said.end() :]
-        bare = f"{bare[: said.start()]} ± {end[:-1] if '(' in said[0] and end.endswith(')') else end}"
-    if bare.endswith((")", "]")):
-        bare = re.sub(_UNIT_IN_BRACKETS, r" \1", bare)
-    if "10" in bare:
-        # "4.4 ± 0.1 × 10^-3" means that power of both.
-        bare = re.sub(rf"^{_SHARED_POWER}", r"(\1)", bare)
-        bare = re.sub(_POWER_OF_TEN, lambda power: f"e{power[1] or power[2]}", bare)
-    if bare.endswith(")") and re.fullmatch(r"\([^()]*±[^()]*\)", bare):
-        bare = bare[1:-1].strip()
-    written = _match_long(bare)
-    if written is None:
+    for way, usual in _USUAL:
+        bare = re.sub(way, usual, bare)
+    match = re.fullmatch(_QUANTITY, bare)
+    if match is None:
         return None
-    return replace(written, coverage=coverage, named=named)
+    number, digits, spread = match["number"], match["digits"], match["spread"]
+    unit, last, behind = match["unit"], match["last"], match["behind"]
+    percent, power = match["percent"] is not None, match["power"] or match["shared"] or ""
+    two_units = (behind and (unit or last)) or (percent and unit and last and unit != last)
+    two_powers = power and "e" in (number + (digits or spread or "")).lower()
+    if two_units or two_powers or (digits and spread) or (match["open"] and not spread):
+        return None
+    number += power
+    spread_unit, unit = last if unit and not percent else None, unit or last or behind
+    if digits:
+        # A whole number in the bracket counts in the last digits.
+        spread = f"{digits}e{last_place(number)}" if digits.isdigit() else digits + power
+    elif spread and not percent:
+        spread += power
+        if re.fullmatch(_THOUSANDS, number) and "," not in spread:
+            # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
+            larger = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
+            number = number.replace(",", "") if larger or "." in spread else number
+    step = float(f"1e{last_place(number)}")
+    return Written(number, to_float(number), step, unit, spread, percent, spread_unit, coverage, named)
 
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
-    for pattern in (_COVERAGE, _COVERAGE_INSIDE) if "=" in text else ():
-        match = re.search(pattern, text)
-        if match:
-            return f"{text[: match.start()]} {text[match.end() :]}".strip(), to_float(match[1])
-    match = re.search(_SIGMAS, text, re.IGNORECASE) if "±" in text and text[-1] in ")]aAσdD." else None
-    if match:
-        return text[: match.start()].strip(), to_float(match[1])
-    match = re.search(_LEVEL, text) if "±" in text and "%" in text else None
-    if match and to_float(match[1]) in _LEVELS:
-        return f"{text[: match.start()]} {text[match.end() :]}".strip(), _LEVELS[to_float(match[1])]
+    for pattern in _COVERAGES:
+        match = re.fullmatch(pattern, text, re.IGNORECASE)
+        if match and ((number := to_float(match[2])) < 10 or number in _LEVELS):
+            return f"{match[1]} {match[3]}".strip(), _LEVELS.get(number, number)
     return text, 1.0
-
-
-def _match_long(text: str) -> Written | None:
-    match = re.fullmatch(_IN_BRACKETS, text) if text[:1] == "(" else None
-    if match:
-        number, spread, power, unit = match.groups()
-        if power and "e" in (number + spread).lower():
-            return None
-        return _written(number + (power or ""), unit, spread + (power or ""))
-    match = re.fullmatch(_PLUS_MINUS, text) if "±" in text else None
-    if match:
-        number, first, spread, percent, last = match.groups()
-        if percent and first and last and first != last:
-            return None
-        return _written(number, first or last, spread, percent == "%", None if percent or not first else last)
-    match = re.fullmatch(_CONCISE, text) if "(" in text else None
-    if match:
-        number, spread, power, unit = match.groups()
-        if power and "e" in number.lower():
-            return None
-        number += power or ""
-        # A whole number in the bracket counts in the last digits.
-        spread = f"{spread}e{last_place(number)}" if spread.isdigit() else spread + (power or "")
-        return _written(number, unit, spread)
-    match = re.fullmatch(_ALONE, text)
-    return _written(match[1], match[2]) if match else None
-
-
-def _written(
-    number: str,
-    unit: str | None = None,
-    spread: str | None = None,
-    percent: bool = False,
-    spread_unit: str | None = None,
-) -> Written:
-    if spread and not percent and re.fullmatch(_THOUSANDS, number) and "," not in spread:
-        # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
-        thousands = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
-        number = number.replace(",", "") if thousands or "." in spread else number
-    return Written(
-        number, to_float(number), float(f"1e{last_place(number)}"), unit, spread, percent, spread_unit or None
-    )
 
 
 def doubtful_comma(written: Written, kind: str, unit: str | None = None) -> str:
@@ -278,43 +228,30 @@ def doubtful_comma(written: Written, kind: str, unit: str | None = None) -> str:
     except UnitError:
         return ""
     low, high = LIMITS.get(kind, (0.0, math.inf))
-    if not all(low <= abs(value) * factor <= high for value in (written.value, 1000 * written.value)):
-        return ""
-    return f"{number.replace(',', '')} or {number.replace(',', '.')}"
+    both = all(low <= abs(value) * factor <= high for value in (written.value, 1000 * written.value))
+    return f"{number.replace(',', '')} or {number.replace(',', '.')}" if both else ""
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
     """Bring a quantity taken apart into SI; `unit` holds where none is written."""
-    own = written.unit or unit or ""
-    u = written.u
-    if kind == "rate" and own and kinds_of(own) == {"time"}:
-        return _rate_of_period(written, own)
-    known = parse_unit(own, kind)
-    factor = known.factor
-    step = None if written.step is None else written.step * factor
-    if u is None:
-        return Quantity(written.value * factor, step, None, known.text)
-    if written.percent:
-        return Quantity(written.value * factor, step, Uncertainty(0.0, abs(u)), known.text)
-    u_factor = parse_unit(written.spread_unit, kind).factor if written.spread_unit else factor
-    return Quantity(written.value * factor, step, Uncertainty(abs(u) * u_factor), known.text)
-
-
-def _rate_of_period(written: Written, unit: str) -> Quantity:
-    """Turn "0.1 s per turn" into a rate; "0.1 s" alone might be the time of ten turns."""
-    period = parse_unit(unit, "time")
-    if "/" not in period.text:
-        hint = "write s/rev if it is the time of one revolution"
-        raise UnitError(f'"{unit}" is a time, not a rotation rate', hint, "kind")
-    if written.value == 0:
-        return Quantity(math.inf, None, None, "rad/s")
-    rate = 2 * math.pi / (written.value * period.factor)
-    share = abs(rate / written.value)
-    u = written.u
+    own, u = written.unit or unit or "", written.u
+    # "0.1 s per turn" becomes a rate; "0.1 s" alone might be the time of ten turns.
+    inverse = kind == "rate" and kinds_of(own) == {"time"}
+    known = parse_unit(own, "time" if inverse else kind)
+    factor, spread_factor = known.factor, parse_unit(written.spread_unit or own, known.kind).factor
+    value, text = written.value * factor, known.text
+    if inverse:
+        if "/" not in text:
+            hint = "write s/rev if it is the time of one revolution"
+            raise UnitError(f'"{own}" is a time, not a rotation rate', hint, "kind")
+        if value == 0:
+            return Quantity(math.inf, None, None, "rad/s")
+        slope = 2 * math.pi / value**2
+        value, text, factor, spread_factor = 2 * math.pi / value, "rad/s", factor * slope, spread_factor * slope
     uncertainty = None
     if u is not None:
-        uncertainty = Uncertainty(0.0, abs(u)) if written.percent else Uncertainty(abs(u) * share)
-    return Quantity(rate, None if written.step is None else written.step * share, uncertainty, "rad/s")
+        uncertainty = Uncertainty(0.0, abs(u)) if written.percent else Uncertainty(abs(u) * spread_factor)
+    return Quantity(value, None if written.step is None else written.step * factor, uncertainty, text)
 
 
 def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = True) -> Quantity:
@@ -326,7 +263,7 @@ def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = Tru
     shown = text.strip()[:40]
     written = take_apart(text)
     if written is None or written.named:
-        raise _unreadable(text, kind)
+        raise UnitError(f'"{shown}" is not a number with a unit', f"write it like {KINDS[kind].sample}")
     if not written.unit and not unit and kind not in ("number", "sign"):
         raise UnitError(f'"{text.strip()}" has no unit', f"write one behind it: {KINDS[kind].examples}")
     if ask and (ways := doubtful_comma(written, kind, unit)):
@@ -337,20 +274,9 @@ def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = Tru
     return quantity
 
 
-def _unreadable(text: str, kind: str) -> UnitError:
-    match = re.fullmatch(rf"({NUMBER})(?:\s*/\s*[0-9]+)?\s*(\S.*)", fold_number(text), re.DOTALL)
-    if match and "±" not in text:
-        try:
-            parse_unit(match[2], kind)
-        except UnitError as error:
-            return error
-    return UnitError(f'"{text.strip()[:40]}" is not a number with a unit', f"write it like {KINDS[kind].sample}")
-
-
 def how_to_write(kind: str) -> str:
     """Say how a number of some kind is written, without a number that could be taken over as it stands."""
-    of = KINDS[kind]
-    return f"write a number with its unit: {of.examples}" if of.si else of.proposal
+    return f"write a number with its unit: {KINDS[kind].examples}" if KINDS[kind].si else KINDS[kind].proposal
 
 
 def parse_quantity(text: str, kind: str) -> float:

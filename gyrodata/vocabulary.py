@@ -1,4 +1,4 @@
-"""The words that students write in logs, in each language: `vocabulary.toml`."""
+"""The words that students write in logs, in each language, and their units: `vocabulary.toml`."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ LANGUAGES: dict[str, dict[str, str]] = tomllib.loads(
     Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8")
 )
 """The sections of the file, by language: lists of names or words by key."""
+UNITS = LANGUAGES.pop("units")
+"""Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
+MONTHS = LANGUAGES.pop("months")
+"""What the names of the months begin with, by number."""
 
 
 def words(key: str, separator: str = " ") -> str:

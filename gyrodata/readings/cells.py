@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from types import MappingProxyType
 from typing import Literal
 
 from msgspec import Struct
@@ -66,88 +65,74 @@ LONG = 600.0
 """So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
 
 _MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
-_MONTHS = {
-    abbreviation: number
-    for number, names in enumerate(
-        (
-            "jan jän ene янв sty janv",
-            "feb фев lut fev févr fév",
-            "mar mrz mär мар mars",
-            "apr abr апр kwi avr",
-            "may mai mei май maj мая",
-            "jun июн cze juin",
-            "jul июл lip juil",
-            "aug ago авг sie août aoû",
-            "sep сен wrz set sept",
-            "oct okt окт paź out",
-            "nov ноя lis",
-            "dec dez dic дек gru déc",
-        ),
-        start=1,
-    )
-    for abbreviation in names.split()
-}
+_MONTHS = {word: int(number) for number, words in vocabulary.MONTHS.items() for word in words.split()}
 _DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
 _DOTTED_CLOCK = r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})"
-_DAY_MONTH = r"([0-9]{1,4})[.\s-]*([^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?"
-_MONTH_DAY = r"([^\W\d_]{3,9})\.?[\s-]*([0-9]{1,4})"
+_DATES = (
+    r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
+    r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",
+    r"[0-9]{4}[./-](?P<day>[0-9]{1,2})[./-](?P<month>[0-9]{1,2})(?:[ T]00:00:00)?",
+    r"(?P<day>[0-9]{1,2})([./-])(?P<month>[0-9]{1,2})\2(?:19|20)[0-9]{2}",
+)
 _SPOKEN_CLOCK = r"([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
 _TURN_BEHIND = (
     r"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|"
     r"оборот|об|vuelta|volta|obrót|obrot|圈|转)\w*\.?"
 )
-_SEVERAL = r"([1-9][0-9]?)\s*[x×*·]\s*(.+)"
+_SEVERAL = r"([1-9][0-9]?)\s*[x×*·](?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _SENSES = {
-    "ccw": 1.0,
-    "counterclockwise": 1.0,
-    "anticlockwise": 1.0,
-    "+": 1.0,
-    "+1": 1.0,
-    "1": 1.0,
-    "cw": -1.0,
-    "clockwise": -1.0,
-    "-1": -1.0,
+    **dict.fromkeys(("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), 1.0),
+    **dict.fromkeys(("cw", "clockwise", "-1"), -1.0),
 }
 
 
 @lru_cache(maxsize=16384)
 def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
     """Understand one cell that is not blank; with `ask`, refuse a comma that may part thousands."""
+    plain = fold_number(text)
     if kind == "sign":
-        return _read_sense(text)
-    if unit is not None and not ask and PLAIN.fullmatch(text) and 0 < abs(value := to_float(text)) < math.inf:
-        # Nearly every cell; what follows reads it as well, in twice the time.
-        try:
-            known = parse_unit(unit, kind)
-            return Quantity(value * known.factor, float(f"1e{last_place(text)}") * known.factor, None, known.text)
-        except UnitError:
-            pass  # said below, in the words for a cell
-    if (
-        kind in ("mass", "force")
-        and (several := re.fullmatch(_SEVERAL, text))
-        and not re.match(r"10\s*[\^*⁻⁰-⁹-]", several[2])
-    ):
+        sense = _SENSES.get(plain.lower().replace(" ", "").replace("-c", "c"))
+        if sense is None:
+            raise CellError("is no sense of rotation", "write ccw (or +1) or cw (or -1)")
+        return Quantity(sense, None, None, "")
+    if kind in ("mass", "force") and (several := re.fullmatch(_SEVERAL, text)):
         one = read_cell(several[2], kind, unit, ask)
         count = int(several[1])
         u = None if one.uncertainty is None else Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, None if one.step is None else count * one.step, u, one.unit)
-    if (":" in text or not text.isascii()) and (clock := re.fullmatch(_CLOCK, fold_number(text))):
-        return _read_clock(clock, text, kind, unit)
-    if kind == "time" and (said := re.fullmatch(_SPOKEN_CLOCK, fold_number(text).lower())):
+    if clock := re.fullmatch(_CLOCK, plain):
+        return _read_clock(clock, kind, unit)
+    if kind == "time" and (said := re.fullmatch(_SPOKEN_CLOCK, plain.lower())):
         return read_cell(f"{said[1]}:{'0' * (not said[2][1:2].isdigit())}{said[2]}", kind, unit, ask)
     if kind != "number" and re.fullmatch(r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+", text):
         text = "".join(text.split())  # "1 198 rpm"
     written = take_apart(text)
-    plain = written is not None and written.spread is None and "/" not in written.number
-    if written is None or written.named or (plain and written.unit and not _is_unit(written.unit)):
+    if written is None or written.named:
+        raise _not_a_number(text, written, kind)
+    alone = written.unit and written.spread is None and "/" not in written.number
+    if alone and (not kinds_of(written.unit or "") or (written.unit or "").translate(_MISTYPED).isdigit()):
         raise _not_a_number(text, written, kind)
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
         raise two_readings(kind)
     if ask and (ways := doubtful_comma(written, kind, unit)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
-    return _convert(written, kind, unit, text)
+    own = written.unit or unit
+    if own is None and kind != "number":
+        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", UNIT_MISSING)
+    try:
+        quantity = in_si(written, kind, unit)
+    except UnitError as error:
+        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
+        raise CellError(f": {error}", error.hint, code) from None
+    if math.isinf(quantity.value) and written.value == 0:
+        raise CellError(f': "{own}" is a time, not a rotation rate', "no turn takes no time", UNIT_UNKNOWN)
+    uncertainty = quantity.uncertainty
+    if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
+        raise CellError("has an uncertainty that is far too large")
+    exact = quantity.value == 0 and set(text) <= set("+-−0")
+    return replace(quantity, step=None) if exact else quantity
 
 
 def two_readings(kind: str) -> CellError:
@@ -163,8 +148,6 @@ SPOKEN = ("mass", "turns", "spin_turns")
 @lru_cache(maxsize=4096)
 def said_otherwise(text: str, role: str) -> str:
     """Give the number that a cell says in another way: "none" of a mass, "one third" or "120°" of turns."""
-    if text[:1].isdigit() and PLAIN.fullmatch(text):
-        return ""
     if role == "mass":
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
     if fraction := fraction_of_date(text):
@@ -176,9 +159,8 @@ def said_otherwise(text: str, role: str) -> str:
     if bare != text and (bare == "" or take_apart(bare) is not None):
         return bare or "1"
     written = take_apart(text)
-    if written is not None and written.unit and kinds_of(written.unit) == {"angle"} and written.spread is None:
-        return turns_in(text)
-    return ""
+    angle = written is not None and written.spread is None and kinds_of(written.unit or "") == {"angle"}
+    return turns_in(text) if angle else ""
 
 
 def fraction_of_date(text: str) -> str:
@@ -207,29 +189,18 @@ def rounded_turns(text: str) -> tuple[str, float]:
 
 def _date_pair(text: str) -> tuple[int, int] | None:
     """Give day and month of a date, in either order."""
-    if len(text) < 8 and text.isascii() and not any(map(str.isalpha, text)):
+    match = next(filter(None, (re.fullmatch(date, text) for date in _DATES)), None)
+    if match is None:
         return None
-    if day_month := re.fullmatch(_DAY_MONTH, text):
-        return _date_numbers(day_month[1], day_month[2])
-    if month_day := re.fullmatch(_MONTH_DAY, text):
-        return _date_numbers(month_day[2], month_day[1])
-    if year := re.fullmatch(r"[0-9]{4}[./-]([0-9]{1,2})[./-]([0-9]{1,2})(?:[ T]00:00:00)?", text):
-        return int(year[1]), int(year[2])
-    if year := re.fullmatch(r"([0-9]{1,2})([./-])([0-9]{1,2})\2(?:19|20)[0-9]{2}", text):
-        return int(year[1]), int(year[3])
-    return None
-
-
-def _is_unit(text: str) -> bool:
-    return bool(kinds_of(text)) and not text.translate(_MISTYPED).isdigit()
+    word = match["month"].lower()
+    month = int(word) if word.isdigit() else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+    return (int(match["day"]), month) if month is not None else None
 
 
 def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot hold."""
     if math.isinf(written.value) and "/" in written.number:
         raise CellError("divides by zero")
-    if written.spread is None and written.value and math.isfinite(written.value):
-        return
     for number in (written.number, written.spread):
         if number is None or "/" in number:
             continue
@@ -240,26 +211,7 @@ def _check_size(written: Written) -> None:
             raise CellError("is too small for a number", "write the value as it was read")
 
 
-def _convert(written: Written, kind: str, unit: str | None, text: str) -> Quantity:
-    """Bring a number into SI with its last digit and its ±."""
-    own = written.unit or unit
-    if own is None and kind != "number":
-        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", UNIT_MISSING)
-    try:
-        quantity = in_si(written, kind, unit)
-    except UnitError as error:
-        code = PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else UNIT_UNKNOWN
-        raise CellError(f": {error}", error.hint, code) from None
-    if math.isinf(quantity.value) and written.value == 0:
-        raise CellError(f': "{own}" is a time, not a rotation rate', "no turn takes no time", UNIT_UNKNOWN)
-    uncertainty = quantity.uncertainty
-    if uncertainty is not None and uncertainty.absolute > LIMITS.get(kind, (0.0, math.inf))[1]:
-        raise CellError("has an uncertainty that is far too large")
-    exact = quantity.value == 0 and set(text) <= set("+-−0")
-    return replace(quantity, step=None) if exact else quantity
-
-
-def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) -> Quantity:
+def _read_clock(match: re.Match[str], kind: str, unit: str | None) -> Quantity:
     if kind != "time":
         raise CellError("is a clock time, not a number")
     if unit not in (None, "s", "min"):
@@ -275,15 +227,7 @@ def _read_clock(match: re.Match[str], text: str, kind: str, unit: str | None) ->
         short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"
         hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
         raise CellError("can be h:mm:ss or mm:ss:hundredths", hint)
-    step = float(f"1e{last_place(seconds)}")
-    return Quantity(value, step, None, "s")
-
-
-def _read_sense(text: str) -> Quantity:
-    key = fold_number(text).lower().replace(" ", "").replace("-c", "c")
-    if key not in _SENSES:
-        raise CellError("is no sense of rotation", "write ccw (or +1) or cw (or -1)")
-    return Quantity(_SENSES[key], None, None, "")
+    return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
 
 
 def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
@@ -293,21 +237,26 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
     if kind == "rate" and re.fullmatch(rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*", plain):
         return two_readings(kind)
     if lower in ("nan", "na", "n/a", "#n/a", "none", "null", "inf", "-inf", "infinity", "#div/0!", "#value!"):
-        return CellError(
-            "is not a number",
-            "write the number, 0 for no weight; or put # before the line of a run that was not measured",
-        )
-    date = _read_as_date(text, kind)
-    if date is not None:
-        return date
+        hint = "write the number, 0 for no weight; or put # before the line of a run that was not measured"
+        return CellError("is not a number", hint)
+    pair = _date_pair(text)
+    if pair or re.fullmatch(_DATE_DIGITS, text):
+        if clock := re.fullmatch(_DOTTED_CLOCK, text):
+            hint = f"write it as {clock[1]}:{clock[2]}.{clock[3]}: minutes:seconds.hundredths"
+            return CellError("is not a number", hint)
+        meant, cause = "", "fractions"
+        if pair and kind == "number":
+            meant = f"did you mean {min(pair)}/{max(pair)}? "
+        elif pair:
+            # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
+            meant, cause = f"did you mean {pair[0]}.{pair[1]}? ", "numbers with a point"
+        hint = f"{meant}A spreadsheet does that to {cause}: make the cells text first"
+        return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)
     mended = plain.translate(_MISTYPED)
-    for candidate in (
-        re.sub(r"^(?:~|≈|ca\.?|about|approx\.?)\s*", "", plain),
-        mended,
-        mended.rstrip(".,;"),
-        re.sub(r"([.,])[.,]+", r"\1", mended),
-    ):
-        if candidate != plain and _is_bare(candidate):
+    number = re.sub(r"^(?:~|≈|ca\.?|about|approx\.?)\s*", "", plain)
+    for candidate in (number, mended, mended.rstrip(".,;"), re.sub(r"([.,])[.,]+", r"\1", mended)):
+        bare = take_apart(candidate) if candidate != plain else None
+        if bare and bare.unit is None and bare.spread is None:
             return CellError("is not a number", f"did you mean {candidate}?")
     if kind == "mass" and re.fullmatch(r"[A-ZА-Я][1-9]?|[mM]_?[1-9]", text):
         hint = f'write in each row the mass that it stands for, with its unit: if "{text}" is 20.1 g, write 20.1 g'
@@ -316,76 +265,39 @@ def _not_a_number(text: str, written: Written | None, kind: str) -> CellError:
         return CellError("is not a number", "write it without marks between the thousands")
     if re.fullmatch(r"[0-9]+\s*(?:a|o|st|nd|rd|th|er|e|ème|ой|ый|я)\.?", lower) or "ª" in text or "º" in text:
         return CellError("is an ordinal, not a number", "write how many, as 1, 2.5 or 1/3")
-    clock = re.fullmatch(_SPOKEN_CLOCK, lower)
-    if clock:
-        padded = "0" * (not clock[2][1:2].isdigit()) + clock[2]
-        return CellError("is not a number", f"write it as {int(clock[1]):02d}:{padded}")
-    if (closer := take_apart(plain.replace(" (", "("))) and closer.spread and " (" in plain:
-        hint = f"write {plain.replace(' (', '(')} if the bracket is its uncertainty"
-        return CellError("is not a number", hint)
+    closer = plain.replace(" (", "(")
+    if closer != plain and (bracket := take_apart(closer)) and bracket.spread:
+        return CellError("is not a number", f"write {closer} if the bracket is its uncertainty")
     if written is not None and written.unit and not written.named:
         return CellError(f'is not a number with a unit: "{written.unit}" is no unit known here')
     return CellError("is not a number")
 
 
-def _is_bare(text: str) -> bool:
-    """Tell whether it is a number or a fraction without a unit."""
-    written = take_apart(text)
-    return written is not None and written.unit is None and written.spread is None
-
-
-def _read_as_date(text: str, kind: str) -> CellError | None:
-    pair = _date_pair(text)
-    if pair is None and not re.fullmatch(_DATE_DIGITS, text):
-        return None
-    if clock := re.fullmatch(_DOTTED_CLOCK, text):
-        return CellError("is not a number", f"write it as {clock[1]}:{clock[2]}.{clock[3]}: minutes:seconds.hundredths")
-    meant, cause = "", "fractions"
-    if pair and kind == "number":
-        meant = f"did you mean {min(pair)}/{max(pair)}? "
-    elif pair:
-        # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
-        meant, cause = f"did you mean {pair[0]}.{pair[1]}? ", "numbers with a point"
-    hint = f"{meant}A spreadsheet does that to {cause}: make the cells text first"
-    return CellError("is a date, not a number", hint, CELL_BECAME_A_DATE)
-
-
-def _date_numbers(day: str, month: str) -> tuple[int, int] | None:
-    word = month.lower()
-    number = _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
-    return None if number is None else (int(day), number)
-
-
 @lru_cache(maxsize=16384)
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
-    fault = hint = ""
-    bound = BY_NAME[role].bound if role in BY_NAME else ""
     if not math.isfinite(value):
-        fault = "is too large"
-    elif bound == "above zero" and value <= 0:
-        fault = "is not above zero"
-    elif bound == "not zero" and value == 0:
-        fault = "is zero"
-    elif bound == "not below zero" and value < 0:
-        fault = "is below zero"
-    elif bound == "below 90 degrees" and abs(value) >= math.pi / 2:
-        fault = "is not between -90 and 90 degrees"
-    if fault and math.isfinite(value):
-        hint = BY_NAME[role].bound_hint
+        return "is too large", ""
+    bound = BY_NAME[role].bound if role in BY_NAME else ""
+    broken = {
+        "above zero": (value <= 0, "is not above zero"),
+        "not zero": (value == 0, "is zero"),
+        "not below zero": (value < 0, "is below zero"),
+        "below 90 degrees": (abs(value) >= math.pi / 2, "is not between -90 and 90 degrees"),
+    }
+    wrong, fault = broken.get(bound, (False, ""))
+    if wrong:
+        return fault, BY_NAME[role].bound_hint
     kind = kind_of_role(role)
-    if not fault and value and kind in LIMITS:
-        low, high = LIMITS[kind]
-        if not low <= abs(value) <= high:
-            fault = f"is too {'large' if abs(value) > high else 'small'} for {KINDS[kind].words} in a lab"
-            hint = f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
-    return fault, hint
+    low, high = LIMITS.get(kind, (0.0, math.inf))
+    if value == 0 or low <= abs(value) <= high:
+        return "", ""
+    fault = f"is too {'large' if abs(value) > high else 'small'} for {KINDS[kind].words} in a lab"
+    return fault, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
 
 
 PREFIX = "reported_"
-REPORTED_KINDS: Mapping[str, str] = MappingProxyType(
-    {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
-)
+REPORTED_KINDS = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
 """Kind of quantity of what a lab's report usually states; of anything else, the unit written tells it."""
 
 Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
@@ -468,7 +380,24 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
     )
     if spread is not None and spread < 0:
         return replace(read, fault="unreadable", problem="the uncertainty is negative")
-    return _with_units(read, written, ask)
+    kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
+    if kind is None and written.unit is not None:
+        return read  # nothing that this tool knows; the text says it all
+    kind = kind or "number"
+    if ask and (ways := doubtful_comma(written, kind, SI[kind])):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" can mean {ways}')
+    try:
+        quantity = in_si(written, kind, SI[kind])
+        factor = parse_unit(written.spread_unit or written.unit or SI[kind], kind).factor
+    except UnitError as error:
+        return replace(read, fault="wrong unit", problem=str(error))
+    u = None if quantity.uncertainty is None else quantity.uncertainty.at(quantity.value)
+    u_step = None if written.spread is None or written.percent else 10.0 ** last_place(written.spread) * factor
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=u_step)
+    if written.unit is None and SI[kind]:
+        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {KINDS[kind].examples}'
+        return replace(read, fault="no unit", problem=problem)
+    return read
 
 
 _HUGE = 1e30  # a number above this, or below one over it, is no moment of inertia [kg*m^2]
@@ -478,20 +407,18 @@ def usable_inertia(reported: Reported | None) -> Reported | None:
     """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
     if reported is None:
         return None
-    read = reported
     if reported.value is None and reported.unit:
         again = read_reported("inertia", reported.text.replace(reported.unit, "kg*m^2"))
-        read = replace(reported, value=again.value, u=again.u, step=again.step, u_step=again.u_step)
-    sizes = [abs(size) for size in (read.value, read.u) if size]
-    if read.value is None or all(1 / _HUGE <= size <= _HUGE for size in sizes):
-        return read
-    return replace(read, value=None, problem=f'"{read.text[:60]}" is far from any moment of inertia')
+        reported = replace(reported, value=again.value, u=again.u, step=again.step, u_step=again.u_step)
+    sizes = [abs(size) for size in (reported.value, reported.u) if size]
+    if reported.value is None or all(1 / _HUGE <= size <= _HUGE for size in sizes):
+        return reported
+    return replace(reported, value=None, problem=f'"{reported.text[:60]}" is far from any moment of inertia')
 
 
 _ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
 _OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
 _CUTS = r"[,;.)|]?\s+|[.,;|]*$"
-_DIGIT = re.compile(r"\d")
 _LONGEST_ANSWER = 300
 _PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
 
@@ -501,14 +428,13 @@ def find_inertia(line: str) -> str:
 
     Its name must stand before it, and its unit behind it; "I_zz" and "moment of inertia" alone do without.
     """
-    if len(line) > _LONGEST_ANSWER or not _DIGIT.search(line):
+    if len(line) > _LONGEST_ANSWER or not re.search(r"\d", line):
         return ""
     for mark in re.finditer(_ANSWER_FOLLOWS, line):
         before, rest = line[: mark.start()], line[mark.end() :]
         if re.search(_OF_OTHERS, before):
             return ""
-        unit = re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before)
-        if unit:
+        if unit := re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before):
             before = before[: unit.start()]
         words = re.findall(r"[^\W\d][\w'’]*", before.translate(_PLAIN_WORDS))
         names = (" ".join(words[-count:]) for count in (3, 2, 1) if len(words) >= count)
@@ -534,8 +460,7 @@ def find_in_row(cells: Sequence[str]) -> tuple[int, str] | None:
             alone = "=" in cell or ":" in cell
             if not alone and at == len(cells) - 1:
                 break
-            answer = find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}")
-            if answer:
+            if answer := find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}"):
                 return at, answer
     return None
 
@@ -554,35 +479,10 @@ def one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | Non
     return place, first
 
 
-def _with_units(read: Reported, written: Written, ask: bool) -> Reported:
-    """Bring the number and its uncertainty into SI."""
-    kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(written.unit or "")), None)
-    if kind is None and written.unit is not None:
-        return read  # nothing that this tool knows; the text says it all
-    kind = kind or "number"
-    if ask and (ways := doubtful_comma(written, kind, SI[kind])):
-        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" can mean {ways}')
-    try:
-        quantity = in_si(written, kind, SI[kind])
-        factor = parse_unit(written.spread_unit or written.unit or SI[kind], kind).factor
-    except UnitError as error:
-        return replace(read, fault="wrong unit", problem=str(error))
-    u_step = None
-    if written.spread is not None and not written.percent:
-        u_step = 10.0 ** last_place(written.spread) * factor
-    u = None if quantity.uncertainty is None else quantity.uncertainty.at(quantity.value)
-    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=u_step)
-    if written.unit is None and SI[kind]:
-        problem = f'"{read.text[:60]}" has no unit: write one behind it, such as {KINDS[kind].examples}'
-        return replace(read, fault="no unit", problem=problem)
-    return read
-
-
 def _as_written(unit: str, text: str) -> str:
     """Find how the student spelled a unit that was read in folded letters."""
     # A unit behind the last part is behind the whole.
-    *ends, last = re.split(r"±|\+\s?/\s?-|\+-", text)
-    ends = [last, *ends]
+    ends = re.split(r"±|\+\s?/\s?-|\+-", text)[::-1]
     return next((end[i:].strip() for end in ends for i in range(len(end)) if fold_number(end[i:]) == unit), unit)
 
 

@@ -18,7 +18,7 @@ from gyrodata.diagnostics import (
     MAPPED_ROLE_UNKNOWN,
 )
 from gyrodata.quantities import fold_number, to_float
-from gyrodata.readings.headers import Header, clock_word, is_of_the_spin, turns_in, unit_for
+from gyrodata.readings.headers import Header, clock_word, is_of_the_spin, split_unit, turns_in, unit_for
 from gyrodata.readings.lablog import Faults, Text, listing
 from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.roles import (
@@ -30,6 +30,7 @@ from gyrodata.readings.roles import (
     SUMMARY_WORDS,
     THEORY_WORDS,
     TIMINGS,
+    UNCERTAINTIES,
     UNSURE_WORDS,
     derived_roles,
     kind_of_role,
@@ -84,11 +85,15 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
         choice.serve(chosen)
     open_columns: dict[int, Header] = {}
     stating: list[int] = []
+    named = {squeeze(split_unit(header.text)[0]): header.roles for header in layout.headers}
     # A mean stands back behind the readings that it is made of, and a bare letter behind a name.
     for at, header in sorted(enumerate(layout.headers), key=lambda item: (is_of_means(item[1].text), _letter(item[1]))):
         texts = [row.texts[at] if at < len(row.texts) else "" for row in layout.rows]
         if at in mapped or at in layout.combined:
             continue
+        mark, symbol = (name := squeeze(split_unit(header.text)[0]))[:1], name[1:]
+        if not header.roles and mark and mark in "Δδσε" and named.get(symbol):  # "ΔT" next to "T"
+            header = replace(header, roles=tuple(f"u_{role}" for role in named[symbol] if f"u_{role}" in UNCERTAINTIES))
         if _letter(header) and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
             choice.serve(Chosen(at, layout.cells[at], header, "run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif header.roles in ((), ("time",), ("precession_period",)) and _is_time(header) and turns_in(header.text):

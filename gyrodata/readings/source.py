@@ -42,6 +42,7 @@ from gyrodata.diagnostics import (
     WORKBOOK_CANNOT_BE_READ,
 )
 from gyrodata.errors import printable
+from gyrodata.readings import other_tables
 from gyrodata.readings.cells import find_in_row
 from gyrodata.readings.lablog import Faults, Place, Text, listing, span
 from gyrodata.readings.roles import CONSTANTS, is_word
@@ -107,6 +108,9 @@ def load(source: Source, name: str | None) -> Document:
         return Document(shown, digest, text, Faults(shown, text), "\t")
     for kind, start in _OTHER_FILES.items():
         if re.match(start, data, re.DOTALL):
+            if kind == "a web page" and any(rows := list(other_tables.web_page_tables(decode(data, faults)[0]))):
+                text = "\n".join(_table_text(rows)) + "\n"
+                return Document(shown, digest, text, Faults(shown, text), "\t")
             hint = _JSON if kind == "JSON" else _SAVE_AS
             raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", hint)
     text, encoding = decode(data, faults)
@@ -275,14 +279,13 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
     except Exception:  # a damaged archive can fail in any way inside the library
         message = "this is a damaged zip archive, not a table"
         raise faults.refuse(OTHER_KIND_OF_FILE, message, "give the CSV itself") from None
-    if "xl/workbook.xml" not in names:
-        kind = "an OpenDocument file" if "content.xml" in names else "a zip archive"
+    if {"xl/workbook.xml", "content.xml"}.isdisjoint(names):
         hint = "save the table as CSV and give that file; gyro grade reads a zip of a whole class"
-        raise faults.refuse(OTHER_KIND_OF_FILE, f"this is {kind}, not a table", hint)
+        raise faults.refuse(OTHER_KIND_OF_FILE, "this is a zip archive, not a table", hint)
     if unpacked > _MAX_UNPACKED:
         raise faults.refuse(FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", _SMALL)
     try:
-        sheets = _sheets(data)
+        sheets = _sheets(data) if "xl/workbook.xml" in names else _opendocument(data)
     except Exception as error:  # so can a damaged workbook
         message = f"the workbook cannot be read ({f'{type(error).__name__}: {error}'[:80]})"
         raise faults.refuse(WORKBOOK_CANNOT_BE_READ, message, "save the table as CSV") from None
@@ -305,6 +308,12 @@ def _sheets(data: bytes) -> dict[str, str]:
         )
         sheets[sheet.title] = "\n".join(_table_text(values)).rstrip("\n")
     return {name: text for name, text in sheets.items() if text}
+
+
+def _opendocument(data: bytes) -> dict[str, str]:
+    """Give the text of each filled sheet of an OpenDocument file by its name."""
+    sheets = other_tables.opendocument_sheets(data, MAX_ROWS + 10, MAX_COLUMNS + 10)
+    return {name: "\n".join(_table_text(rows)) for name, rows in sheets}
 
 
 def _is_struck(row: tuple[Any, ...]) -> bool:

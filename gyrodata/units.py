@@ -1,8 +1,9 @@
 """Kinds of quantity and their units: what a student writes becomes an SI float, and an SI float what is expected.
 
 A unit text, with symbols in many languages, products, powers and look-alike letters, is taken apart by one rule; the
-symbols, each with its SI factor, stand in `vocabulary.toml`. A library of units would take ``Nm`` for a textile unit,
-``U/min`` for an enzyme activity and 1 Hz for 1 rad/s; a test compares the factors with those of pint.
+symbols, each with its SI factor, are in `vocabulary.toml`. Any other name of a usual unit, such as "ounces" or
+"milliseconds", is converted by pint, which takes 0.3 s to load and is the only import of it. Symbols are not given to
+pint: it takes ``Nm`` for a textile unit, ``U/min`` for an enzyme activity, and 1 Hz for 1 rad/s.
 """
 
 from __future__ import annotations
@@ -252,12 +253,50 @@ _RESPELLED = {
 }
 
 
+_PINT_NAMES = frozenset(
+    (
+        "gram",
+        "meter",
+        "second",
+        "minute",
+        "hour",
+        "newton",
+        "dyne",
+        "pound",
+        "ounce",
+        "inch",
+        "foot",
+        "yard",
+        "metric_ton",
+    )
+)
+"""Units of pint, with any prefix, that may be written in a log; "hand" and "point" are lengths there too."""
+
+
+@lru_cache(maxsize=64)
+def _from_pint(name: str, kind: str) -> Unit | None:
+    """Convert a unit written as a word; None if it is none of this kind."""
+    if kind not in ("mass", "length", "time", "force") or not re.fullmatch("[a-z]{4,20}", name):
+        return None
+    import pint
+
+    registry = pint.UnitRegistry()
+    if not any(unit in _PINT_NAMES for _, unit, _ in registry.parse_unit_name(name)):
+        return None
+    try:
+        return Unit(name, kind, float(registry.Quantity(1, name).to(SI[kind]).magnitude))
+    except pint.DimensionalityError:
+        return None
+
+
 @lru_cache(maxsize=1024)
 def parse_unit(text: str, kind: str) -> Unit:
     """Understand a unit as a unit of one kind of quantity."""
     try:
         parsed = parse(text)
     except UnitError as fault:
+        if unit := _from_pint(text.strip().lower(), kind):
+            return unit
         raise UnitError(str(fault), f"for {KINDS[kind].words}, {KINDS[kind].proposal}", fault.reason) from None
     dimensions = parsed.dimensions
     if kind == "rate" and dimensions == _T:

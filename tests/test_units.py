@@ -51,6 +51,23 @@ def test_factors_are_those_of_the_registry_of_pint() -> None:
         assert parse_unit(text, kind).factor == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "factor"),
+    [("milliseconds", "time", 1e-3), ("Ounces", "mass", 0.028349523125), ("feet", "length", 0.3048),
+     ("micrometers", "length", 1e-6), ("millinewtons", "force", 1e-3)],
+)  # fmt: skip
+def test_unit_written_as_a_word_is_converted_by_pint(name: str, kind: str, factor: float) -> None:
+    assert parse_unit(name, kind).factor == pytest.approx(factor, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [("hand", "length"), ("point", "length"), ("grams", "time"), ("turns", "mass")]
+)
+def test_word_that_is_no_usual_unit_of_its_kind_is_refused(name: str, kind: str) -> None:
+    with pytest.raises(UnitError):
+        parse_unit(name, kind)
+
+
 def test_uncertainty_is_absolute_relative_or_both() -> None:
     assert parse_uncertainty("0.2 % + 0.5 rpm", "rate").at(-400 * RPM) == pytest.approx(1.3 * RPM)
     assert parse_uncertainty("± 0,5 mm", "length") == Uncertainty(0.0005)

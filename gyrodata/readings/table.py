@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
-from gyrodata.quantities import Quantity, fold_number, parse_uncertainty, to_float
+from gyrodata.quantities import NUMBER, Quantity, fold_number, parse_uncertainty, to_float
 from gyrodata.readings import cells, roles
 from gyrodata.readings.cells import BLANKS, CellError, read_cell
 from gyrodata.readings.columns import Choice, Chosen
@@ -39,6 +39,8 @@ _ORIGINS = {
 _ONE = ("1", "1/2", "1/3", "1/4", "2/3", "3/4")
 _COUNTED = {"time": "turns", "spin_time": "spin_turns"}
 _PULLS = ("mass", "force", "torque")
+_LONGEST_LEGEND = 30
+"""Names of weights or places that are looked up in the lines of a log."""
 _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
 
@@ -325,6 +327,8 @@ class Builder:
         if unit is None and kind in ("number", "sign"):
             unit = ""
         texts = self._with_no_weight(self._texts(at)) if role == "mass" else self._texts(at)
+        if role in roles.LOADS:
+            texts = self._with_legend(chosen, texts, faults)
         if kind == "time" and unit == "s":
             texts = self._with_colons(chosen, texts, faults)
         read = self._read_texts(chosen, texts, unit, faults)
@@ -406,6 +410,20 @@ class Builder:
         dashed = [t != "" and t in BLANKS and at in BLANKS for t, at in zip(texts, positions, strict=True)]
         few = 4 * sum(dashed) <= len(texts)
         return ["0" if few and dash else text for text, dash in zip(texts, dashed, strict=True)]
+
+    def _with_legend(self, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
+        """Put in the place of "A" the quantity for which a line says that it stands: "A = 20.1 g"."""
+        meant = {}
+        names = dict.fromkeys(text for text in texts if text[:1].isalpha() and len(text) <= 20)
+        for name in list(names)[:_LONGEST_LEGEND]:
+            stated = re.compile(rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({NUMBER}\s*[^\W\d_]+)")
+            found = {match[1] for line in self.grid.lines for match in stated.finditer(line)}
+            if len(found) == 1:
+                meant[name] = found.pop()
+        if meant:
+            said = ", ".join(f"{name} is {text}" for name, text in meant.items())
+            faults.add(codes.CAPTION_READ, f'in the column "{chosen.cell.text}", {said}', "", chosen.cell)
+        return [meant.get(text, text) for text in texts]
 
     def _with_colons(self, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
         """Read 10:06 as the header or another row says: 10 min 6 s, or 10.06 s; below a header in s alone, ask."""

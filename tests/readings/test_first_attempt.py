@@ -104,6 +104,9 @@ FORMS = {
     "ten turns of the disk": table(rows=DISK, head=[*HEAD[:2], "spin_turns", "spin_time_start [s]",
                                                     "spin_time_end [s]", *HEAD[3:]]),
     "one table a weight": BY_WEIGHT,
+    "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n" + table(";", [["ABC"[at // 3], *row[1:]]
+                                                                            for at, row in enumerate(ROWS)]),
+    "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
 }  # fmt: skip
 
 

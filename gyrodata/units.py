@@ -12,7 +12,7 @@ import math
 import re
 import unicodedata
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from msgspec import Struct
 
@@ -254,21 +254,7 @@ _RESPELLED = {
 
 
 _PINT_NAMES = frozenset(
-    (
-        "gram",
-        "meter",
-        "second",
-        "minute",
-        "hour",
-        "newton",
-        "dyne",
-        "pound",
-        "ounce",
-        "inch",
-        "foot",
-        "yard",
-        "metric_ton",
-    )
+    ("gram", "meter", "second", "minute", "hour", "newton", "dyne", "pound", "ounce", "inch", "foot", "yard")
 )
 """Units of pint, with any prefix, that may be written in a log; "hand" and "point" are lengths there too."""
 
@@ -280,7 +266,7 @@ def _from_pint(name: str, kind: str) -> Unit | None:
         return None
     import pint
 
-    registry = pint.UnitRegistry()
+    registry: Any = pint.UnitRegistry()
     if not any(unit in _PINT_NAMES for _, unit, _ in registry.parse_unit_name(name)):
         return None
     try:

@@ -305,7 +305,10 @@ class _SheetReader:
             self._leave_out(ROW_IS_ONLY_A_TITLE, row)
         # "A = 20.1 g" is the legend of a column that contains A.
         names = {text for table in self.tables for row in table.rows for text in row.texts}
-        self.left_out = [one for one in self.left_out if re.split(r"\s*[=:]", one[1].texts[one[2]])[0] not in names]
+        legends = (re.match(r"(.+?)\s*[=:]", row.texts[at]) for _, row, at in self.left_out)
+        self.left_out = [
+            one for one, legend in zip(self.left_out, legends, strict=True) if not legend or legend[1] not in names
+        ]
         for code, template in _LEFT_OUT.items():
             rows = sorted(((row, at) for why, row, at in self.left_out if why == code), key=lambda one: one[0].line)
             if not rows:

@@ -6,6 +6,7 @@ below it, and one line for each says so.
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from functools import lru_cache
@@ -303,6 +304,9 @@ class _SheetReader:
         """Say what was left out, and what was taken from a caption."""
         for row in self.captions:
             self._leave_out(ROW_IS_ONLY_A_TITLE, row)
+        for table in self.tables:
+            if _ends_with_means(table):
+                self._leave_out(SUMMARY_LEFT_OUT, table.rows.pop())
         # "A = 20.1 g" is the legend of a column that contains A.
         names = {text for table in self.tables for row in table.rows for text in row.texts}
         legends = (re.match(r"(.+?)\s*[=:]", row.texts[at]) for _, row, at in self.left_out)
@@ -326,6 +330,20 @@ class _SheetReader:
         for row, text in self.said:
             message = f"line {row.line} says it for the runs below it: {text}"
             faults.add(CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
+
+
+def _ends_with_means(table: _Table) -> bool:
+    """Find a last row that has fewer cells than the runs, and the mean of their times: a mean that has no name."""
+    times = [at for at, header in enumerate(table.headers) if "time" in header.roles]
+    if len(table.rows) < 3 or not times:
+        return False
+    *runs, last = (len(_filled(row)) for row in table.rows)
+    try:
+        columns = [[to_float(row.texts[at]) for row in table.rows] for at in times]
+    except (ValueError, IndexError):
+        return False
+    means = ((math.fsum(values[:-1]) / len(runs), values[-1]) for values in columns)
+    return last < min(runs) and all(abs(value - mean) < 1e-3 * abs(mean) for mean, value in means)
 
 
 def _lacking(table: _Table) -> set[str]:

@@ -636,7 +636,7 @@ def _join(tables: list[_Table], grid: Grid, faults: Faults) -> Layout | None:
     common = set.intersection(*({*places, *given} for _, places, given in moved))
     if (repeated := _repeated(rows, common, headers)) is not None:
         message = f"the table below line {tables[repeated].head.line} repeats runs that stand above"
-        hint = "a run counts once: put # before its lines"
+        hint = "a run counts once: delete this table, or put # before its lines (in a workbook, strike its rows out)"
         faults.add(BLOCKS_STACKED, message, hint, tables[repeated].cells[0])
         return None
     if len(tables) > 1:

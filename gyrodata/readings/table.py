@@ -412,11 +412,11 @@ class Builder:
         return ["0" if few and dash else text for text, dash in zip(texts, dashed, strict=True)]
 
     def _with_legend(self, chosen: Chosen, texts: list[str], faults: Faults) -> list[str]:
-        """Put in the place of "A" the quantity for which a line says that it stands: "A = 20.1 g"."""
+        """Put in the place of "A" the quantity that a line gives it: "A = 20.1 g", and no "+ 5 g" after it."""
         meant = {}
         names = dict.fromkeys(text for text in texts if text[:1].isalpha() and len(text) <= 20)
         for name in list(names)[:_LONGEST_LEGEND]:
-            stated = re.compile(rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({NUMBER}\s*[^\W\d_]+)")
+            stated = re.compile(rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({NUMBER}\s*[^\W\d_]+)\s*(?=[,;)]|$)")
             found = {match[1] for line in self.grid.lines for match in stated.finditer(line)}
             if len(found) == 1:
                 meant[name] = found.pop()

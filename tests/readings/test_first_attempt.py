@@ -127,3 +127,9 @@ def test_a_header_that_may_mean_something_else_is_not_read(header: str) -> None:
     with pytest.raises(LogError) as caught:
         analyze(table(head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
     assert "G301" in [one.code for one in caught.value.diagnostics]
+
+
+@pytest.mark.parametrize("legend", ["A = 20.1 g + 5 g", "A = 20.1 g without the hanger", "A = 20.1 g\nA = 25.1 g"])
+def test_legend_that_says_more_than_one_quantity_is_asked_about(legend: str) -> None:
+    with pytest.raises(LogError, match="name of a weight"):
+        analyze(f"# {legend.replace(chr(10), chr(10) + '# ')}\n" + table(rows=[["A", *row[1:]] for row in ROWS[:3]]))

@@ -133,6 +133,13 @@ def test_equal_values_share_their_error(second: str, source: str, shared: bool) 
     assert share == pytest.approx(0.01, rel=1e-3) if shared else share < 0.0075
 
 
+@pytest.mark.parametrize(("masses", "shared"), [((20, 20, 40), True), ((20, 30, 40), False)])
+def test_two_runs_with_one_weight_make_its_error_a_shared_one(masses: tuple[int, ...], shared: bool) -> None:
+    rows = (f"{m},15,{400 + 10 * i},{40 * 20 / m + i:.2f},1\n" for i, m in enumerate(masses))
+    told = {one["source"]: one["shared"] for one in result(f"{HEAD}{''.join(rows)}")["budget"]}
+    assert (told["mass"], told["time"]) == (shared, False)
+
+
 def test_report_says_where_an_uncertainty_is_from() -> None:
     told = result("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33"))["uncertainties"]
     assert {one["source"]: one["text"] for one in told}.items() >= {

@@ -191,6 +191,12 @@ def test_gradescope_hides_the_right_value_from_a_wrong_report(kind: str, tmp_pat
     assert "I_zz follows from your own runs: " in text
 
 
+@pytest.mark.parametrize(("share", "said"), [(0.0, "met"), (2.5, "met in part"), (30.0, "not met")])
+def test_gradescope_says_how_far_the_answer_is_met(share: float, said: str, tmp_path: Path) -> None:
+    grade, seen, _ = handed_in(tmp_path, ROWS.log(reported_line(VALUE + share * U, U)))
+    assert f"I_zz follows from your own runs: {said}. The points are shown after the due date." in seen, grade.marks
+
+
 @pytest.fixture(scope="module")
 def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What Gradescope makes of the folder, its wheel installed beside the libraries that are here."""

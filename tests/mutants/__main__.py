@@ -57,7 +57,7 @@ MOST_FAILED = 5
 """If more tests than this fail without a mutant, nothing is tried."""
 BUDGET = 30.0
 """Time for the tests on one mutant [s]."""
-GATES = ("class", "json", "printed", "published", "logs")
+GATES = ("class", "json", "printed", "published", "what-if", "logs")
 """The gates that a mutant meets after the tests, the quickest first."""
 
 

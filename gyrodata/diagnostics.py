@@ -638,8 +638,8 @@ REPORT_CANNOT_BE_WRITTEN = _error(
 OPTION_NOT_FOR_FORMAT = _error(
     "G604",
     "an option for another form",
-    "analyze log.csv --format csv --values short",
-    "leave --values out, or take --format text, markdown or latex; --table is for --format csv",
+    "analyze log.csv --format json --table logs",
+    "--table is for --format csv: add --format csv, or leave --table out",
 )
 CANNOT_BE_WATCHED = _error(
     "G605",

@@ -63,12 +63,6 @@ class TestCheck:
             jsonschema.validate(document, schema.check_schema())
             assert document["clean"] == (log == SAMPLE)
 
-    def test_annotations(self, tmp_path: Path) -> None:
-        log = tmp_path / "data.csv"
-        log.write_text(HEAD + "20,15.0,56O,13.06,1/3\n", encoding="utf-8")
-        line = gyro("check", log, "--format", "github").stdout.splitlines()[0]
-        assert line == f'::error file={log},line=3,col=9,title=G203::spin "56O" is not a number%0Adid you mean 560?'
-
 
 class TestTemplate:
     @pytest.mark.parametrize(("weights", "spins"), [(1, 1), (3, 2), (5, 4)])

@@ -81,7 +81,7 @@ def test_each_row_names_its_log(same_names: Path, absolute: bool) -> None:
     assert [json.loads(line)["input"]["name"] for line in done.stdout.splitlines()] == list(LABS)
     assert "eve/lab.csv:1:1: error G222" in done.stderr
     assert str(same_names) not in done.output
-    for table, count in (("logs", 3), ("runs", 2), ("torques", 2), ("budget", 2)):
+    for table, count in (("logs", 3), ("runs", 2)):
         rows = csv.DictReader(io.StringIO(run("analyze", *logs, "-f", "csv", "--table", table).stdout))
         assert {row["log"] for row in rows} == set(LABS[:count])
 

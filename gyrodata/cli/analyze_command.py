@@ -64,8 +64,7 @@ Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
 Style = Literal["screen", "slides", "print"]
-Writing = Literal["plain", "short"]
-Table = Literal["runs", "logs", "torques", "budget"]
+Table = Literal["runs", "logs"]
 
 
 def analyze(
@@ -74,9 +73,6 @@ def analyze(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    values: Annotated[
-        Writing, typer.Option("--values", help="short: u in brackets, as in 4.44(6). For text, Markdown and LaTeX.")
-    ] = "plain",
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
@@ -85,7 +81,7 @@ def analyze(
                      "data of that format go there, whole or not at all."),
     ] = None,
     table: Annotated[
-        Table, typer.Option("--table", help="Of --format csv: a row for each run, log, torque, or source of u.")
+        Table, typer.Option("--table", help="Of --format csv: a row for each run, or for each log.")
     ] = "runs",
     stdin: StdinOption = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
@@ -99,9 +95,6 @@ def analyze(
                      "auto: what the log needs.")
     ] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep flagged runs in the fit.")] = False,
-    scale_by_birge: Annotated[
-        bool, typer.Option("--scale-by-birge", hidden=True)
-    ] = False,
     watched: Annotated[
         bool,
         typer.Option("--watch", help="During the lab: say what is missing and which run to repeat, whenever the file "
@@ -119,12 +112,7 @@ def analyze(
     of gyro itself, which costs that log only.
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
-    _refuse_what_does_not_go_together(logs, form, table, values, out, watched)
-    if scale_by_birge:
-        raise typer.BadParameter(
-            "u holds the scatter of the runs already, wherever it is larger than stated; leave this option away",
-            param_hint="--scale-by-birge",
-        )
+    _refuse_what_does_not_go_together(logs, form, table, out, watched)
     # Standard input can be read in this process only.
     many = len(logs) >= WORTHWHILE and "-" not in logs
     if many:
@@ -140,7 +128,7 @@ def analyze(
         model=model,
         keep_flagged=keep_flagged,
     )
-    request = _Request(options, config, form, table, values, figures, style, verbose)
+    request = _Request(options, config, form, table, figures, style, verbose)
     # Data go into a file whole, or not at all.
     file = out if out is not None and form in DATA and out.suffix.lower() in DATA[form] else None
     if watched:
@@ -176,7 +164,7 @@ def analyze(
 
 
 def _refuse_what_does_not_go_together(
-    logs: Sequence[str], form: Format, table: Table, values: Writing, out: Path | None, watched: bool
+    logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool
 ) -> None:
     several = len(logs) > 1
     if form == "json" and several:
@@ -187,9 +175,6 @@ def _refuse_what_does_not_go_together(
             "--format latex is for one log: a document that compiles",
             "give one log, or use --format markdown",
         )
-    if values == "short" and form in ("json", "ndjson", "csv"):
-        message = f"--values short is not for --format {form}, where value and u are numbers of their own"
-        refuse(OPTION_NOT_FOR_FORMAT, message, "leave it out, or use --format text, markdown or latex")
     if table != "runs" and form != "csv":
         hint = "add --format csv, or leave --table out"
         refuse(OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
@@ -222,7 +207,6 @@ class _Request(Struct, frozen=True):
     config: Path | None
     form: Format
     table: Table
-    values: Writing
     figures: Figures
     style: Style
     verbose: bool
@@ -244,7 +228,6 @@ def _watch(path: Path, request: _Request) -> None:
         path,
         lambda data: request.read(source=data, name=path.name),
         lambda readings: analyze_readings(readings, request.options),
-        request.values,
     )
 
 
@@ -384,16 +367,16 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
     after = "" if below is None else "\n"
     if form == "text":
         rest = "all the rest: gyro analyze -v" + (", or the report's page" if written else "")
-        return reporting.summary(analysis, request.values, request.verbose, rest) + after
+        return reporting.summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote
 
         # That of one log belongs where the figures are, that of several beside their folders.
         place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
         figures = f"{place}{{}}.{reporting.shown_form(request.figures)}"
-        return reporting.markdown_report(analysis, request.values, figures, reporting.alternatives(analysis)) + after
+        return reporting.markdown_report(analysis, figures, reporting.alternatives(analysis)) + after
     if form == "latex":
-        return reporting.latex_report(analysis, request.values)
+        return reporting.latex_report(analysis)
     if form == "csv":
         return reporting.table_rows(analysis, request.table)
     return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
@@ -402,7 +385,7 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
 def _files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
     from gyrodata.reporting import report_files
 
-    return report_files(analysis, request.figures, request.style, DOCUMENTS.get(request.form, ""), request.values)
+    return report_files(analysis, request.figures, request.style, DOCUMENTS.get(request.form, ""))
 
 
 def _stem(name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis, HandIn
 
 
-CheckFormat = Literal["text", "json", "ndjson", "github"]
+CheckFormat = Literal["text", "json", "ndjson"]
 
 
 def template(
@@ -56,9 +56,7 @@ def check(
         bool,
         typer.Option("--fix", help="Also write the log as gyro understood it, with -fixed.csv in the name."),
     ] = False,
-    form: Annotated[
-        CheckFormat, typer.Option("--format", "-f", help="github: annotations of a workflow run.")
-    ] = "text",
+    form: Annotated[CheckFormat, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
@@ -79,8 +77,7 @@ def check(
         from gyrodata.grading import read_hand_in
 
         files = [Path(log) for log in logs]
-        paths = {path.name: str(path) for path in files}
-        worst = _check_one(logs[0], name_of(logs[0]), lambda: read_hand_in(files), form, paths, strict)
+        worst = _check_one(name_of(logs[0]), lambda: read_hand_in(files), form, strict)
     elif form == "json" and len(logs) > 1:
         refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
     else:
@@ -93,7 +90,7 @@ def check(
         unfixed: list[Diagnostic] = []
         for log, name in named:
             read_one = partial(read, log, name)
-            worst = max(worst, _check_one(log, name, read_one, form, {}, strict))
+            worst = max(worst, _check_one(name, read_one, form, strict))
             try:
                 if fix:
                     _fix(Path(log), name, read_one, form)
@@ -142,10 +139,8 @@ def _fix(log: Path, name: str, read: Callable[[], Read], form: CheckFormat) -> N
     typer.echo("\n   ".join([f"{fixed}: {name} as gyro understood it; {todo}", *left]), err=form != "text")
 
 
-def _check_one(
-    log: str, name: str, read: Callable[[], Read], form: CheckFormat, paths: Mapping[str, str], strict: bool
-) -> int:
-    """Check one log, print what was found, and give the exit code; `paths`: where each file by its name is."""
+def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: bool) -> int:
+    """Check one log, print what was found, and give the exit code."""
     from gyrodata import reporting
     from gyrodata.procedure import ADVICE, check_log
 
@@ -172,15 +167,6 @@ def _check_one(
         well = "with an answer" if hand_in else "complete"
         runs = len(readings.runs) if readings else None
         write_out(coloured(reporting.check_text(name, runs, found, well, analysis), sys.stdout))
-    elif form == "github":
-        for one in found:
-            path = paths.get(one.file or name, one.file) if paths else name if log == "-" else log
-            write_out(reporting.github_annotations(path, [one]))
-        for doubt in analysis.doubts if analysis else ():
-            if any(doubt.words in one.message for one in found):
-                continue
-            doubted = Diagnostic("doubt", "warning", f"do not rely on the answer: {doubt.words}", doubt.remedy)
-            write_out(reporting.github_annotations(name if log == "-" else log, [doubted]))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
         from gyrodata.results import CheckDocument, Input, to_json

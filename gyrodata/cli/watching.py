@@ -14,7 +14,6 @@ from gyrodata.errors import GyroError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.reporting.values import Writing
     from gyrodata.results import Analysis
 
 PAUSE = 0.5
@@ -31,7 +30,6 @@ def watch(
     path: Path,
     read: Callable[[bytes], Readings],
     analyse: Callable[[Readings], Analysis],
-    writing: Writing,
     sleep: Callable[[float], None] = time.sleep,
 ) -> None:
     """Print how the lab stands, now and after each change of the log, until Ctrl-C.
@@ -41,7 +39,7 @@ def watch(
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     before = ""
     for data in contents(path, sleep):
-        text = f"{path.name}: cannot be read now\n" if data is None else state(path.name, data, read, analyse, writing)
+        text = f"{path.name}: cannot be read now\n" if data is None else state(path.name, data, read, analyse)
         if on_terminal:
             text = coloured(text, sys.stdout)
             write_out(f"{_CLEAR}{text}\nwatching {path.name}; Ctrl-C ends it\n")
@@ -100,7 +98,6 @@ def state(
     data: bytes,
     read: Callable[[bytes], Readings],
     analyse: Callable[[Readings], Analysis],
-    writing: Writing,
 ) -> str:
     """Say how the lab stands by what the file holds, or why it does not say yet."""
     from gyrodata.procedure import what_lacks
@@ -109,7 +106,7 @@ def state(
     try:
         readings = read(data)
         analysis = analyse(readings)
-        return watch_text(analysis, what_lacks(readings, analysis.measurements, analysis), writing)
+        return watch_text(analysis, what_lacks(readings, analysis.measurements, analysis))
     except GyroError as error:
         return unfinished_text(name, error.diagnostics)
     except Exception as error:

@@ -6,17 +6,15 @@ import csv
 import io
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, get_args, get_type_hints
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import asdict
 
 from gyrodata.errors import PICTURES, Diagnostic
-from gyrodata.fitting import Share
 from gyrodata.physics import RPM
 from gyrodata.results import Analysis
-from gyrodata.tables import Run, Torque
+from gyrodata.tables import Run
 
 RUN_UNITS = {
     "mass": "kg",
@@ -71,67 +69,42 @@ def runs_rows(analysis: Analysis) -> str:
 
 def table_header(table: str) -> str:
     """Write the header of a table of `table_rows`."""
-    return runs_header() if table == "runs" else ",".join(_columns(table)) + "\n"
+    return runs_header() if table == "runs" else ",".join(_LOG_COLUMNS) + "\n"
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
-    """Write the rows of a log in one of the tables: its runs, the log itself, its torques, or its budget."""
+    """Write the rows of a log in one of the tables: its runs, or one row for the log."""
     if table == "runs":
         return runs_rows(analysis)
     document = analysis.to_dict()
     result = document["result"]
-    rows = [{**document["input"], **result, **result["goodness"]}] if table == "logs" else result[table]
-    return _rows(analysis.name, table, map(_flat, rows), analysis.diagnostics)
+    row = {**document["input"], **result, **result["goodness"]}
+    for name in _QUANTITIES:
+        quantity = result[name] or {}
+        low, high = quantity.get("interval_95") or (None, None)
+        row |= {f"{name}_{part}": quantity.get(part) for part in ("value", "u", "unit")}
+        row |= {f"{name}_interval_95_low": low, f"{name}_interval_95_high": high}
+    return _log_row(analysis.name, row, analysis.diagnostics)
 
 
 def unanswered_row(name: str, diagnostics: Iterable[Diagnostic]) -> str:
     """Write the row of a log without an answer, for the table of logs."""
-    return _rows(name, "logs", [{}], diagnostics)
+    return _log_row(name, {}, diagnostics)
 
 
-def _rows(name: str, table: str, rows: Iterable[Mapping[str, Any]], diagnostics: Iterable[Diagnostic]) -> str:
+def _log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
     codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
-    told = ({"log": name, "diagnostics": codes, **row} for row in rows)
-    return csv_lines([csv_cell(row.get(column)) for column in _columns(table)] for row in told)
+    row = {**row, "log": name, "diagnostics": codes}
+    return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])
 
 
-def _columns(table: str) -> tuple[str, ...]:
-    """Names of the columns: those of the JSON, joined where one stands in another."""
-    quantities = [f"{name}_{part}" for name in ("inertia", "residual_torque", "timing_bias") for part in _PARTS]
-    columns = {
-        "logs": ("rows", *quantities, "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics"),
-        "torques": tuple(_names(Torque)),
-        "budget": tuple(_names(Share)),
-    }
-    return ("log", *columns[table])
-
-
+_QUANTITIES = ("inertia", "residual_torque", "timing_bias")
 _PARTS = ("value", "u", "unit", "interval_95_low", "interval_95_high")
-
-
-def _names(record: type[Struct]) -> Iterator[str]:
-    """Names of a record's fields, and of those of the records in it."""
-    for name, kind in get_type_hints(record).items():
-        inside = next(
-            (one for one in (kind, *get_args(kind)) if isinstance(one, type) and issubclass(one, Struct)), None
-        )
-        if inside is None:
-            yield from (f"{name}_low", f"{name}_high") if "tuple" in str(kind) else (name,)
-        else:
-            yield from (f"{name}_{one}" for one in _names(inside))
-
-
-def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Put what stands in a row's cells beside each other: an interval as its two ends."""
-    flat: dict[str, Any] = {}
-    for name, cell in row.items():
-        if isinstance(cell, Mapping):
-            flat |= {f"{name}_{part}": value for part, value in _flat(cell).items()}
-        elif isinstance(cell, list | tuple) and len(cell) == 2:
-            flat |= {f"{name}_low": cell[0], f"{name}_high": cell[1]}
-        else:
-            flat[name] = cell
-    return flat
+_LOG_COLUMNS = (
+    "log", "rows", *(f"{name}_{part}" for name in _QUANTITIES for part in _PARTS),
+    "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics",
+)  # fmt: skip
+"""Columns of the table of logs: the names in the JSON, joined if one is in another."""
 
 
 def csv_cell(value: object) -> str:

@@ -9,7 +9,6 @@ from gyrodata.reporting.data import json_text, runs_csv
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.reporting.page import report_page
-from gyrodata.reporting.values import Writing
 from gyrodata.results import Analysis
 
 
@@ -18,7 +17,6 @@ def report_files(
     figures: plotting.Form = "png",
     style: str = "screen",
     document: str = "",
-    writing: Writing = "plain",
 ) -> dict[str, bytes]:
     """Make every file of the report, by name, so that a fault half-way leaves nothing behind.
 
@@ -35,9 +33,9 @@ def report_files(
     words = alternatives(analysis)
     contents = {f"{name}.{one}": data for one in kinds for name, data in drawn[one].items()}
     if markdown:
-        contents[document] = markdown_report(analysis, writing, f"{{}}.{shown}", words).encode()
+        contents[document] = markdown_report(analysis, f"{{}}.{shown}", words).encode()
     elif document:
-        contents[document] = latex_report(analysis, writing).encode()
+        contents[document] = latex_report(analysis).encode()
     contents["report.html"] = report_page(analysis, drawn[shown], shown, words, looks).encode()
     contents["results.json"] = json_text(analysis.to_dict()).encode()
     contents["runs.csv"] = runs_csv(analysis).encode()

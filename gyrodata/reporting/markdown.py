@@ -24,7 +24,6 @@ from gyrodata.reporting.tree import (
     lines,
     part_text,
 )
-from gyrodata.reporting.values import Writing
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(r"[\\`*_{}\[\]<>#|~$&!@^]|:(?=[\w+-]+:)")
@@ -34,15 +33,13 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 """What would begin a list or underline a heading at the beginning of a line."""
 
 
-def markdown_report(
-    analysis: Analysis, writing: Writing = "plain", figures: str = "{}.png", alt: Mapping[str, str] | None = None
-) -> str:
+def markdown_report(analysis: Analysis, figures: str = "{}.png", alt: Mapping[str, str] | None = None) -> str:
     """Write the report as Markdown; whatever comes from the log is escaped.
 
     `figures` is where a figure stands, with {} for its name: beside the report as a PNG, if not given. `alt` has
     for each name what the figure shows in words.
     """
-    whole, write = report(analysis), _Markdown(writing, figures, alt or {})
+    whole, write = report(analysis), _Markdown(figures, alt or {})
     blocks = [f"# {write.sentence(whole.title)}", write.sentence(whole.read_as)]
     blocks += [f"**{write.sentence(doubt)}**" for doubt in whole.doubts]
     answer = write.sentence(whole.answer)
@@ -65,7 +62,6 @@ def escape(text: str) -> str:
 class _Markdown(Struct, frozen=True):
     """What makes Markdown of the parts of a report."""
 
-    writing: Writing
     figures: str
     alt: Mapping[str, str]
 
@@ -87,7 +83,7 @@ class _Markdown(Struct, frozen=True):
                 done += f"{_inside(text)}`{part.text}`"
                 text = ""
             else:
-                text += part_text(part, self.writing)
+                text += part_text(part)
         return f"{done}{_inside(text)}".strip()
 
     def table(self, table: Table) -> str:
@@ -103,7 +99,7 @@ class _Markdown(Struct, frozen=True):
         """Write a cell."""
         if cell is None:
             return "–" if head.scale else ""
-        return escape(cell_text(cell, self.writing))
+        return escape(cell_text(cell))
 
 
 def _inside(text: str) -> str:

@@ -89,7 +89,7 @@ def report_page(
         Markup('<nav aria-label="Contents">{}</nav>').format(Markup(" ").join(links)),
     ]
     page = Markup(_read("report.html")).format(
-        title=f"{sentence_text(whole.answer, 'plain')} – {analysis.name}",
+        title=f"{sentence_text(whole.answer)} – {analysis.name}",
         style=Markup(_read("report.css")),
         header=Markup("\n").join(header),
         main=Markup("\n\n").join(write.section(section) for section in sections),

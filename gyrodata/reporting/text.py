@@ -10,7 +10,7 @@ from gyrodata.measurements import torque_groups
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
-from gyrodata.reporting.values import Writing, count_text, in_columns
+from gyrodata.reporting.values import count_text, in_columns
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
@@ -23,45 +23,45 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE}
 """Odd runs are told with the weight they belong to, and one torque is too few by another code."""
 
 
-def summary(analysis: Analysis, writing: Writing = "plain", verbose: bool = True, rest: str = MORE) -> str:
+def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     """Write what a person reads first: a screen, and where the `rest` is told, or all that needs no picture."""
     whole = report(analysis)
-    top = _indented(sentence_text(line, writing) for line in (*whole.doubts, whole.answer))
-    blocks = [[f"{whole.name}: {sentence_text(whole.size, writing)}", f"  {sentence_text(whole.read_as, writing)}"]]
+    top = _indented(sentence_text(line) for line in (*whole.doubts, whole.answer))
+    blocks = [[f"{whole.name}: {sentence_text(whole.size)}", f"  {sentence_text(whole.read_as)}"]]
     if not verbose:
-        blocks.append([*top, *_indented(sentence_text(line, writing) for line in whole.brief), f"  {rest}"])
+        blocks.append([*top, *_indented(sentence_text(line) for line in whole.brief), f"  {rest}"])
     for section in whole.sections if verbose else ():
-        told = [line for block in section.blocks if not block.full for line in _block(block, writing)]
+        told = [line for block in section.blocks if not block.full for line in _block(block)]
         if told:
             blocks.append([*([section.title] if section.title else top), *_indented(told)])
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
-def _block(block: Block, writing: Writing) -> list[str]:
+def _block(block: Block) -> list[str]:
     if isinstance(block, Table):
-        return _table(block, writing)
-    return [sentence_text(line, writing) for line in lines(block, short=True)]
+        return _table(block)
+    return [sentence_text(line) for line in lines(block, short=True)]
 
 
-def _table(table: Table, writing: Writing) -> list[str]:
+def _table(table: Table) -> list[str]:
     """Set cells in columns, two blanks between."""
     told = [(i, head) for i, head in enumerate(table.heads) if not head.full]
     short = range(len(table.rows)) if table.short is None else table.short
     rows = [[head_text(head) for _, head in told]]
-    rows += [[_cell(table.rows[i][j], head, writing) for j, head in told] for i in short]
+    rows += [[_cell(table.rows[i][j], head) for j, head in told] for i in short]
     return list(in_columns(rows))
 
 
-def _cell(cell: Cell, head: Head, writing: Writing) -> str:
+def _cell(cell: Cell, head: Head) -> str:
     if cell is None:
         return "-" if head.scale else ""
-    return cell_text(cell, writing)
+    return cell_text(cell)
 
 
 # --- during the lab ------------------------------------------------------------------------------------------
 
 
-def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writing = "plain") -> str:
+def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     """Say how the lab stands, and what to do before the weight that is on the rod comes off.
 
     The answer; then the load of the log's last run, taken as the one on the rod; then the rest of what is lacking.
@@ -74,7 +74,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     whole, torque = report(analysis), common_torque_scale(analysis)
 
     def on_the_rod(index: int) -> str:
-        return sentence_text(load(analysis, group_of[index], torque), writing)
+        return sentence_text(load(analysis, group_of[index], torque))
 
     loaded = [analysis.run_table[i] for i in members]
     here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in {run.line for run in loaded}]
@@ -88,11 +88,11 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic], writing: Writi
     relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
     blocks = [
         [
-            f"{whole.name}: {sentence_text(whole.size, writing)}",
-            f"  {sentence_text(whole.read_as, writing)}",
-            *_indented(sentence_text(doubt, writing) for doubt in whole.doubts),
-            f"  {sentence_text(whole.answer, writing)}{relative}",
-            f"  {sentence_text(residual_torque(analysis, torque).sentence, writing)}",
+            f"{whole.name}: {sentence_text(whole.size)}",
+            f"  {sentence_text(whole.read_as)}",
+            *_indented(sentence_text(doubt) for doubt in whole.doubts),
+            f"  {sentence_text(whole.answer)}{relative}",
+            f"  {sentence_text(residual_torque(analysis, torque).sentence)}",
         ],
         [
             f"with {on_the_rod(len(analysis.run_table) - 1)} on the rod:",
@@ -162,7 +162,7 @@ def check_text(
         whole = report(analysis)
         doubts = whole.doubts
         first = [whole.read_as, *([(NO_BALL,)] if analysis.ball is None else ()), *doubts]
-    top = "".join(f"{name}: {sentence_text(line, 'plain')}\n" for line in first)
+    top = "".join(f"{name}: {sentence_text(line)}\n" for line in first)
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
     told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
     read = "" if runs is None else f"{count_text(runs, 'run')}, "
@@ -170,23 +170,6 @@ def check_text(
     clean = not (doubts or counts["error"] or counts["warning"])
     verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
     return visible(top + "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
-
-
-def github_annotations(path: str, diagnostics: Sequence[Diagnostic]) -> str:
-    """Write diagnostics as workflow commands, one a line."""
-
-    def escaped(text: str, more: str = "") -> str:
-        for character in "%\r\n" + more:
-            text = text.replace(character, f"%{ord(character):02X}")
-        return text
-
-    lines = []
-    for d in diagnostics:
-        kind = "notice" if d.severity == "note" else d.severity
-        place = "".join(f",{key}={value}" for key, value in (("line", d.line), ("col", d.column)) if value is not None)
-        message = escaped(f"{d.message}\n{d.hint}".strip())
-        lines.append(f"::{kind} file={escaped(path, ',:')}{place},title={escaped(d.code, ',:')}::{message}\n")
-    return "".join(lines)
 
 
 def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:

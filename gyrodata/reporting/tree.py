@@ -15,7 +15,6 @@ from gyrodata.measurements import torque_groups
 from gyrodata.reporting.values import (
     CENTIMETRE,
     Scale,
-    Writing,
     interval_text,
     mass_scale,
     number_text,
@@ -242,17 +241,17 @@ def is_list(block: Block) -> bool:
 # --- parts as text -----------------------------------------------------------------------------------------------
 
 
-def sentence_text(sentence: Sentence, writing: Writing) -> str:
+def sentence_text(sentence: Sentence) -> str:
     """Write a sentence as text."""
-    return "".join(part_text(part, writing) for part in sentence)
+    return "".join(map(part_text, sentence))
 
 
-def part_text(part: Part, writing: Writing) -> str:
+def part_text(part: Part) -> str:
     """Write a part of a sentence as text."""
     if isinstance(part, Value):
         if part.step:
             return f"{part.without_u} {part.scale.unit}"
-        return value_text(part.value, part.u, part.scale, writing)
+        return value_text(part.value, part.u, part.scale)
     if isinstance(part, Interval):
         times = " × " if part.scale.exponent else " "
         return f"{interval_text(part.low, part.high, part.scale.size)}{times}{part.scale}"
@@ -267,12 +266,12 @@ def head_text(head: Head) -> str:
     return f"{head.words} [{unit}]" if unit else head.words
 
 
-def cell_text(cell: Value | Sentence, writing: Writing) -> str:
+def cell_text(cell: Value | Sentence) -> str:
     """Write a cell of a table as text: its unit stands in the column's head."""
     if isinstance(cell, tuple):
-        return sentence_text(cell, writing)
+        return sentence_text(cell)
     if cell.u:
-        return number_text(cell.value, cell.u, cell.scale.size, writing)
+        return number_text(cell.value, cell.u, cell.scale.size)
     return cell.without_u
 
 

@@ -6,16 +6,12 @@ import math
 import re
 from collections.abc import Collection, Iterator, Sequence
 from functools import lru_cache
-from typing import Literal
 from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
 
 from gyrodata import units
 from gyrodata.quantities import as_read
-
-Writing = Literal["plain", "short"]
-"""How a value stands with its uncertainty: "(4.441 ± 0.023) × 10⁻³ kg·m²", or "4.441(23)e-3 kg·m²"."""
 
 
 class Scale(Struct, frozen=True):
@@ -70,16 +66,14 @@ def inertia_scale(value: float, u: float | None) -> Scale:
     return Scale("kg·m²", r"\kilogram\metre\squared", exponent=_exponent(max(value, u or 0.0, key=abs)))
 
 
-def number_text(value: float, u: float | None, factor: float = 1.0, writing: Writing = "plain") -> str:
-    """Write a value rounded to its uncertainty, in units of `factor`: "4.44 ± 0.06" or "4.44(6)".
+def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
+    """Write a value rounded to its uncertainty, in units of `factor`: "4.44 ± 0.06".
 
     u has two significant digits, the value ends at the same place (GUM 7.2.6); without u it has four digits.
     """
     if u is None or u == 0 or not math.isfinite(u):
         return reading_text(value, factor)
-    form = {"plain": ".2uP", "short": ".2uS"}[writing]
-    text = _formatted(value / factor, u / factor, form)
-    return text.replace("±", " ± ").replace("×", " × ") if writing == "plain" else _short_exponent(text)
+    return _formatted(value / factor, u / factor, ".2uP").replace("±", " ± ").replace("×", " × ")
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -109,18 +103,11 @@ def _formatted(value: float, u: float, form: str) -> str:
     return f"{ufloat(0.0, u):{form}}" if re.match(r"\(?-[0.]+(?![0-9.])", text) else text
 
 
-def _short_exponent(text: str) -> str:
-    number, e, exponent = text.partition("e")
-    return f"{number}e{int(exponent)}" if e else number
-
-
-def value_text(value: float, u: float | None, scale: Scale, writing: Writing = "plain") -> str:
-    """Write a value with its uncertainty and its unit: "(4.441 ± 0.023) × 10⁻³ kg·m²", "0.6007(32) mN·m"."""
-    number = number_text(value, u, scale.size, writing)
+def value_text(value: float, u: float | None, scale: Scale) -> str:
+    """Write a value with its uncertainty and its unit: "(4.441 ± 0.023) × 10⁻³ kg·m²"."""
+    number = number_text(value, u, scale.size)
     if not scale.exponent:
         return f"{number} {scale.unit}".rstrip()
-    if writing == "short":
-        return f"{number}e{scale.exponent} {scale.unit}".rstrip()
     return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
 
 
@@ -139,9 +126,9 @@ def power_of_ten(value: float) -> tuple[float, str]:
 
 
 @lru_cache(maxsize=1024)
-def inertia_text(value: float, u: float | None, writing: Writing = "plain") -> str:
-    """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²" or "4.44(6)e-3 kg·m²"."""
-    return value_text(value, u, inertia_scale(value, u), writing)
+def inertia_text(value: float, u: float | None) -> str:
+    """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
+    return value_text(value, u, inertia_scale(value, u))
 
 
 def interval_text(low: float, high: float, factor: float = 1.0) -> str:

@@ -7,41 +7,16 @@ results.json has it, where it stands there, and what one unit of the shown text 
 from __future__ import annotations
 
 import base64
-import pkgutil
 import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, Literal
 
 from markupsafe import Markup, escape
 
-from gyrodata.reporting.content import report
-from gyrodata.reporting.tree import (
-    SYMBOLS,
-    Block,
-    Cell,
-    Facts,
-    Figure,
-    Head,
-    Interval,
-    Mark,
-    Number,
-    Part,
-    Picture,
-    Section,
-    Sentence,
-    Styled,
-    Table,
-    Value,
-    is_list,
-    lines,
-    sentence_text,
-)
-from gyrodata.reporting.values import interval_ends, power_of_ten, rounded
+from gyrodata.reporting import content, tree, values
 from gyrodata.results import Analysis
-
-LONG = 25
-"""A table with more rows than this may go over the edge of a printed page."""
 
 _STYLES = {
     "strong": "<strong>{}</strong>",
@@ -76,49 +51,32 @@ def report_page(
     label, colour and marker of each torque in them. The page has no clock time and no folder's name; whatever comes
     from the log is escaped, and every number says where in results.json it stands.
     """
-    write = _Page(analysis.to_dict(), figures, form, alt, looks)
-    whole = report(analysis)
-    first, *sections = whole.sections
-    links = [Markup('<a href="#{}">{}</a>').format(s.anchor, s.link) for s in sections if s.link]
-    header = [
-        Markup("<h1>{}</h1>").format(write.sentence(whole.title)),
-        Markup('<p class="small">{}</p>').format(write.sentence(whole.read_as)),
-        *(Markup('<p class="banner">{}</p>').format(write.sentence(doubt)) for doubt in whole.doubts),
-        Markup('<p class="answer{}">{}</p>').format(" doubted" * bool(whole.doubts), write.sentence(whole.answer)),
-        *write.blocks(first),
-        Markup('<nav aria-label="Contents">{}</nav>').format(Markup(" ").join(links)),
-    ]
-    page = Markup(_read("report.html")).format(
-        title=f"{sentence_text(whole.answer)} – {analysis.name}",
-        style=Markup(_read("report.css")),
-        header=Markup("\n").join(header),
-        main=Markup("\n\n").join(write.section(section) for section in sections),
-        script=Markup(_read("report.js")),
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    write, whole = _Page(analysis.to_dict(), looks), content.report(analysis)
+    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
+    room = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
-    return str(page)
-
-
-def _read(name: str) -> str:
-    # `importlib.resources` takes a sixth of the page's time to load.
-    data = pkgutil.get_data("gyrodata.reporting", name)
-    assert data is not None, name
-    return data.decode()
+    room.filters |= {
+        "sentence": write.sentence, "cell": write.cell, "sort_value": _sort_value, "typeset": _typeset, "draw": _draw,
+        "kind": lambda block: type(block).__name__,
+    }  # fmt: skip
+    images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+    title = f"{tree.sentence_text(whole.answer)} – {analysis.name}"
+    page = room.get_template("report.html.jinja")
+    return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
 
 
 class _Page:
     """What makes HTML of the parts of a report."""
 
-    def __init__(
-        self,
-        document: Mapping[str, Any],
-        figures: Mapping[str, bytes],
-        form: Literal["png", "svg"],
-        alt: Mapping[str, str],
-        looks: Sequence[tuple[str, str, str]],
-    ) -> None:
-        kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
-        self.document, self.alt, self.looks = document, alt, looks
-        self.images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+    def __init__(self, document: Mapping[str, Any], looks: Sequence[tuple[str, str, str]]) -> None:
+        self.document, self.looks = document, looks
 
     # --- numbers
 
@@ -140,139 +98,67 @@ class _Page:
         shown = escape(text.replace("-", "−"))
         return Markup(f'<data value="{found!r}" data-from="{escape(place)}" data-size="{size!r}">{shown}</data>')
 
-    def number(self, value: Value) -> Markup:
+    def number(self, value: tree.Value) -> Markup:
         """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"."""
         size = value.scale.size
         # M0 is minus the constant of a line, which is what results.json has.
         signed = size if self.at(value.place) == value.value else -size
         if not value.u:
             return self.mark(value.without_u, value.place, signed)
-        nominal, spread, exponent = rounded(value.value, value.u, size)
+        nominal, spread, exponent = values.rounded(value.value, value.u, size)
         factor = 10.0**exponent
         above, _, last = value.place.rpartition(".")
         beside = self.at(above) if above else self.at("inertia")
         key = f"{last}_u" if f"{last}_u" in beside else "u"
         number = self.mark(nominal, value.place, signed * factor)
         shown = f"{number} ± {self.mark(spread, f'{above}.{key}', size * factor)}"
-        return Markup(f"({shown}) × {power_of_ten(factor)[1]}" if exponent else shown)
+        return Markup(f"({shown}) × {values.power_of_ten(factor)[1]}" if exponent else shown)
 
     # --- sentences
 
-    def sentence(self, sentence: Sentence) -> Markup:
+    def sentence(self, sentence: tree.Sentence) -> Markup:
         """Write a sentence."""
         done = []
         for before, part in pairwise(("", *sentence)):
             # A number stays on the line of its unit.
-            if isinstance(before, Number) and isinstance(part, str) and part.startswith(" "):
+            if isinstance(before, tree.Number) and isinstance(part, str) and part.startswith(" "):
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
             done.append(self.part(part))
         return Markup("".join(done))
 
-    def part(self, part: Part) -> Markup:
+    def part(self, part: tree.Part) -> Markup:
         """Write a part of a sentence."""
-        if isinstance(part, Number):
+        if isinstance(part, tree.Number):
             return self.mark(part.text, part.place, part.size)
-        if isinstance(part, Value):
+        if isinstance(part, tree.Value):
             number, unit = str(self.number(part)), str(part.scale)
             if part.scale.exponent:
                 number = f"({number}) ×" if part.u else f"{number} ×"
             return Markup(f'<span class="q">{number}{" " * bool(unit)}{escape(unit)}</span>')
-        if isinstance(part, Interval):
+        if isinstance(part, tree.Interval):
             size, times = part.scale.size, " × " if part.scale.exponent else " "
-            low, high = interval_ends(part.low, part.high, size)
+            low, high = values.interval_ends(part.low, part.high, size)
             ends = self.mark(low, f"{part.place}.0", size), self.mark(high, f"{part.place}.1", size)
             return Markup('<span class="q">{} to {}{}{}</span>').format(*ends, times, part.scale)
-        if isinstance(part, Styled):
+        if isinstance(part, tree.Styled):
             return Markup(_STYLES[part.style]).format(part.text)
-        if isinstance(part, Mark):
+        if isinstance(part, tree.Mark):
             _, colour, marker = self.looks[part.group]
             shape = '<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>'
             return Markup(shape).format(colour, _SHAPES[marker])
         return _typeset(part)
 
-    # --- blocks
-
-    def section(self, section: Section) -> Markup:
-        """Write a section with its heading."""
-        heading = Markup('<h{0} id="{1}">{2}</h{0}>').format(section.level, section.anchor, _typeset(section.title))
-        if not section.blocks:
-            return heading
-        inside = Markup("\n").join([heading, *self.blocks(section)])
-        return Markup('<section aria-labelledby="{}">\n{}\n</section>').format(section.anchor, inside)
-
-    def blocks(self, section: Section) -> list[Markup]:
-        """Write what stands below a heading."""
-        return [self.block(block, section.anchor) for block in section.blocks]
-
-    def block(self, block: Block, anchor: str) -> Markup:
-        """Write a block; a table has the section's anchor as its class."""
-        if isinstance(block, Table):
-            return self.table(block, anchor)
-        if isinstance(block, Facts):
-            return self.facts(block, anchor)
-        if isinstance(block, Figure):
-            form = Markup('<figure><img src="{}" alt="{}"><figcaption>{}</figcaption></figure>')
-            return form.format(self.images[block.name], self.alt[block.name], _typeset(block.caption))
-        kind = {"result": ' class="result"', "small": ' class="soft small"'}.get(block.kind, "")
-        tag = "li" if is_list(block) else "p"
-        found = Markup("\n").join(
-            Markup("<{0}{1}>{2}</{0}>").format(tag, Markup(kind), self.sentence(line)) for line in lines(block)
-        )
-        outer = {"list": "ul", "numbered": "ol"}.get(block.kind)
-        return Markup("<{0}>\n{1}\n</{0}>").format(outer, found) if outer else found
-
-    def facts(self, block: Facts, anchor: str) -> Markup:
-        """Write facts: as cards below the answer, else as a list of terms."""
-        form = Markup("<dt>{}</dt><dd>{}</dd>") if anchor else Markup("<div><dt>{}</dt><dd>{}</dd></div>")
-        rows = []
-        for fact in block.facts:
-            words = fact.words if anchor else f"{fact.words[0].upper()}{fact.words[1:]}"
-            symbol = Markup(" <i>{}</i>").format(_typeset(fact.symbol)) if fact.symbol else ""
-            remark = Markup(" <small>{}</small>").format(self.sentence(fact.remark)) if fact.remark else ""
-            rows.append(form.format(escape(words) + symbol, self.sentence(fact.says) + remark))
-        return Markup("<dl{}>\n{}\n</dl>").format(Markup("" if anchor else ' class="facts"'), Markup("\n").join(rows))
-
-    def table(self, table: Table, anchor: str) -> Markup:
-        """Write a table that scrolls sideways in a box of its own."""
-        picture = table.picture
-        drawn = [] if picture is None else _draw(picture)
-        caption = table.caption + (f"; {picture.caption}" if picture and picture.caption else "")
-        caption += "; a click on a head sorts by that column" if table.sortable else ""
-        shown = None if picture is None else [head.words for head in table.heads].index(picture.column)
-        heads = [self.head(head) for head in table.heads]
-        rows = []
-        for i, row in enumerate(table.rows):
-            kind = ' class="main"' if i == table.main else ' class="flagged"' if i in table.odd else ""
-            cells = [self.cell(cell, head, j == 0) for j, (cell, head) in enumerate(zip(row, table.heads, strict=True))]
-            if shown is not None:
-                cells.insert(shown + 1, Markup('<td class="picture" aria-hidden="true">{}</td>').format(drawn[i]))
-            rows.append(Markup(f"<tr{kind}>{Markup().join(cells)}</tr>"))
-        if shown is not None:
-            heads.insert(shown + 1, Markup('<td class="picture" aria-hidden="true"></td>'))
-        kind = " ".join([anchor, *(["sortable"] if table.sortable else []), *(["long"] if len(rows) > LONG else [])])
-        return Markup(
-            '<div class="box" role="region" aria-label="{}" tabindex="0"><table class="{}">\n'
-            "<caption><span>{}</span></caption>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody>\n</table></div>"
-        ).format(caption, kind, _typeset(caption), Markup().join(heads), Markup("\n").join(rows))
-
-    def head(self, head: Head) -> Markup:
-        """Write the head of a column."""
-        kind, unit = (' class="n"', str(head.scale)) if head.scale else ("", "")
-        unit = f' <span class="q">[{_typeset(unit)}]</span>' if unit else ""
-        return Markup(f'<th scope="col"{kind}>{_typeset(head.words)}{unit}</th>')
-
-    def cell(self, cell: Cell, head: Head, first: bool) -> Markup:
-        """Write a cell: a number to the right, long text in several lines."""
+    def cell(self, cell: tree.Cell, head: tree.Head) -> Markup:
+        """Write the content of a cell of a table."""
         if cell is None:
-            shown = Markup("–" if head.scale else "")
-        else:
-            shown = self.number(cell) if isinstance(cell, Value) else self.sentence(cell)
-        kind = "n" if head.scale else "q" if head.wrap < 0.15 else "w" if cell and not first else ""
-        sort_by = [part.torque for part in cell if isinstance(part, Mark)] if isinstance(cell, tuple) else []
-        attributes = f' class="{kind}"' if kind else ""
-        if sort_by and not first:
-            attributes += f' data-value="{sort_by[0]!r}"'
-        return Markup(f'<th scope="row"{attributes}>{shown}</th>' if first else f"<td{attributes}>{shown}</td>")
+            return Markup("–" if head.scale else "")
+        return self.number(cell) if isinstance(cell, tree.Value) else self.sentence(cell)
+
+
+def _sort_value(cell: tree.Cell) -> Markup:
+    """Give the attribute by which a table sorts the names of torques."""
+    marks = [part for part in cell if isinstance(part, tree.Mark)] if isinstance(cell, tuple) else []
+    return Markup(f' data-value="{marks[0].torque!r}"' if marks else "")
 
 
 def _typeset(text: str) -> Markup:
@@ -280,11 +166,11 @@ def _typeset(text: str) -> Markup:
     plain = re.sub(
         r"(?<=\d) (?=[^\W\d]|%|°)|(?<=\b[ukpn]) (?==)|(?<=\b[ukpn] =) ", "\N{NO-BREAK SPACE}", str(escape(text))
     )
-    plain = SYMBOLS.sub(r"<i>\g<0></i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
+    plain = tree.SYMBOLS.sub(r"<i>\g<0></i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
     return Markup(plain.replace("M0", "<i>M</i><sub>0</sub>"))
 
 
-def _draw(picture: Picture) -> list[Markup]:
+def _draw(picture: tree.Picture) -> list[Markup]:
     """Draw a picture for each row: a bar, or a dot with its uncertainty on one axis for all rows.
 
     Screen readers do not see them: the table's cells say the same in numbers.

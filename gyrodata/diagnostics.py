@@ -657,7 +657,7 @@ EXPLAINED_CODE_UNKNOWN = _error(
     "G607",
     "explain: there is no such code",
     "explain G999",
-    "take a code as a message shows it, such as G454; gyro schema --diagnostics lists all",
+    "take a code as a message shows it, such as G454; gyro schema diagnostics lists all",
 )
 HAND_IN_AS_IT_IS = _error(
     "G608",
@@ -711,13 +711,13 @@ SIMULATED_WITHOUT_TORQUE = _error(
 SIMULATED_NO_STEADY_PRECESSION = _error(
     "G633",
     "simulate: no steady precession at this tilt and spin",
-    'simulate --pitch 60deg --spins 50rpm --transverse "0.02 kg m^2"',
-    "take a faster spin, a smaller pitch or a smaller transverse inertia",
+    "simulate --pitch 60deg --spins 20rpm",
+    "take a faster spin or a smaller pitch",
 )
 TURNS_NEVER_COMPLETED = _error(
     "G634",
     "simulate: the turns are never completed",
-    'simulate --spin-decay "1 s" --decay-law dry',
+    'simulate --spin-decay "0.5 s" --turns 3',
     "take a slower decay, or fewer turns",
 )
 SIMULATED_OPTIONS_CONTRADICT = _error(
@@ -749,12 +749,6 @@ OUT_IS_NO_FOLDER = _error(
     "--out is the name of a file that is not written",
     "analyze log.csv --out report.pdf",
     "give a folder: --out report; or a file for data: --format json --out report.json",
-)
-SEVERAL_SCHEMAS = _error(
-    "G639",
-    "schema: more than one is asked for",
-    "schema --check --grades",
-    "ask for one at a time: gyro schema --check",
 )
 
 # a class

@@ -54,7 +54,7 @@ class DiagnosticJson(TypedDict):
     """One fault, at one place, with what to do about it."""
 
     code: str
-    """Stable code; ``gyro schema --diagnostics`` lists them all."""
+    """Stable code; ``gyro schema diagnostics`` lists them all."""
     severity: Severity
     """An error means that the log cannot be analysed as it is."""
     file: str

@@ -95,8 +95,8 @@ class TestTemplate:
 
 class TestSchema:
     def test_every_code_is_listed_with_an_example(self) -> None:
-        text = gyro("schema", "--diagnostics").stdout
-        rows = json.loads(gyro("schema", "--diagnostics", "--json").stdout)["diagnostics"]
+        text = gyro("schema", "diagnostics").stdout
+        rows = json.loads(gyro("schema", "diagnostics", "--json").stdout)["diagnostics"]
         assert {row["code"] for row in rows} == set(CODES)
         parts = dict(zip((row["code"] for row in rows), re.split(r"(?m)^(?=G\d{3}  )", text)[1:], strict=True))
         for row in rows:

@@ -69,7 +69,7 @@ _COMMANDS = {
     "schema": _Kind(
         "tool_commands",
         "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-        ("gyro schema --diagnostics",),
+        ("gyro schema diagnostics",),
     ),
     "predict": _Kind("predict_command", "Say what theory predicts for given numbers."),
 }

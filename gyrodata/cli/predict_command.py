@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from msgspec import Struct
 
-from gyrodata.cli.options import MappingOption, PlainFormat, SettingsOption, StdinOption, example_of, pairs, quantity
+from gyrodata.cli.options import PlainFormat, example_of, quantity
 from gyrodata.cli.terminal import STDIN, name_of, refuse, source_of, write_out
 from gyrodata.diagnostics import (
     OPTION_IS_NO_QUANTITY,
@@ -47,7 +47,7 @@ FormatOption = Annotated[PlainFormat, typer.Option("--format", "-f", help="Form 
 LogOption = Annotated[
     str | None,
     typer.Option("--log", metavar="LOG", help="Take I_zz and the fastest spin from this log, where no option gives "
-                 "them; - is standard input. --set and --map are for it."),
+                 "them; - is standard input."),
 ]  # fmt: skip
 InertiaOption = Annotated[str | None, _option("--inertia", 'I_zz about the rod, such as "4.44e-3 kg m^2".')]
 SpinOption = Annotated[
@@ -92,29 +92,25 @@ class _Lab(Struct, frozen=True):
         return value
 
 
-def _read(log: str | None, settings: list[str] | None, mapping: list[str] | None, stdin: str) -> _Lab:
+def _read(log: str | None) -> _Lab:
     """Analyse the log, if there is one; a log that is refused ends here, in the words of ``gyro analyze``."""
     if log is None:
-        if settings or mapping:
-            refuse(OPTION_NOR_LOG_GIVEN, "--set and --map are for a log, and none is given", "add --log data.csv")
         return _Lab([])
     from gyrodata.analysis import analyze
 
-    name = name_of(log, stdin)
-    source = source_of(log, name)["source"]
-    found = analyze(source, name=name, settings=pairs(settings, "--set"), mapping=pairs(mapping, "--map"))
+    name = name_of(log, STDIN)
+    found = analyze(source_of(log, name)["source"], name=name)
     measured = found.measurements
     kept = [i for i, run in enumerate(found.run_table) if not run.left_out]
     fastest = sorted(kept, key=lambda i: -abs(measured.spin[i]))
-    load: dict[str, float | None] | None = None
+    load: dict[str, float | None] = {}
     if loaded := [i for i in fastest if measured.torque[i]]:
         run = found.run_table[loaded[0]]
-        # The side that the weight is on may stand in a column of its own.
+        # The side that the weight is on may be in a column of its own.
         arm = None if run.position is None else math.copysign(run.position, run.torque)
         load = {"torque": run.torque, "mass": run.mass, "position": arm, "g": measured.g}
-        across = math.nan if measured.transverse_inertia is None else measured.transverse_inertia[loaded[0]]
-        if math.isfinite(across):
-            load["transverse_inertia"] = float(across)
+        if measured.transverse_inertia is not None and math.isfinite(measured.transverse_inertia[loaded[0]]):
+            load["transverse_inertia"] = float(measured.transverse_inertia[loaded[0]])
     return _Lab(
         notes=[f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts],
         name=name,
@@ -144,10 +140,7 @@ def precession(
     pitch: Annotated[str, _option("--pitch", 'Angle of the rod above the horizontal, such as "10 deg".')] = "0 deg",
     g: Annotated[str | None, _option("--g", 'Gravity, such as "9.803 m/s^2". Default: 9.80665 m/s^2.')] = None,
     log: LogOption = None,
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
     form: FormatOption = "text",
-    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """Steady precession, its least spin, and what a rod does that is let go or upright.
 
@@ -155,7 +148,7 @@ def precession(
     is no steady precession, JSON has null and the reason. With --log alone the weight is that of the log's
     fastest run.
     """
-    lab = _read(log, settings, mapping, stdin)
+    lab = _read(log)
     options: dict[str, Any] = {
         "inertia": lab.given("--inertia", inertia, "inertia", positive=True),
         "spin": lab.given("--spin", spin, "rate"),
@@ -176,41 +169,32 @@ def precession(
 
 
 def _load(torque: str | None, mass: str | None, position: str | None, g: str | None, lab: _Lab) -> dict[str, Any]:
-    """Torque [N*m], and what it follows from, None where that was not asked; what no option gives is the log's."""
+    """Torque [N*m], and what it follows from, None if that was not given; the log's if no option gives one."""
+    from gyrodata import physics
+
     hint = "give --torque, or --mass and --position"
-    own = lab.load or {}
     if torque is not None:
         if mass is not None or position is not None:
             refuse(TORQUE_MISSING_OR_TWICE, "the torque is given twice", f"{hint}, not both")
         return {"torque": quantity("--torque", torque, "torque"), "mass": None, "position": None, "g": None}
-    weighed = own.get("mass") is not None
-    if own and mass is position is None and (g is None or not weighed):
-        lab.notes.append(f"torque = {own['torque']:.4g} N·m, that of the fastest run with a weight (--torque)")
-        return dict(own)
-    if not weighed and (mass is None or position is None):
+    if mass is None and position is None and lab.load:
+        lab.notes.append(f"torque = {lab.load['torque']:.4g} N·m, that of the fastest run with a weight (--torque)")
+        return dict(lab.load)
+    if mass is None or position is None:
         lacks = "--position" if mass is not None else "--mass" if position is not None else ""
         refuse(TORQUE_MISSING_OR_TWICE, f"{lacks} is not given" if lacks else "no torque is given", hint)
-    weight = own.get("mass") if mass is None else quantity("--mass", mass, "mass")
-    arm = own.get("position") if position is None else quantity("--position", position, "length")
-    assert weight is not None
-    assert arm is not None
+    weight, arm = quantity("--mass", mass, "mass"), quantity("--position", position, "length")
     if weight < 0:
         refuse(
             OPTION_NUMBER_IMPOSSIBLE,
             f'--mass "{mass}" is below zero',
             "a weight on the other side has a negative --position",
         )
-    if mass is None or position is None:
-        which = " and ".join(name for name, text in (("mass", mass), ("position", position)) if text is None)
-        lab.notes.append(f"{1e3 * weight:.4g} g at {1e2 * arm:.4g} cm, {which} of the fastest run with a weight")
-    fall = own.get("g") if g is None else quantity("--g", g, "acceleration", positive=True)
-    from gyrodata.physics import STANDARD_GRAVITY
-    from gyrodata.physics import torque as torque_of
-
+    fall = (lab.load or {}).get("g") if g is None else quantity("--g", g, "acceleration", positive=True)
     if fall is None:
-        fall = STANDARD_GRAVITY
-        lab.notes.append(f"g = {STANDARD_GRAVITY} m/s²")
-    return {"torque": float(torque_of(weight, arm, fall)), "mass": weight, "position": arm, "g": fall}
+        fall = physics.STANDARD_GRAVITY
+        lab.notes.append(f"g = {fall} m/s²")
+    return {"torque": float(physics.torque(weight, arm, fall)), "mass": weight, "position": arm, "g": fall}
 
 
 def _across(text: str | None, options: Mapping[str, Any], notes: list[str]) -> float:
@@ -258,10 +242,7 @@ def earth(
     inertia: InertiaOption = None,
     spin: SpinOption = None,
     log: LogOption = None,
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
     form: FormatOption = "text",
-    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """Where two balanced gyroscopes point as the Earth turns.
 
@@ -269,7 +250,7 @@ def earth(
     A sidereal hour is 59 min 50.2 s of the clock; each row has both. The last row is that of --hours. With I_zz and
     spin: how well the ball has to be balanced for it.
     """
-    lab = _read(log, settings, mapping, stdin)
+    lab = _read(log)
     at = _LAB_SHEET if lab.latitude is None else lab.latitude
     if latitude is None:
         lab.notes.append(f"latitude = {math.degrees(at):.4g} deg (--latitude)")
@@ -347,17 +328,14 @@ def platform(
     start: Annotated[str, _option("--from", "Angle of the wheel's axle above the horizontal, before.")] = "0 deg",
     end: Annotated[str, _option("--to", "The same angle, after.")] = "90 deg",
     log: LogOption = None,
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
     form: FormatOption = "text",
-    stdin: StdinOption = STDIN,
 ) -> None:
     """How fast a turntable turns when a spinning wheel is tipped on it.
 
     It is at rest before; the angular momentum about the vertical stays the same. With --log the wheel is the
     ball of the log.
     """
-    lab = _read(log, settings, mapping, stdin)
+    lab = _read(log)
     options = {
         "wheel_inertia": lab.given("--wheel-inertia", wheel_inertia, "inertia", positive=True),
         "wheel_spin": lab.given("--wheel-spin", wheel_spin, "rate"),
@@ -385,17 +363,14 @@ def twist(
     time: Annotated[str, _option("--time", "In which the axle is turned over, by half a turn.")] = "1 s",
     handles: Annotated[str, _option("--handles", "Distance between your hands.")] = "40 cm",
     log: LogOption = None,
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
     form: FormatOption = "text",
-    stdin: StdinOption = STDIN,
 ) -> None:  # fmt: skip
     """What your hands feel when a spinning wheel is turned over.
 
     The axle is level, one end in each hand, and turns at a steady rate W: a torque I w W, at right angles to the
     way that it goes. With --log the wheel is the ball of the log.
     """
-    lab = _read(log, settings, mapping, stdin)
+    lab = _read(log)
     options = {
         "wheel_inertia": lab.given("--wheel-inertia", wheel_inertia, "inertia", positive=True),
         "wheel_spin": lab.given("--wheel-spin", wheel_spin, "rate"),
@@ -422,17 +397,14 @@ def tip(
     spin: SpinOption = None,
     transverse: TransverseOption = None,
     log: LogOption = None,
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
     form: FormatOption = "text",
-    stdin: StdinOption = STDIN,
 ) -> None:
     """How the rod's tip yields to a steady force.
 
     At right angles to it, along the torque: for a fast spin w at F L^2/(I_zz w), for a slow one by the exact
     motion; without spin, along the force.
     """
-    lab = _read(log, settings, mapping, stdin)
+    lab = _read(log)
     options = {
         "force": quantity("--force", force, "force", positive=True),
         "length": quantity("--length", length, "length", positive=True),

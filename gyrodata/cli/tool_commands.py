@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -18,7 +17,6 @@ from gyrodata.diagnostics import (
     EXPLAINED_CODE_UNKNOWN,
     NO_UNLOADED_RUN,
     REPORT_CANNOT_BE_WRITTEN,
-    SEVERAL_SCHEMAS,
 )
 from gyrodata.disk import telling, write_folder
 from gyrodata.errors import GyroError
@@ -101,40 +99,28 @@ def benchmark(
     tell(f"charts: {out}")
 
 
+SchemaName = Literal["analysis", "check", "grades", "predictions", "selfcheck", "rubric", "diagnostics"]
+
+
 def schema(
-    diagnostics: Annotated[
-        bool, typer.Option("--diagnostics", help="The table of diagnostic codes, each with an example.")
-    ] = False,
-    checks: Annotated[bool, typer.Option("--check", help="The schema of gyro check --format json.")] = False,
-    grades: Annotated[bool, typer.Option("--grades", help="The schema of gyro grade --format json.")] = False,
-    predictions: Annotated[
-        bool, typer.Option("--predictions", help="The schema of gyro predict --format json.")
-    ] = False,
-    selfchecks: Annotated[
-        bool, typer.Option("--selfcheck", help="The schema of gyro selfcheck --format json.")
-    ] = False,
-    rubric: Annotated[bool, typer.Option("--rubric", help="The schema of a rubric, for an editor of TOML.")] = False,
+    name: Annotated[
+        SchemaName,
+        typer.Argument(
+            metavar="[NAME]",
+            help="analysis, check, grades, predictions, selfcheck, rubric; or diagnostics, the table of codes.",
+        ),
+    ] = "analysis",
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
-    """Print the JSON Schema of the outputs or of a rubric, or the table of diagnostics."""
+    """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
     from gyrodata import reporting
     from gyrodata import schema as schemas
 
-    asked: dict[str, tuple[bool, Callable[[], dict[str, Any]]]] = {
-        "--diagnostics": (diagnostics, lambda: {"diagnostics": schemas.diagnostics_table()}),
-        "--check": (checks, schemas.check_schema),
-        "--grades": (grades, schemas.grades_schema),
-        "--predictions": (predictions, schemas.predictions_schema),
-        "--selfcheck": (selfchecks, schemas.selfcheck_schema),
-        "--rubric": (rubric, schemas.rubric_schema),
-    }
-    given = {option: made for option, (flag, made) in asked.items() if flag}
-    if len(given) > 1:
-        refuse(SEVERAL_SCHEMAS, f"{' and '.join(given)} are printed one at a time", f"gyro schema {next(iter(given))}")
-    if diagnostics and not as_json:
-        write_out(reporting.diagnostics_text(schemas.diagnostics_table()))
+    if name == "diagnostics":
+        table = schemas.diagnostics_table()
+        write_out(reporting.json_text({"diagnostics": table}) if as_json else reporting.diagnostics_text(table))
     else:
-        write_out(reporting.json_text(next(iter(given.values()), schemas.analysis_schema)()))
+        write_out(reporting.json_text(getattr(schemas, f"{name}_schema")()))
 
 
 OPTIONS = "G5"
@@ -190,7 +176,7 @@ def _explanation(asked: str) -> str:
     if code not in CODES:
         hint = (
             f"take a code as a message shows it, such as {NO_UNLOADED_RUN}, or a page: {', '.join(PAGES)}; "
-            "gyro schema --diagnostics lists all codes"
+            "gyro schema diagnostics lists all codes"
         )
         refuse(EXPLAINED_CODE_UNKNOWN, f'there is no code "{asked}", and no such page', hint)
     return reporting.explanation(code, _raised(code))

@@ -207,7 +207,7 @@ def happen(truth: Truth, design: Design) -> Runs:
             _refuse(
                 TURNS_NEVER_COMPLETED,
                 f"{_words(mass[i], position[i])}, {_rpm(spin[i])}: the Earth turns faster than the rod",
-                "take a larger torque, or no --latitude",
+                "take a larger torque, or no latitude",
             )
         if np.all(np.abs(angle - last) < 1e-13 * angle):
             break
@@ -290,19 +290,19 @@ def _check_together(truth: Truth, design: Design) -> None:
         _refuse(
             SIMULATED_OPTIONS_CONTRADICT,
             "a spin that stays is read once",
-            'let it fall: --spin-decay "600 s", or "10 %"',
+            "let it fall, or read it once",
         )
     if truth.spin_delay and (decay is None or reading in (None, "both")):
         _refuse(
             SIMULATED_OPTIONS_CONTRADICT,
             "a delay matters only where a falling spin is read at half time",
-            'take --spin-decay "600 s" --spin-reading half as well',
+            "let the spin fall, and read it at half time",
         )
     if truth.motion == "released" and decay is not None and (decay.time_constant is None or not decay.viscous):
         _refuse(
             SIMULATED_OPTIONS_CONTRADICT,
             "a released rod is dragged as in an air film, with one time constant",
-            'take --spin-decay "600 s" --decay-law viscous, or --motion steady',
+            'take --spin-decay "600 s", or --motion steady',
         )
 
 

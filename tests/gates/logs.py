@@ -80,7 +80,7 @@ def every_log() -> dict[str, Log]:
         head = [{column: header, header: column}.get(one, one) for one in good[3].split(",")]
         text = "\n".join([*good[:3], *map(",".join, [head, *rows])]) + "\n"
         logs[f"slip: {column} x {factor:.6g} as {header}"] = Log(text.encode())
-    for record in json.loads(CliRunner().invoke(app, ["schema", "--diagnostics", "--json"]).stdout)["diagnostics"]:
+    for record in json.loads(CliRunner().invoke(app, ["schema", "diagnostics", "--json"]).stdout)["diagnostics"]:
         code, example = record["code"], record["example"]
         if example.startswith(("analyze log.csv --set", "analyze log.csv --map")):
             logs[code] = given(usual("", "").data, example.removeprefix("analyze log.csv "))

@@ -13,6 +13,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
 from gyrodata.readings import kind_of_role
+from gyrodata.reporting import values
 from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
 from gyrodata.reporting.questions import answer_questions, beside
 from gyrodata.reporting.tree import (
@@ -40,16 +41,6 @@ from gyrodata.reporting.tree import (
     load,
     percent,
     signed,
-)
-from gyrodata.reporting.values import (
-    NUMBER,
-    PRODUCT,
-    RPM,
-    SECOND,
-    Scale,
-    inertia_scale,
-    torque_scale,
-    uncertainty_text,
 )
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 from gyrodata.tables import Run, turn_words
@@ -87,7 +78,7 @@ REFERENCES = (
 def report(analysis: Analysis) -> Report:
     """Put an analysis into sections, in the order in which they are read."""
     inertia = analysis.inertia
-    scale = inertia_scale(inertia.value, inertia.u)
+    scale = values.inertia_scale(inertia.value, inertia.u)
     torque = common_torque_scale(analysis)
     found = (
         Section("", tuple(_summary(analysis, scale, torque))),
@@ -108,12 +99,12 @@ def report(analysis: Analysis) -> Report:
     return Report(analysis.name, _size(analysis), _read_as(analysis, torque), _doubts(analysis), answer, brief, found)
 
 
-def common_torque_scale(analysis: Analysis) -> Scale:
+def common_torque_scale(analysis: Analysis) -> values.Scale:
     """Choose one unit for every torque of a log, so that they can be compared at a glance."""
-    return torque_scale(max(abs(run.torque) for run in analysis.run_table))
+    return values.torque_scale(max(abs(run.torque) for run in analysis.run_table))
 
 
-def residual_torque(analysis: Analysis, scale: Scale) -> Fact:
+def residual_torque(analysis: Analysis, scale: values.Scale) -> Fact:
     """Give the residual torque."""
     found = analysis.residual_torque
     value = Value(found.value, found.u, scale, "residual_torque.value")
@@ -125,7 +116,7 @@ def _size(analysis: Analysis) -> Sentence:
     return (*count(runs, "run", "/input.rows"), ", ", *count(torques, "torque", "torques.length"))
 
 
-def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
+def _summary(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iterator[Block]:
     inertia, bias = analysis.inertia, analysis.timing_bias
     first = [_diagnostic(i, found) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]
     if first:
@@ -139,7 +130,7 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
         yield Text((("95 % interval ", interval, " (", *found, ")"),))
     facts = [residual_torque(analysis, torque)]
     if bias.u:
-        facts.append(Fact("timing bias", (Value(bias.value, bias.u, SECOND, "timing_bias.value"),), "b"))
+        facts.append(Fact("timing bias", (Value(bias.value, bias.u, values.SECOND, "timing_bias.value"),), "b"))
     facts.append(_goodness(analysis))
     # The summary names them where it lists them.
     odd = [Number(run.run, f"runs.{i}.run") for i, run in enumerate(analysis.run_table) if run.flagged]
@@ -152,7 +143,7 @@ def _summary(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]
     )
 
 
-def _read_as(analysis: Analysis, torque: Scale) -> Sentence:
+def _read_as(analysis: Analysis, torque: values.Scale) -> Sentence:
     """Say one run in words, the first with a load: what was read, and what was made of it."""
     i, run = next((i, run) for i, run in enumerate(analysis.run_table) if run.torque)
     at, measured = f"runs.{i}", analysis.measurements
@@ -160,12 +151,12 @@ def _read_as(analysis: Analysis, torque: Scale) -> Sentence:
         on_the_rod: Sentence = ("a torque of ", Value(run.torque, None, torque, f"{at}.torque"))
     else:
         on_the_rod = (*hung(analysis, i, at), " from the centre")
-    spin = Value(run.spin, None, RPM, f"{at}.spin")
+    spin = Value(run.spin, None, values.RPM, f"{at}.spin")
     count, turns = turn_words(run.turns).split(" ")
-    time = Value(run.time, None, SECOND, f"{at}.time")
+    time = Value(run.time, None, values.SECOND, f"{at}.time")
     timed: Sentence = (", ", Number(count, f"{at}.turns"), f" {turns} in ", time) if measured.timed else ()
     made: Sentence = (": ", Value(run.torque, None, torque, f"{at}.torque")) if run.mass is not None else ()
-    period = Value(run.period, None, SECOND, f"{at}.period")
+    period = Value(run.period, None, values.SECOND, f"{at}.period")
     return ("Read as: run ", Number(run.run, f"{at}.run"), ": ", *on_the_rod, ", ", spin, *timed, *made,
             ", one turn in ", period, ".")  # fmt: skip
 
@@ -183,7 +174,7 @@ def _doubts(analysis: Analysis) -> tuple[Sentence, ...]:
     )
 
 
-def _brief(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Sentence]:
+def _brief(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iterator[Sentence]:
     """Say what fits on a screen."""
     yield _verdict(analysis)
     if analysis.if_balanced is not None:
@@ -245,8 +236,8 @@ def _agreement(analysis: Analysis) -> Sentence:
         return (*the_runs, f" agree with one line{better}")
     if scatter < NOTICEABLE:
         return (*the_runs, " agree badly with one line")
-    stated: Part = "stated" if time_u is None else Value(time_u, None, SECOND, "goodness.time_u")
-    times = Number(uncertainty_text(scatter), "goodness.scatter")
+    stated: Part = "stated" if time_u is None else Value(time_u, None, values.SECOND, "goodness.time_u")
+    times = Number(values.uncertainty_text(scatter), "goodness.scatter")
     return (*the_runs, " scatter about one line ", times, " times as much as ", stated, ", which u holds")
 
 
@@ -271,7 +262,7 @@ def _share(share: float, at: int) -> Sentence:
     return (Number(f"{100 * share:.0f}", f"budget.{at}.share", 0.01), " %")
 
 
-def _on_balance(analysis: Analysis, balanced: Estimate, scale: Scale) -> tuple[Sentence, ...]:
+def _on_balance(analysis: Analysis, balanced: Estimate, scale: values.Scale) -> tuple[Sentence, ...]:
     """Say what I_zz from one torque rests on."""
     measured = analysis.measurements
     if measured.torque_unseen is not None:
@@ -291,7 +282,7 @@ def _on_balance(analysis: Analysis, balanced: Estimate, scale: Scale) -> tuple[S
     )
 
 
-def _hangs_on(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
+def _hangs_on(analysis: Analysis, scale: values.Scale) -> tuple[Block, ...]:
     """Show I_zz as it is, and as it would be if one thing were otherwise."""
     if not analysis.sensitivity:
         return ()
@@ -304,7 +295,7 @@ def _hangs_on(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
         value = ("no answer",) if found is None else Value(found.value, found.u, scale, f"{at}.inertia.value")
         rows.append(((case.words,), value, away))
         dots.append(None if found is None else (found.value, found.u or 0.0))
-    heads = (Head("if"), Head("I_zz", scale), Head("moved by", NUMBER))
+    heads = (Head("if"), Head("I_zz", scale), Head("moved by", values.NUMBER))
     band = (answer.value - u, answer.value + u)
     picture = Picture("I_zz", tuple(dots), band, "the bars are ± u, the band is that of the answer", reach=5.0)
     weights = [i for i, case in enumerate(analysis.sensitivity, 1) if case.name == "without"]
@@ -318,7 +309,7 @@ def _goodness(analysis: Analysis) -> Fact:
     if analysis.p is None:
         return Fact("goodness", ("not available: no degrees of freedom left",))
     chi2 = Number(f"{fit.chi2:.3g}", "goodness.chi2")
-    scatter = Number(uncertainty_text(fit.scatter), "goodness.scatter")
+    scatter = Number(values.uncertainty_text(fit.scatter), "goodness.scatter")
     dof = count(fit.dof, "degree", "goodness.dof")
     return Fact(
         "goodness",
@@ -327,7 +318,7 @@ def _goodness(analysis: Analysis) -> Fact:
     )
 
 
-def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
+def _fits(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iterator[Block]:
     rows: list[tuple[Cell, ...]] = []
     for i, fit in enumerate(analysis.fits):
         at, value, m0 = f"fits.{i}", fit.inertia, fit.constant
@@ -347,7 +338,7 @@ def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
     dots = tuple(None if fit.inertia is None else (fit.inertia.value, fit.inertia.u or 0.0) for fit in analysis.fits)
     words = "the bars are ± u, the band is that of the recommended fit"
     yield Table(
-        (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", NUMBER)),
+        (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", values.NUMBER)),
         tuple(rows),
         "The recommended fit and the two of the textbook",
         Picture("I_zz", dots, (best - u, best + u), words),
@@ -361,7 +352,7 @@ def _fits(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Block]:
             yield Text(items, "list", full=not short)
 
 
-def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
+def _runs(analysis: Analysis, torque: values.Scale) -> tuple[Block, ...]:
     table = analysis.run_table
     odd = tuple(i for i, run in enumerate(table) if run.flagged)
     kept = "kept, as asked" if analysis.options.keep_flagged else "kept"
@@ -388,20 +379,27 @@ def _runs(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
                 (Number(run.run, f"{at}.run"),),
                 (Number(str(run.line), f"{at}.line"),),
                 load(analysis, group_of[i], torque),
-                Value(run.spin, None, RPM, f"{at}.spin"),
-                Value(run.time, None, SECOND, f"{at}.time"),
+                Value(run.spin, None, values.RPM, f"{at}.spin"),
+                Value(run.time, None, values.SECOND, f"{at}.time"),
                 (Number(turn_words(run.turns).split(" ")[0], f"{at}.turns"),),
-                Value(run.period, None, SECOND, f"{at}.period"),
-                Value(run.product, None, PRODUCT, f"{at}.product"),
+                Value(run.period, None, values.SECOND, f"{at}.period"),
+                Value(run.product, None, values.PRODUCT, f"{at}.product"),
                 None if off is None else (Number(signed(off), f"{at}.studentized_residual"),),
                 remark or None,
             )
         )
     heads = (
-        Head("run"), Head("line", NUMBER), Head("on the rod"), Head("spin", RPM), Head("time", SECOND),
-        Head("turns", NUMBER), Head("period τ", SECOND), Head("φ̇ψ̇", PRODUCT), Head("residual", Scale("u", "u")),
+        Head("run"),
+        Head("line", values.NUMBER),
+        Head("on the rod"),
+        Head("spin", values.RPM),
+        Head("time", values.SECOND),
+        Head("turns", values.NUMBER),
+        Head("period τ", values.SECOND),
+        Head("φ̇ψ̇", values.PRODUCT),
+        Head("residual", values.Scale("u", "u")),
         Head("remark", wrap=0.2),
-    )  # fmt: skip
+    )
     caption = "The residual is the time minus what the other runs predict, in standard uncertainties"
     looks = Text((("These runs are flagged:",),)) if odd else Text((("No run is flagged or left out.",),))
     return (
@@ -427,15 +425,20 @@ def _effects(analysis: Analysis) -> tuple[Block, ...]:
                 (effect.reason,),
             )
         )
-    heads = (Head("effect", wrap=0.2), Head("change of I_zz", NUMBER), Head("size", NUMBER), Head("verdict", wrap=0.12),
-             Head("why", wrap=0.3, full=True))  # fmt: skip
+    heads = (
+        Head("effect", wrap=0.2),
+        Head("change of I_zz", values.NUMBER),
+        Head("size", values.NUMBER),
+        Head("verdict", wrap=0.12),
+        Head("why", wrap=0.3, full=True),
+    )
     caption = "What I_zz would change by if the effect were left out of the model, in per cent and in its u"
     short = tuple(i for i, row in enumerate(rows) if row[1] is not None)
     model = Text(((f"Model: {MODEL_NAMES[analysis.model.name]}{choice}.",),))
     return (model, Table(heads, tuple(rows), caption, short=short))
 
 
-def _budget(analysis: Analysis, scale: Scale) -> Iterator[Block]:
+def _budget(analysis: Analysis, scale: values.Scale) -> Iterator[Block]:
     rows = tuple(
         (
             (SOURCE_NAMES.get(share.source, share.source),),
@@ -447,7 +450,7 @@ def _budget(analysis: Analysis, scale: Scale) -> Iterator[Block]:
     )
     heads = (
         Head("source"),
-        Head("share of u²", NUMBER),
+        Head("share of u²", values.NUMBER),
         Head("u of I_zz", scale, full=True),
         Head("shared by", wrap=0.35),
     )

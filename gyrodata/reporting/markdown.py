@@ -9,21 +9,8 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from gyrodata.errors import PICTURES
+from gyrodata.reporting import tree
 from gyrodata.reporting.content import report
-from gyrodata.reporting.tree import (
-    Block,
-    Cell,
-    Figure,
-    Head,
-    Sentence,
-    Styled,
-    Table,
-    cell_text,
-    head_text,
-    is_list,
-    lines,
-    part_text,
-)
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(r"[\\`*_{}\[\]<>#|~$&!@^]|:(?=[\w+-]+:)")
@@ -65,41 +52,41 @@ class _Markdown(Struct, frozen=True):
     figures: str
     alt: Mapping[str, str]
 
-    def block(self, block: Block) -> list[str]:
+    def block(self, block: tree.Block) -> list[str]:
         """Write a block as paragraphs."""
-        if isinstance(block, Table):
+        if isinstance(block, tree.Table):
             return [f"{escape(block.caption)}:", self.table(block)]
-        if isinstance(block, Figure):
+        if isinstance(block, tree.Figure):
             shows, place = escape(self.alt.get(block.name, block.name)), self.figures.format(block.name)
             return [f"![{shows}]({place})", f"*{escape(block.caption)}*"]
-        found = [self.sentence(line) for line in lines(block)]
-        return ["\n".join(f"- {line}" for line in found)] if is_list(block) else found
+        found = [self.sentence(line) for line in tree.lines(block)]
+        return ["\n".join(f"- {line}" for line in found)] if tree.is_list(block) else found
 
-    def sentence(self, sentence: Sentence) -> str:
+    def sentence(self, sentence: tree.Sentence) -> str:
         """Write a sentence; the text between two pieces of code is escaped as a whole."""
         done, text = "", ""
         for part in sentence:
-            if isinstance(part, Styled) and part.style == "code" and "`" not in part.text:
+            if isinstance(part, tree.Styled) and part.style == "code" and "`" not in part.text:
                 done += f"{_inside(text)}`{part.text}`"
                 text = ""
             else:
-                text += part_text(part)
+                text += tree.part_text(part)
         return f"{done}{_inside(text)}".strip()
 
-    def table(self, table: Table) -> str:
+    def table(self, table: tree.Table) -> str:
         """Write a table in pipes."""
         rows = [
-            [escape(head_text(head)) for head in table.heads],
+            [escape(tree.head_text(head)) for head in table.heads],
             ["---:" if head.scale else "---" for head in table.heads],
             *([self.cell(cell, head) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
         ]
         return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
-    def cell(self, cell: Cell, head: Head) -> str:
+    def cell(self, cell: tree.Cell, head: tree.Head) -> str:
         """Write a cell."""
         if cell is None:
             return "–" if head.scale else ""
-        return escape(cell_text(cell))
+        return escape(tree.cell_text(cell))
 
 
 def _inside(text: str) -> str:

@@ -7,43 +7,8 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
+from gyrodata.reporting import tree, values
 from gyrodata.reporting.phrases import MODEL_NAMES
-from gyrodata.reporting.tree import (
-    UNLIKELY,
-    Block,
-    Cell,
-    Figure,
-    Head,
-    Number,
-    Picture,
-    Section,
-    Sentence,
-    Styled,
-    Table,
-    Text,
-    Value,
-    agrees,
-    chance,
-    filled,
-    load,
-    percent,
-    signed,
-)
-from gyrodata.reporting.values import (
-    CENTIMETRE,
-    FREE_FALL,
-    KILOGRAM,
-    METRE,
-    NEWTON_METRE,
-    NUMBER,
-    PRODUCT,
-    RATE,
-    RPM,
-    SECOND,
-    Scale,
-    inertia_scale,
-    mass_scale,
-)
 from gyrodata.results import Analysis
 from gyrodata.tables import turn_words
 
@@ -62,68 +27,90 @@ ANSWERS = (
 """What the data do not answer, and the part of `gyro predict` that does."""
 
 
-def answer_questions(analysis: Analysis, scale: Scale, torque: Scale) -> Iterator[Section]:
+def answer_questions(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iterator[tree.Section]:
     """Answer question 3 from the data, and say where the others are answered."""
-    yield Section("One run by hand", _by_hand(analysis, scale), "byhand", "By hand")
-    yield Section("Question 3: what the data show", (), "q3")
-    yield Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3)
-    yield Section("(b) How the period depends on the spin", _exponents(analysis, torque), "q3b", "(b)", 3)
-    yield Section("(c) The product φ̇ψ̇ at one torque", _product(analysis, scale, torque), "q3c", "(c)", 3)
+    yield tree.Section("One run by hand", _by_hand(analysis, scale), "byhand", "By hand")
+    yield tree.Section("Question 3: what the data show", (), "q3")
+    yield tree.Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3)
+    yield tree.Section("(b) How the period depends on the spin", _exponents(analysis, torque), "q3b", "(b)", 3)
+    yield tree.Section("(c) The product φ̇ψ̇ at one torque", _product(analysis, scale, torque), "q3c", "(c)", 3)
     words = "(d) Torque against φ̇ψ̇: the constant of proportionality"
-    yield Section(words, _constant(analysis, scale, torque), "q3d", "(d)", 3)
-    yield Section("(e) What the constant means", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3)
-    yield Section("The other questions", _others(analysis), "others", "Other questions")
+    yield tree.Section(words, _constant(analysis, scale, torque), "q3d", "(d)", 3)
+    yield tree.Section("(e) What the constant means", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3)
+    yield tree.Section("The other questions", _others(analysis), "others", "Other questions")
 
 
-def _by_hand(analysis: Analysis, scale: Scale) -> tuple[Block, ...]:
+def _by_hand(analysis: Analysis, scale: values.Scale) -> tuple[tree.Block, ...]:
     """Work out I_zz from the first run that has a load and is in the fit, step by step in SI units."""
     table, measured = analysis.run_table, analysis.measurements
     i = min((i for i, run in enumerate(table) if run.torque), key=lambda i: (table[i].left_out, i))
     run, at = table[i], f"runs.{i}"
-    moment = Value(run.torque, None, NEWTON_METRE, f"{at}.torque")
-    rate = Value(run.precession_rate, None, RATE, f"{at}.precession_rate")
-    spin = Value(run.spin, None, RATE, f"{at}.spin")
-    product = Value(run.product, None, PRODUCT, f"{at}.product")
-    torque: Sentence = ("M = ", moment, ", as the log gives it")
+    moment = tree.Value(run.torque, None, values.NEWTON_METRE, f"{at}.torque")
+    rate = tree.Value(run.precession_rate, None, values.RATE, f"{at}.precession_rate")
+    spin = tree.Value(run.spin, None, values.RATE, f"{at}.spin")
+    product = tree.Value(run.product, None, values.PRODUCT, f"{at}.product")
+    torque: tree.Sentence = ("M = ", moment, ", as the log gives it")
     if run.mass is not None and run.position is not None:
         of_mass, of_arm = measured.steps_of_load(i)
-        mass = Value(run.mass, None, KILOGRAM, f"{at}.mass", step=of_mass)
-        arm = Value(run.position, None, METRE, f"{at}.position", step=of_arm)
-        torque = ("M = m g x = ", mass, " × ", Value(measured.g, None, FREE_FALL, "constants.g"), " × ", arm, " = ",
-                  moment)  # fmt: skip
-    turning: Sentence = ("φ̇ = ", rate, ", as the log gives it")
+        mass = tree.Value(run.mass, None, values.KILOGRAM, f"{at}.mass", step=of_mass)
+        arm = tree.Value(run.position, None, values.METRE, f"{at}.position", step=of_arm)
+        torque = (
+            "M = m g x = ",
+            mass,
+            " × ",
+            tree.Value(measured.g, None, values.FREE_FALL, "constants.g"),
+            " × ",
+            arm,
+            " = ",
+            moment,
+        )
+    turning: tree.Sentence = ("φ̇ = ", rate, ", as the log gives it")
     if measured.timed:
         turns = turn_words(run.turns).split(" ")[0]
-        part: Sentence = (Number(turns, f"{at}.turns"),)
+        part: tree.Sentence = (tree.Number(turns, f"{at}.turns"),)
         part = ("(", *part, ")") if "/" in turns else part
         # The other way round than a weight on the tip's side makes it go.
         sign = "−" if run.precession_rate < 0 else ""
-        turning = (f"φ̇ = {sign}2π × ", *part, " / ", Value(run.time, None, SECOND, f"{at}.time"), " = ", rate)
+        turning = (
+            f"φ̇ = {sign}2π × ",
+            *part,
+            " / ",
+            tree.Value(run.time, None, values.SECOND, f"{at}.time"),
+            " = ",
+            rate,
+        )
     mean = ", the mean of what was read" if measured.spin_readings > 1 else ""
-    spinning: Sentence = (
-        "ψ̇ = ", Value(run.spin, None, RPM, f"{at}.spin"), " × (2π rad)/(60 s) = ", spin, mean,
+    spinning: tree.Sentence = (
+        "ψ̇ = ", tree.Value(run.spin, None, values.RPM, f"{at}.spin"), " × (2π rad)/(60 s) = ", spin, mean,
     )  # fmt: skip
-    steps: tuple[Sentence, ...] = (
+    steps: tuple[tree.Sentence, ...] = (
         torque,
         turning,
         spinning,
         ("φ̇ψ̇ = ", rate, " × ", spin, " = ", product),
-        ("I_zz = M/(φ̇ψ̇) = ", moment, " / (", product, ") = ", Value(run.inertia or 0.0, None, scale, f"{at}.inertia")),
+        (
+            "I_zz = M/(φ̇ψ̇) = ",
+            moment,
+            " / (",
+            product,
+            ") = ",
+            tree.Value(run.inertia or 0.0, None, scale, f"{at}.inertia"),
+        ),
     )
     inertia = analysis.inertia
-    first: Sentence = (
-        "Run ", Number(run.run, f"{at}.run"), " (line ", Number(str(run.line), f"{at}.line"),
+    first: tree.Sentence = (
+        "Run ", tree.Number(run.run, f"{at}.run"), " (line ", tree.Number(str(run.line), f"{at}.line"),
         "), the first with a load that is in the fit, by eq. (9):",
     )  # fmt: skip
     words = (
         "One run holds the errors of its own readings, the residual torque M0 and the timing bias b. The fit takes all "
         f"runs together, by {MODEL_NAMES[analysis.model.name]}, and finds M0 and b with I_zz = "
     )
-    last: Sentence = (words, Value(inertia.value, inertia.u, scale, "inertia.value"), ".")
-    return (Text((first,), full=True), Text(steps, "list", full=True), Text((last,), full=True))
+    last: tree.Sentence = (words, tree.Value(inertia.value, inertia.u, scale, "inertia.value"), ".")
+    return (tree.Text((first,), full=True), tree.Text(steps, "list", full=True), tree.Text((last,), full=True))
 
 
-def _others(analysis: Analysis) -> tuple[Block, ...]:
+def _others(analysis: Analysis) -> tuple[tree.Block, ...]:
     given = " (add the --set and --map that you gave)" if analysis.options.set or analysis.options.map else ""
     words = (
         "Questions 1, 2 and 4 are not in this report: they ask for what you saw and felt. These commands say what "
@@ -131,11 +118,11 @@ def _others(analysis: Analysis) -> tuple[Block, ...]:
     )
     # A name that a shell would take apart is not written into a command.
     log = analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", analysis.name) else "LOG"
-    items = tuple((f"{asked}: ", Styled(f"gyro predict {part} --log {log}", "code")) for asked, part in ANSWERS)
-    return (Text(((words,),), full=True), Text(items, "list", full=True))
+    items = tuple((f"{asked}: ", tree.Styled(f"gyro predict {part} --log {log}", "code")) for asked, part in ANSWERS)
+    return (tree.Text(((words,),), full=True), tree.Text(items, "list", full=True))
 
 
-def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
+def _period(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ...]:
     words = (
         "At no torque are there two different spins, so the runs alone do not show how the period grows with the spin."
     )
@@ -143,53 +130,58 @@ def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
         words = (
             "At each torque the period grows in proportion to the spin: the runs lie on a straight line through zero, "
             "the steeper the smaller the torque."
-            if agrees(analysis.exponent.deviation)
+            if tree.agrees(analysis.exponent.deviation)
             else "At each torque the period grows with the spin, though not in proportion within the uncertainties, "
             "as (b) shows."
         )
     # τ/ψ̇ in seconds for each 100 rpm.
-    steepness = Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * RPM.size))
+    steepness = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
     rows = tuple(
         (
-            load(analysis, i, torque),
-            Value(group.torque, None, torque, f"torques.{i}.torque"),
-            (Number(str(group.runs), f"torques.{i}.runs"),),
-            Value(slope.value, slope.u, steepness, f"torques.{i}.period_per_spin.value"),
+            tree.load(analysis, i, torque),
+            tree.Value(group.torque, None, torque, f"torques.{i}.torque"),
+            (tree.Number(str(group.runs), f"torques.{i}.runs"),),
+            tree.Value(slope.value, slope.u, steepness, f"torques.{i}.period_per_spin.value"),
         )
         for i, group in enumerate(analysis.torques)
         for slope in (group.period_per_spin,)
     )
-    heads = (Head("on the rod"), Head("torque M", torque), Head("runs", NUMBER), Head("τ/ψ̇", steepness))
+    heads = (
+        tree.Head("on the rod"),
+        tree.Head("torque M", torque),
+        tree.Head("runs", values.NUMBER),
+        tree.Head("τ/ψ̇", steepness),
+    )
     return (
-        Text(((words,),), full=True),
-        Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
-        Table(heads, rows, "The period for each 100 rpm of spin", full=True),
+        tree.Text(((words,),), full=True),
+        tree.Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
+        tree.Table(heads, rows, "The period for each 100 rpm of spin", full=True),
     )
 
 
-def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
+def _exponents(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ...]:
     whole = analysis.exponent
-    derived: tuple[Sentence, ...] = (
+    derived: tuple[tree.Sentence, ...] = (
         ("Eq. (9) says I_zz φ̇ψ̇ = M + M0, and one turn of precession takes τ = 2π/φ̇.",),
         ("So τ = 2π I_zz ψ̇ / (M + M0): at one torque the period is proportional to the spin, τ ∝ ψ̇ⁿ with n = 1.",),
     )
     if whole is None:
         words = "No torque has runs at two different spins, so the log does not tell the exponent n of τ ∝ ψ̇ⁿ."
-        return (Text((*derived, (words,)), full=True),)
-    away = Number(signed(whole.deviation), "exponent.deviation")
-    agree: Sentence = (
+        return (tree.Text((*derived, (words,)), full=True),)
+    away = tree.Number(tree.signed(whole.deviation), "exponent.deviation")
+    agree: tree.Sentence = (
         "The exponent agrees with 1 (",
         away,
         " u from it): the period is proportional to the spin, as eq. (9) says.",
     )
-    if not agrees(whole.deviation):
+    if not tree.agrees(whole.deviation):
         advice = "look at the torques one by one, and at the flagged runs"
         agree = ("The exponent does not agree with 1 (", away, f" u from it), which eq. (9) asks for: {advice}.")
-    everything = Value(whole.value, whole.u, NUMBER, "exponent.value")
-    rows: list[tuple[Cell, ...]] = [
+    everything = tree.Value(whole.value, whole.u, values.NUMBER, "exponent.value")
+    rows: list[tuple[tree.Cell, ...]] = [
         (
-            load(analysis, i, torque),
-            None if law.exponent is None else Value(law.exponent, law.u, NUMBER, f"power_law.{i}.exponent"),
+            tree.load(analysis, i, torque),
+            None if law.exponent is None else tree.Value(law.exponent, law.u, values.NUMBER, f"power_law.{i}.exponent"),
             None if law.exponent is not None else (law.reason,),
         )
         for i, law in enumerate(analysis.power_law)
@@ -197,62 +189,73 @@ def _exponents(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
     rows.append((("all together",), everything, None))
     laws = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in analysis.power_law]
     dots = (*laws, (whole.value, whole.u or 0.0))
-    heads = (Head("on the rod"), Head("exponent n", NUMBER), Head("remark", wrap=0.45))
-    picture = Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
-    table = filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)
+    heads = (tree.Head("on the rod"), tree.Head("exponent n", values.NUMBER), tree.Head("remark", wrap=0.45))
+    picture = tree.Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
+    table = tree.filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)
     return (
-        Text(derived, full=True),
-        Text((("τ ∝ ψ̇ⁿ with n = ", everything),), "result", True),
-        Text((agree,), full=True),
+        tree.Text(derived, full=True),
+        tree.Text((("τ ∝ ψ̇ⁿ with n = ", everything),), "result", True),
+        tree.Text((agree,), full=True),
         table,
     )
 
 
-def _product(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
+def _product(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> tuple[tree.Block, ...]:
     found = analysis.constancy
-    sentence: Sentence = ("No torque has two runs, so the log does not tell whether φ̇ψ̇ is constant at one torque.",)
+    sentence: tree.Sentence = (
+        "No torque has two runs, so the log does not tell whether φ̇ψ̇ is constant at one torque.",
+    )
     if found is not None:
         constant, where = (
             ("constant within the uncertainties", ", and ")
-            if found.p >= UNLIKELY
+            if found.p >= tree.UNLIKELY
             else ("not constant within the stated uncertainties", ", where ")
         )
         sentence = (
             f"At one torque φ̇ψ̇ is {constant}: the runs scatter about the mean of their torque by ",
-            *percent(found.scatter, "constancy.scatter", signed=False), where,
-            *percent(found.expected, "constancy.expected", signed=False), " is expected from timing and spin (",
-            *chance(found.p, "constancy.p"), ").",
+            *tree.percent(found.scatter, "constancy.scatter", signed=False), where,
+            *tree.percent(found.expected, "constancy.expected", signed=False), " is expected from timing and spin (",
+            *tree.chance(found.p, "constancy.p"), ").",
         )  # fmt: skip
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[tree.Cell, ...]] = []
     for i, group in enumerate(analysis.torques):
         at, product, without = f"torques.{i}.product", group.product, group.without
         rows.append(
             (
-                load(analysis, i, torque),
-                Value(product.value, product.u, PRODUCT, f"{at}.value"),
-                None if product.spread is None else Value(product.spread, None, PRODUCT, f"{at}.spread", is_u=True),
-                None if product.p is None else chance(product.p, f"{at}.p"),
-                None if without is None else Value(without.value, without.u, scale, f"torques.{i}.without.value"),
+                tree.load(analysis, i, torque),
+                tree.Value(product.value, product.u, values.PRODUCT, f"{at}.value"),
+                None
+                if product.spread is None
+                else tree.Value(product.spread, None, values.PRODUCT, f"{at}.spread", is_u=True),
+                None if product.p is None else tree.chance(product.p, f"{at}.p"),
+                None if without is None else tree.Value(without.value, without.u, scale, f"torques.{i}.without.value"),
             )
         )
-    heads = (Head("on the rod"), Head("mean φ̇ψ̇", PRODUCT), Head("scatter", PRODUCT), Head("chance of it", NUMBER),
-             Head("I_zz without", scale))  # fmt: skip
+    heads = (
+        tree.Head("on the rod"),
+        tree.Head("mean φ̇ψ̇", values.PRODUCT),
+        tree.Head("scatter", values.PRODUCT),
+        tree.Head("chance of it", values.NUMBER),
+        tree.Head("I_zz without", scale),
+    )
     caption = (
         "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
         "and what I_zz would be without these runs"
     )
-    figure = Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
-    return (Text((sentence,), full=True), figure, filled(heads, rows, caption))
+    figure = tree.Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
+    return (tree.Text((sentence,), full=True), figure, tree.filled(heads, rows, caption))
 
 
-def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ...]:
+def _constant(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> tuple[tree.Block, ...]:
     inertia, m0, origin = analysis.inertia, analysis.residual_torque, analysis.fits[1]
-    law: Sentence = ("M + M0 = I_zz φ̇ψ̇ with I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
+    law: tree.Sentence = ("M + M0 = I_zz φ̇ψ̇ with I_zz = ", tree.Value(inertia.value, inertia.u, scale, "inertia.value"))
     balance = ""
     if m0.u:
-        balance = ": no sign of an imperfect balance" if agrees(m0.value / m0.u) else ": the balance was not perfect"
-    value = Value(m0.value, m0.u, torque, "residual_torque.value")
-    words: Sentence = (
+        balance = (
+            ": no sign of an imperfect balance" if tree.agrees(m0.value / m0.u) else ": the balance was not perfect"
+        )
+    value = tree.Value(m0.value, m0.u, torque, "residual_torque.value")
+    words: tree.Sentence = (
         "The torque grows in proportion to φ̇ψ̇, but for a residual torque of ",
         value,
         f", which shifts the line and leaves its slope alone{balance}.",
@@ -265,48 +268,51 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
             ", and the slope I_zz as above.",
         )
     if origin.inertia is not None and origin.deviation is not None:
-        slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
-        away = Number(signed(origin.deviation), "fits.1.deviation")
+        slope = tree.Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
+        away = tree.Number(tree.signed(origin.deviation), "fits.1.deviation")
         words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
     caption = (
         "Torque M against φ̇ψ̇ with the recommended line; dashed, the line through the origin. Below, what the line "
         "leaves of each torque, with its 95 % band."
     )
-    return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", caption))
+    return (tree.Text((law,), "result", True), tree.Text((words,), full=True), tree.Figure("torque", caption))
 
 
-def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
+def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:
     words = (
         "The constant is the moment of inertia of all that spins, ball, rod and weight, about the rod: as a mass "
         "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same "
         "torque turns the axis."
     )
-    yield Text(((words,),), full=True)
+    yield tree.Text(((words,),), full=True)
     ball, inertia = analysis.ball, analysis.inertia
     if ball is None:
-        lines = Styled("# ball_mass: 4.10 ± 0.01 kg", "code"), Styled("# ball_diameter: 10.16 ± 0.01 cm", "code")
-        ask: Sentence = (
+        lines = (
+            tree.Styled("# ball_mass: 4.10 ± 0.01 kg", "code"),
+            tree.Styled("# ball_diameter: 10.16 ± 0.01 cm", "code"),
+        )
+        ask: tree.Sentence = (
             "With the ball's mass and diameter in the log (",
             lines[0],
             ", ",
             lines[1],
             ") it is compared with 2/5 m r² here; without them a wrong unit in a whole column cannot be detected.",
         )
-        yield Text((ask,), "small", full=True)
+        yield tree.Text((ask,), "small", full=True)
         return
     exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
-    whole = Value(ball.inertia, ball.inertia_u, inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
-    described: Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
+    whole = tree.Value(ball.inertia, ball.inertia_u, values.inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
+    described: tree.Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
     if ball.mass is not None and ball.diameter is not None:
         parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
         added = " and ".join(words for words, part in parts if part)
         described = (
-            "A ball of ", Value(ball.mass, ball.mass_u, mass_scale(ball.mass), "ball.mass"), " and ",
-            Value(ball.diameter, ball.diameter_u, CENTIMETRE, "ball.diameter"),
+            "A ball of ", tree.Value(ball.mass, ball.mass_u, values.mass_scale(ball.mass), "ball.mass"), " and ",
+            tree.Value(ball.diameter, ball.diameter_u, values.CENTIMETRE, "ball.diameter"),
             f" has 2/5 m r²{' with ' if added else ''}{added} = ", whole, exact,
         )  # fmt: skip
-    yield Text(((*described, *beside(analysis)),), full=True)
-    rows: list[tuple[Cell, ...]] = [(("measured",), Value(inertia.value, inertia.u, scale, "inertia.value"))]
+    yield tree.Text(((*described, *beside(analysis)),), full=True)
+    rows: list[tuple[tree.Cell, ...]] = [(("measured",), tree.Value(inertia.value, inertia.u, scale, "inertia.value"))]
     for words, part, key in (
         ("solid ball, 2/5 m r²", ball.solid, "solid"),
         ("its bore, for the same mass", ball.bore, "bore"),
@@ -315,25 +321,25 @@ def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:
     ):
         # One part is all of it, and has its u there.
         if part and part != ball.inertia:
-            rows.append(((words,), Value(part, None, scale, f"ball.{key}")))
+            rows.append(((words,), tree.Value(part, None, scale, f"ball.{key}")))
     between = len(rows) - 1
     all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all of it as the log describes it"
     rows.append(((all_of_it,), replace(whole, scale=scale)))
-    rows.append((("difference",), Value(ball.difference, ball.difference_u, scale, "ball.difference")))
+    rows.append((("difference",), tree.Value(ball.difference, ball.difference_u, scale, "ball.difference")))
     own = (inertia.value, inertia.u or 0.0)
     dots = (own, *(None for _ in range(between)), (ball.inertia, ball.inertia_u or 0.0), None)
     band = (own[0] - own[1], own[0] + own[1])
-    picture = Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
-    heads = (Head("moment of inertia"), Head("value", scale))
-    yield Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
+    picture = tree.Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
+    heads = (tree.Head("moment of inertia"), tree.Head("value", scale))
+    yield tree.Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
 
 
-def beside(analysis: Analysis) -> Sentence:
+def beside(analysis: Analysis) -> tree.Sentence:
     """Say whether the measured value agrees with that of the ball or disk."""
     ball = analysis.ball
     assert ball is not None
     body = "ball" if ball.mass is not None else "disk"
-    relative = percent(ball.relative, "ball.relative")
+    relative = tree.percent(ball.relative, "ball.relative")
     if ball.deviation is None:
         return (
             f"The measured value differs from that of the {body} by ",
@@ -341,11 +347,11 @@ def beside(analysis: Analysis) -> Sentence:
             "; without an uncertainty nothing says whether that is much.",
         )
     if ball.relative > 1:
-        times = Number(f"{ball.relative:.3g}", "ball.relative")
+        times = tree.Number(f"{ball.relative:.3g}", "ball.relative")
         return (f"The measured value does not agree with that of the {body}: the difference is ", times,
                 f" times the value of the {body}.")  # fmt: skip
-    away = Number(signed(ball.deviation), "ball.deviation")
-    close = agrees(ball.deviation)
+    away = tree.Number(tree.signed(ball.deviation), "ball.deviation")
+    close = tree.agrees(ball.deviation)
     bore = ""
     if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
         bore = (

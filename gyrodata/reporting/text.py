@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from gyrodata.diagnostics import CODES, OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
+from gyrodata.reporting import values
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
 from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
-from gyrodata.reporting.values import count_text, in_columns
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
@@ -49,7 +49,7 @@ def _table(table: Table) -> list[str]:
     short = range(len(table.rows)) if table.short is None else table.short
     rows = [[head_text(head) for _, head in told]]
     rows += [[_cell(table.rows[i][j], head) for j, head in told] for i in short]
-    return list(in_columns(rows))
+    return list(values.in_columns(rows))
 
 
 def _cell(cell: Cell, head: Head) -> str:
@@ -122,7 +122,7 @@ def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Di
     todo = [*odd, *far, *map(_advice, here)]
     if todo:
         return todo
-    done = f"{count_text(len(loaded), 'run')}, and nothing is missing"
+    done = f"{values.count_text(len(loaded), 'run')}, and nothing is missing"
     heaviest = max(loaded, key=lambda run: abs(run.influence))
     if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
         return [done]
@@ -164,9 +164,9 @@ def check_text(
         first = [whole.read_as, *([(NO_BALL,)] if analysis.ball is None else ()), *doubts]
     top = "".join(f"{name}: {sentence_text(line)}\n" for line in first)
     counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
-    told = ", ".join(count_text(count, severity) for severity, count in counts.items() if count)
-    read = "" if runs is None else f"{count_text(runs, 'run')}, "
-    told = ", ".join(filter(None, (count_text(len(doubts), "doubt") * bool(doubts), told)))
+    told = ", ".join(values.count_text(count, severity) for severity, count in counts.items() if count)
+    read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
+    told = ", ".join(filter(None, (values.count_text(len(doubts), "doubt") * bool(doubts), told)))
     clean = not (doubts or counts["error"] or counts["warning"])
     verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
     return visible(top + "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")

@@ -64,7 +64,7 @@ def _figure(height: float, title: str) -> Figure:
     """Make a figure with a title that says what the chart shows."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, height), dpi=150, layout="constrained")
+    figure = Figure(figsize=(9.0, height), dpi=120, layout="constrained")
     figure.suptitle(title, x=0.01, ha="left")
     return figure
 

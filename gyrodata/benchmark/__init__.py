@@ -13,4 +13,4 @@ from gyrodata.benchmark.estimators import HONEST, TrialPanel
 from gyrodata.benchmark.failures import Failure
 from gyrodata.benchmark.motion_cost import MotionPanel
 from gyrodata.benchmark.orders import METHODS, Order, cheapest
-from gyrodata.benchmark.report import Benchmark, csv_tables, describe_machine, reading, run_benchmark
+from gyrodata.benchmark.report import Benchmark, csv_tables, describe_machine, power, reading, run_benchmark

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.benchmark.effort import Clock, Effort
-from gyrodata.benchmark.estimators import HONEST, TrialPanel, run_trials
+from gyrodata.benchmark.estimators import HONEST, Trial, TrialPanel, run_trials
 from gyrodata.benchmark.failures import Failure, find_failures
 from gyrodata.benchmark.motion_cost import MotionPanel, run_motion
 from gyrodata.benchmark.orders import AIMS, Order, cheapest, find_orders
@@ -132,43 +132,47 @@ def _cell(value: Cell) -> str:
 READING = """\
 # Which method wins, and why
 
-`gyro benchmark`, seed {seed}, {labs} labs for each kind of fit. Times are CPU times in Python on this machine:
-{machine}. Compare them with each other only.
+* Motion: the simplest model that is good enough wins. {winners}. A model for slow spins needs the push of the hand, \
+which nobody measures: spin faster.
+* Integrators: splitting is the cheapest for a rough answer, also over many turns; a method of high order is the \
+cheapest for a precise one.
+* Fits: if the uncertainties are stated correctly, a line with the full covariance is as good as the recommended fit. \
+If the stopwatch is worse than stated, the recommended fit sees it in the scatter and widens its interval.
+* Each failure in the last table has a solution.
+
+This is `gyro benchmark`, seed {seed}, with {labs} labs for each kind of fit. Times are CPU times in Python on this \
+machine; compare them with each other only: {machine}.
 
 ## Motion: `motion.png`
 
-The rod is pushed, tilted and slowed down by the air, and the Earth turns. A model whose error is below {harmless:g} u
-does no harm, and the cheapest of these wins. u is the standard uncertainty of I_zz in a lab of nine runs.
+The rod is pushed, tilted and slowed down by the air, and the Earth turns. u is the standard uncertainty of I_zz in a \
+lab of nine runs. A model whose error is below {harmless:g} u does no harm, and the cheapest of these wins.
 
 | lab | u of I_zz | winner | its error | its time | error of eq. (9) |
 | --- | --- | --- | --- | --- | --- |
 {models}
 
-The simplest model that is good enough wins: eq. (9) for a level rod with fast spins, eq. (8) for a tilted rod, the mean
-rate for a rod that is let go. Only for slow spins the full motion is needed, and it needs the push, which nobody
-measures: spin faster.
-
 ## Integrators: `motion_order.png`
 
-Evaluations of the torque until the direction of the rod is wrong by so much, interpolated. The last column is the time
-of one evaluation, in Python: a compiled program needs a small part of it.
+Evaluations of the torque until the direction of the rod is wrong by so much, interpolated. The last column is the \
+time of one evaluation, in Python: a compiled program needs a small part of it.
 
 | turns | method | order | for 10⁻³ | for 10⁻⁶ | for 10⁻⁹ | an evaluation |
 | --- | --- | --- | --- | --- | --- | --- |
 {orders}
 
-Fewest evaluations, by the error of the direction: {fewest}.
+The fewest evaluations, by the error of the direction:
+
+{fewest}
 
 ## Fits: `estimators.png`
 
-An interval is honest if it contains the true I_zz in {least:g} to {most:g} % of the labs, as far as so many labs tell.
+Root mean square error of I_zz, and in how many of the labs the 95 % interval contains the true I_zz. An interval is \
+honest if this is {least:g} to {most:g} %, as far as so many labs tell.
 
-| uncertainties | honest, the smallest RMSE first | not honest |
-| --- | --- | --- |
+| fit | {scenes} | time |
+| --- | --- | --- | --- | --- |
 {scores}
-
-The recommended fit and the line with a full covariance win if the uncertainties are stated correctly. If the stopwatch
-is worse than stated, the recommended fit sees it in the scatter and widens its interval. It takes {cost}.
 
 ## Where methods fail: `failures.png`
 
@@ -180,19 +184,19 @@ is worse than stated, the recommended fit sees it in the scatter and widens its 
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     """Say in Markdown which method wins and why, with the main numbers."""
-    slowest = max(panel.of("recommended fit").seconds for panel in benchmark.trials)
     return READING.format(
         seed=seed,
         labs=effort.labs,
         machine=benchmark.machine,
         harmless=DROP_ALL,
+        winners="; ".join(f"{panel.scene.title}: {panel.winner.method}" for panel in benchmark.motion).capitalize(),
         models=_rows(map(_model, benchmark.motion)),
         orders=_rows(map(_order, benchmark.orders)),
-        fewest="; ".join(_fewest(benchmark.orders, turns) for turns in (1, effort.turns)),
+        fewest="\n".join(_fewest(benchmark.orders, turns) for turns in (1, effort.turns)),
         least=100 * HONEST[0],
         most=100 * HONEST[1],
-        scores=_rows(map(_score, benchmark.trials)),
-        cost=f"{time_text(slowest)} at most",
+        scenes=" | ".join(panel.scene.title for panel in benchmark.trials),
+        scores=_rows(map(_score, zip(*(panel.trials for panel in benchmark.trials), strict=True))),
         failures=_rows(
             (f.case, f.fails, told(f, f.wrong), f.solution, told(f, f.right), f.why) for f in benchmark.failures
         ),
@@ -220,31 +224,31 @@ def _order(order: Order) -> Sequence[str]:
 def _fewest(orders: Sequence[Order], turns: int) -> str:
     """Say which methods need the fewest evaluations, and for which errors."""
     ranges = cheapest(orders, turns).items()
-    parts = ", then ".join(f"{name} from {most:.0e} to {least:.0e}" for name, (most, least) in ranges)
-    return f"{turns} turn{'s' * (turns > 1)}: {parts}"
+    parts = ", then ".join(f"{name} from {power(most)} to {power(least)}" for name, (most, least) in ranges)
+    return f"* {turns} turn{'s' * (turns > 1)}: {parts}"
 
 
-def _score(panel: TrialPanel) -> Sequence[str]:
-    ranked = sorted(panel.trials, key=lambda one: one.rmse)
-    kinds = ([one for one in ranked if one.honest is honest] for honest in (True, False))
-    texts = (
-        "; ".join(f"{one.estimator}: RMSE {percent_text(one.rmse)}, {one.coverage:.0%}" for one in kind)
-        for kind in kinds
-    )
-    return (panel.scene.title, *texts)
+def _score(trials: Sequence[Trial]) -> Sequence[str]:
+    """One fit in all kinds of labs."""
+    cells = (f"{percent_text(one.rmse)}, {100 * one.coverage:.0f} %{', honest' * one.honest}" for one in trials)
+    return (trials[0].estimator, *cells, time_text(max(one.seconds for one in trials)))
 
 
 def told(failure: Failure, value: float) -> str:
     """Write an error, or a coverage in per cent."""
-    return f"{value:.0%}" if failure.measure == "coverage" else f"{value:.0e}" if value else "0"
+    return f"{100 * value:.0f} %" if failure.measure == "coverage" else power(value)
+
+
+def power(value: float) -> str:
+    """Write a small number with one digit: 2e-5."""
+    return f"{value:.0e}".replace("e-0", "e-").replace("e+00", "")
 
 
 def time_text(seconds: float) -> str:
     """Write a time with two digits: 10 µs."""
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
-        if seconds >= 0.995 * size:
-            return f"{float(f'{seconds / size:.2g}'):g} {unit}"
-    return f"{seconds / 1e-9:.2g} ns"
+    units = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+    unit, size = next((one for one in units if seconds >= 0.995 * one[1]), units[-1])
+    return f"{float(f'{seconds / size:.2g}'):g} {unit}"
 
 
 def percent_text(part: float) -> str:

@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from gyrodata.benchmark import HONEST, METHODS, Benchmark, Failure, MotionPanel, Order, TrialPanel, cheapest
+from gyrodata.benchmark import HONEST, METHODS, Benchmark, Failure, MotionPanel, Order, TrialPanel, cheapest, power
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -130,17 +130,19 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
                 x, y = [point.evaluations for point in order.points], [point.off for point in order.points]
                 label = f"{order.method}, order {order.order or 0:.1f}"
                 ax.plot(x, y, color=colour, marker=marker, markersize=4, linewidth=1.2, label=label)
-        wins = [f"{name} from {most:.0e} to {least:.0e}" for name, (most, least) in cheapest(orders, turns).items()]
+        wins = [
+            f"{name} from {power(most)} to {power(least)}" for name, (most, least) in cheapest(orders, turns).items()
+        ]
         ax.set_title(f"{turns} turn{'s' * (turns > 1)} about the vertical")
         ax.text(0.99, 0.99, "\n".join(["fewest evaluations:", *wins]), transform=ax.transAxes, ha="right", va="top",
                 fontsize=8)  # fmt: skip
     one, many = both
     one.set(ylabel="distance of e3 from the true one", ylim=(1e-13, 1e3))
     many.legend(*one.get_legend_handles_labels(), loc="lower left", title="order: slope of the left curve")
-    for power, ratio in ((2, 25.0), (4, 20.0), (8, 6.0)):
-        end = 2000 * ratio, ratio**-power
+    for slope, ratio in ((2, 25.0), (4, 20.0), (8, 6.0)):
+        end = 2000 * ratio, ratio**-slope
         one.plot([2000, end[0]], [1, end[1]], color=GREY, linestyle=":", linewidth=1)
-        one.annotate(f"order {power}", end, (3, -3), textcoords="offset points", color=GREY, fontsize=8)
+        one.annotate(f"order {slope}", end, (3, -3), textcoords="offset points", color=GREY, fontsize=8)
     return figure
 
 

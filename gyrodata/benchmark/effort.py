@@ -28,7 +28,7 @@ class Effort(Struct, frozen=True):
 QUICK = Effort(motion_labs=40, turns=50, evaluations=20_000, labs=120)
 """Less than a minute."""
 
-FULL = Effort(motion_labs=200, turns=1000, evaluations=100_000, labs=2000)
+FULL = Effort(motion_labs=200, turns=200, evaluations=100_000, labs=2000)
 """Some minutes."""
 
 

@@ -84,7 +84,9 @@ _MODELS = {
 def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     """Draw the cost of each model against its error in units of u, a panel for each kind of lab."""
     figure = _figure(6.8, "The cheapest model whose error is below the band wins\n")
-    words = "in all labs: rods pushed by hand and up to 2° off their tilt, drag of the air film, rotation of the Earth"
+    words = (
+        "with rods up to 2° off their tilt, a push of the hand (not at the lower left), drag and the Earth's rotation"
+    )
     figure.text(0.01, 0.948, words, va="center")
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     for ax, panel in zip(grid.flat, panels, strict=True):

@@ -107,7 +107,7 @@ ESTIMATORS: Mapping[str, Callable[[Measurements], Answer]] = {
 
 
 class LabScene(Struct, frozen=True):
-    """A kind of lab: what is done, what its log states of its errors, and what is true."""
+    """A kind of lab: its design, its true errors, and the errors that its log states."""
 
     name: str
     title: str

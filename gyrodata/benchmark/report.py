@@ -53,7 +53,7 @@ def run_benchmark(
 
 
 def describe_machine() -> str:
-    """Tell what times depend on, in one line: processor and versions."""
+    """Describe the machine in one line: processor and versions."""
     import scipy
 
     try:
@@ -108,7 +108,7 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
             "95 % interval,mean half of the interval over I_zz,labs without an answer",
             trials,
         ),
-        "failures": _csv("case,what is told,fails,told of it,solution,told of the solution,why", failures),
+        "failures": _csv("case,measure,method that fails,its measure,solution,measure of the solution,why", failures),
     }
 
 

@@ -19,8 +19,8 @@ _LONGEST = 1e12
 def exact(top: Top, state: State, time: ArrayLike) -> State:
     """The state at any time, before or after, in closed form.
 
-    Good to about 1e-15 times the largest of 1 and the angles turned through by nutation; to 1e-10 if the rod almost
-    comes to rest near the upright, because such a motion magnifies what is in the last digit of `state`.
+    Good to about 1e-15 times the largest of 1 and the angles turned through by nutation, unless the motion itself
+    magnifies what is in the last digit of `state`: one that almost comes to rest near the upright.
     """
     course = _Course(orbit(top, state))
     start = course.orbit.start
@@ -119,7 +119,7 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
     from scipy.optimize import minimize_scalar
 
     course = _Course(orbit(top, released(top, spin, pitch)))
-    path, start, whole = course.orbit, course.orbit.start, course.orbit.quarter
+    path, start, whole = course.orbit, course.orbit.start, course.orbit.ladder.quarter
     width = path.high - path.low
 
     def sag(place: _Place) -> Any:
@@ -254,22 +254,22 @@ class _Course:
 
     def after_lowest(self, argument: Any) -> _Place:
         """The place by the argument of sn, within ±K of the lowest one."""
-        angle = self.orbit.amplitude(argument)
+        angle = self.orbit.ladder.amplitude(argument)
         return self._place(np.sin(angle), np.cos(angle))
 
     def at(self, time: ArrayLike) -> tuple[Any, _Place]:
         """Swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
         path, time = self.orbit, np.asarray(time, dtype=float)
         argument = self.phase + path.pace * time
-        nutations = np.round(argument / (2 * path.quarter))
-        place = self.after_lowest(argument - nutations * 2 * path.quarter)
+        nutations = np.round(argument / (2 * path.ladder.quarter))
+        place = self.after_lowest(argument - nutations * 2 * path.ladder.quarter)
         whole = 2 * nutations * (self.upper_bend + self.lower_bend)
         return path.drift * time + (whole + (self.bend(place) - self.offset)), place
 
     @property
     def period(self) -> Any:
         """Time of a whole nutation [s]."""
-        return 2 * self.orbit.quarter / self.orbit.pace
+        return 2 * self.orbit.ladder.quarter / self.orbit.pace
 
     @property
     def mean_rate(self) -> Any:
@@ -298,7 +298,7 @@ class _Course:
         """When the azimuth first stops going in this sense, and how long each such stretch is [s]."""
         from scipy.special import elliprf
 
-        path, quarter = self.orbit, self.orbit.quarter
+        path, quarter = self.orbit, self.orbit.ladder.quarter
         # l − a u at the turning points; between them its sign changes at most once, for it is linear in u.
         below = sense * _turning(path, path.upper_far, path.lower_near)
         above = sense * _turning(path, path.upper_near, path.lower_far)

@@ -66,10 +66,11 @@ def benchmark(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer labs and points: less than a minute.")] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
 ) -> None:  # fmt: skip
-    """Chart speed against accuracy on this machine, and map where methods break.
+    """Chart speed against accuracy on this machine, and where methods fail.
 
-    Motion models and integrators, estimators, and maps of stability: each as PNG, SVG and CSV, and a short text that
-    reads the charts, which is printed too. It takes some minutes, with --quick less than one.
+    There are four charts: models of the motion, integrators, fits, and methods that fail with their solutions. Each is
+    written as PNG, SVG and CSV, with a short text that says which method wins and why; the text is printed too. It
+    takes some minutes, with --quick less than one.
     """
     import time
 
@@ -77,20 +78,13 @@ def benchmark(
     from gyrodata.plotting import render_benchmark
 
     effort = QUICK if quick else FULL
-    show = progress_bar(100)
     # A folder that cannot be written is better known before the minutes than after them.
     with telling(out, REPORT_CANNOT_BE_WRITTEN):
         write_folder(out, {})
     # Where the system counts CPU time in long ticks, the wall clock is the better one.
     fine = time.get_clock_info("process_time").resolution < 1e-5
-    done = run_benchmark(
-        effort,
-        time.process_time if fine else time.perf_counter,
-        seed,
-        None if show is None else lambda part: show(int(100 * part)),
-        wall=time.perf_counter,
-        machine=describe_machine(),
-    )
+    clock = time.process_time if fine else time.perf_counter
+    done = run_benchmark(effort, clock, seed, progress_bar(100), describe_machine())
     words = reading(done, effort, seed)
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
     with telling(out, REPORT_CANNOT_BE_WRITTEN):

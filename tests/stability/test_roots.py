@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from gyrodata import physics
+from gyrodata.benchmark.failures import textbook_root, true_rate
+from gyrodata.benchmark.orders import TOP
 from gyrodata.physics import RPM
 
 INERTIA, ACROSS, TORQUE, SPIN = 4.44e-3, 7.12e-3, 0.0882, 400 * RPM
@@ -30,3 +32,14 @@ def test_the_plain_mean_of_a_spin_that_halves_is_8_percent_off() -> None:
     # One over the spin, averaged over a viscous fall in a million steps.
     times = (np.arange(1_000_000) + 0.5) / 1_000_000
     assert harmonic == pytest.approx(1 / np.mean(1 / (SPIN * 0.5**times)), rel=1e-10)
+
+
+def test_the_textbook_root_loses_its_digits_as_the_rod_becomes_level() -> None:
+    pitches = np.arcsin(10.0 ** -np.arange(1, 17))
+    true = np.array([true_rate(pitch, SPIN) for pitch in pitches])
+    rate = physics.precession_rate(TOP.torque, SPIN, TOP.inertia, TOP.transverse_inertia, pitches)
+    assert rate == pytest.approx(true, rel=1e-15)
+    lost = [abs(textbook_root(pitch, SPIN) / one - 1) for pitch, one in zip(pitches, true, strict=True)]
+    assert lost[0] < 1e-12
+    assert lost[8] > 1e-8
+    assert lost[-1] == 1

@@ -11,10 +11,8 @@ import re
 import shutil
 import stat
 import sys
-from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from io import FileIO
 from pathlib import Path
 from typing import IO
 
@@ -123,40 +121,11 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
         raise
 
 
-def open_end(path: Path) -> FileIO:
-    """Open a private file to add lines to, made with its folder where it is not there; a torn last line ends here."""
-    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _NO_LINK | getattr(os, "O_BINARY", 0)
-    try:
-        number = os.open(path, flags, 0o600)
-    except FileNotFoundError:
-        make_folder(path.parent, private=True)
-        number = os.open(path, flags, 0o600)
-    file = os.fdopen(number, "rb+", buffering=0)
-    try:
-        if begin := file.seek(0, os.SEEK_END):
-            file.seek(begin - 1)
-            if file.read(1) != b"\n":
-                file.write(b"\n")
-    except BaseException:
-        file.close()
-        raise
-    return file
-
-
-def add_line(file: FileIO, line: bytes) -> int:
-    """Write a line at the end of what `open_end` has opened, and tell where it begins."""
-    begin = file.seek(0, os.SEEK_END)
-    # A disk that becomes full may take a part of it, and says so next time.
-    while line:
-        line = line[file.write(line) or 0 :]
-    return begin
-
-
-def last_line(path: Path) -> tuple[int, bytes]:
-    """Find where the last line begins, and the line; a large file does not go into memory."""
-    with path.open("rb") as file:
-        last = next(iter(deque(file, 1)), b"")
-        return file.tell() - len(last), last
+def add_to(path: Path, data: bytes) -> None:
+    """Write at the end of a private file, which is made if it is not there."""
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | _NO_LINK | getattr(os, "O_BINARY", 0)
+    with os.fdopen(os.open(path, flags, 0o600), "wb") as file:
+        file.write(data)
 
 
 def _create(path: Path, private: bool) -> int:
@@ -324,37 +293,3 @@ def files_like(folder: Path, pattern: str) -> list[Path]:
         return [path for path in sorted(folder.iterdir()) if path.match(pattern)]
     except FileNotFoundError:
         return []
-
-
-def content_digest(path: Path, without: Collection[str] = ()) -> str:
-    """SHA-256 of the names and the bytes of a file, or of a folder with all that is in it but what is called so.
-
-    Plain reads and texts for paths: this is done for every file of a class, and costs a third of what `Path` and
-    `hashlib.file_digest` do. OSError where something cannot be read.
-    """
-    import hashlib
-
-    whole, home = hashlib.sha256(), str(path)
-
-    def add_file(name: str) -> None:
-        part = hashlib.sha256()
-        with open(name, "rb", buffering=0) as file:  # noqa: PTH123
-            while data := file.read(1 << 20):
-                part.update(data)
-        whole.update(part.digest())
-
-    def add_folder(name: str) -> None:
-        with os.scandir(name) as found:
-            inner = sorted((entry for entry in found if entry.name not in without), key=lambda entry: entry.name)
-        for entry in inner:
-            whole.update(f"\0{entry.path[len(home) :]}\0".encode("utf-8", "surrogatepass"))
-            if entry.is_dir(follow_symlinks=False):
-                add_folder(entry.path)
-            elif entry.is_file():
-                add_file(entry.path)
-
-    if path.is_dir():
-        add_folder(home)
-    elif path.is_file():
-        add_file(home)
-    return whole.hexdigest()

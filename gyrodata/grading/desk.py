@@ -8,7 +8,6 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import partial
 from itertools import combinations
 from pathlib import Path, PurePosixPath
 
@@ -17,7 +16,7 @@ from msgspec import Struct
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, files_like, new_file, telling, write_changed, write_whole
 from gyrodata.errors import InputError
-from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path, share_of
+from gyrodata.grading.classroom import ClassGrades, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, read_table
 from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
@@ -39,7 +38,6 @@ from gyrodata.grading.ledger import (
 )
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.workers import Failed, in_workers
 
 FIGURES = "figures"
 TABLE, PUBLISHED = "grades.csv", "published"
@@ -245,28 +243,8 @@ ARCHIVE = "feedback.zip"
 ENDINGS = (".html", ".md")
 
 
-_Task = tuple[Grade, str, Mapping[str, tuple[Path, str]]]
-"""One student's grade; the name of the pages, without their endings; the file and the words of each figure, by name."""
-
 _FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 """What the system says of no single name: a disk that is full or broken, and the like."""
-
-
-def _write_pages(folder: Path, before: Mapping[str, int] | None, task: _Task) -> list[str] | str | InputError:
-    """Write what one student gets, in a worker: what of it was changed by hand, and is kept.
-
-    A name that cannot be written costs that student only: why it cannot; or what stops it for everybody.
-    """
-    try:
-        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            try:
-                return list(_write_page(folder, before, *task))
-            except OSError as error:
-                if error.errno in _FOR_ALL:
-                    raise
-                return error.strerror or str(error)
-    except InputError as error:
-        return error
 
 
 def _write_page(
@@ -312,41 +290,31 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
 
 def write_feedback(
-    found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
+    found: ClassGrades, folder: Path, figures: Path | None, progress: Callable[[int], None] | None = None
 ) -> tuple[list[str], list[str]]:
-    """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand."""
-    names = feedback_names(found)
+    """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand.
 
-    def tasks() -> Iterator[_Task]:
-        for grade, item in zip(found.grades, found.submissions.items, strict=True):
-            drawn = found.figures.get(grade.student, {}) if options.figures is not None else {}
-            home = options.figures or Path()
-            figures = {name: (figure_path(home, item, name), words) for name, words in drawn.items()}
-            yield grade, names[grade.student], figures
-
-    crew, together = (options.workers, options.limit, PRELOAD), share_of(len(found.grades), options.workers)
-    work = partial(_write_pages, folder, _written_before(folder / ARCHIVE))
+    `figures`: Folder of each student's figures; None if none are drawn. A name that no system can write costs that
+    student only.
+    """
+    names, before = feedback_names(found), _written_before(folder / ARCHIVE)
     lost: list[str] = []
     changed: list[str] = []
     written: list[str] = []
-    for (grade, page, _), told in in_workers(work, tasks(), *crew, together):
-        if isinstance(told, InputError):
-            raise told
-        if isinstance(told, list):
-            changed += told
-            written.append(page)
-        else:
-            lost.append(f"no feedback for {grade.name}: {told.why if isinstance(told, Failed) else told}")
-        if progress is not None:
-            progress(len(lost) + len(written))
-    # In a worker too: to pack costs as much as to render.
-    one, limit = min(1, options.workers), 8 * options.limit
-    for _, end in in_workers(partial(_write_archive, folder), [sorted(written)], one, limit, PRELOAD):
-        if isinstance(end, Failed):
-            message = f'"{folder / ARCHIVE}" cannot be written: {end.why}'
-            raise InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "run it again")
-        if end is not None:
-            raise end
+    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        for grade, item in zip(found.grades, found.submissions.items, strict=True):
+            drawn = found.figures.get(grade.student, {}) if figures is not None else {}
+            paths = {name: (figure_path(figures or Path(), item, name), words) for name, words in drawn.items()}
+            try:
+                changed += _write_page(folder, before, grade, names[grade.student], paths)
+                written.append(names[grade.student])
+            except OSError as error:
+                if error.errno in _FOR_ALL:
+                    raise
+                lost.append(f"no feedback for {grade.name}: {error.strerror or error}")
+            if progress is not None:
+                progress(len(lost) + len(written))
+        _write_archive(folder, sorted(written))
     return sorted(lost), sorted(changed)
 
 
@@ -361,20 +329,14 @@ def _written_before(archive: Path) -> dict[str, int] | None:
         return None
 
 
-def _write_archive(folder: Path, names: list[str]) -> InputError | None:
-    """Zip the feedback of this class, and of nobody else, to the same bytes; give what stops it."""
-    try:
-        # Synced, for it tells the next run whether somebody changed a page.
-        with (
-            telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
-            new_file(folder / ARCHIVE, private=True, sync=True) as file,
-            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
-        ):
-            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
-                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
-    except InputError as error:
-        return error
-    return None
+def _write_archive(folder: Path, names: list[str]) -> None:
+    """Zip the feedback of this class, and of nobody else, to the same bytes."""
+    with (
+        new_file(folder / ARCHIVE, private=True) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+    ):
+        for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+            entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, (folder / FOLDER / name).read_bytes())

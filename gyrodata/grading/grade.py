@@ -150,9 +150,10 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
         value, own = self.reported_inertia, self.own.get(self.matched or "")
         return value / own["value"] if value is not None and own and own["value"] else None
 
-    def to_json(self) -> str:
-        """Write it as the journal has it; `from_json` takes it back to the last digit."""
-        return json.dumps(msgspec.to_builtins(self), allow_nan=False, separators=(",", ":"))
+
+def to_json(record: Struct) -> str:
+    """Write a record as the journal contains it; `from_json` gives the same again, to the last digit."""
+    return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def from_json(text: str | bytes, kind: type[Record]) -> Record:

@@ -14,7 +14,9 @@ from msgspec.structs import astuple
 from gyrodata import schema
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
-from gyrodata.grading import class_references, default_rubric_text, judge_lateness, read_rubric
+from gyrodata.grading.late import judge_lateness
+from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 TABLE = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))

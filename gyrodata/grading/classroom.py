@@ -13,6 +13,7 @@ import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import cached_property, partial
+from importlib import import_module
 from pathlib import Path
 
 from msgspec import Struct
@@ -151,6 +152,9 @@ def _entries(
             waiting.append((item, reported))
         elif before is not None:
             entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
+    if waiting:
+        # Loaded here, it need not be loaded by each process that is forked from this one.
+        import_module("gyrodata.analysis")
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
     drawn: dict[str, tuple[bytes, str]]

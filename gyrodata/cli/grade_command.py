@@ -139,7 +139,7 @@ def grade(
     from gyrodata.workers import count_workers
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
-    submissions = find_submissions(path, lms, pattern, attempts)
+    submissions = find_submissions(path.absolute(), lms, pattern, attempts)
     sheets = {name: (_read(sheet), sheet.name) for _, name, sheet in to_fill}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)

@@ -21,7 +21,7 @@ from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, LogError
 from gyrodata.fitting import times_stated
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
-from gyrodata.grading.late import Lateness, judge_lateness
+from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
 from gyrodata.grading.yardsticks import (
@@ -418,7 +418,8 @@ def not_graded(
 ) -> Grade:
     """Make the grade of a submission with nothing judged but the lateness: no points, and no zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
-    late: Lateness = judge_lateness(rubric.late, keys, submission.late, submission.late_seconds, submission.submitted)
+    stamps = submission.late, submission.late_seconds, submission.submitted
+    late = judge_lateness(rubric.late, keys, *stamps, rubric.points)
     return Grade(
         student=submission.student,
         name=submission.name,

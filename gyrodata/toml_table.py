@@ -93,7 +93,8 @@ class TomlFile:
             code = CRITERION_KIND_UNKNOWN if key == "check" else RUBRIC_VALUE_CANNOT_BE_USED
             words = [json.loads(word) for word in known.get(key, ())]
             words = words[0] if words and isinstance(words[0], list) else words
-            return self.fault(code, path, f'{key} = "{value[:60]}" cannot be used', nearest(value, words))
+            said = f'there is no check "{value[:60]}"' if key == "check" else f'{key} = "{value[:60]}" cannot be used'
+            return self.fault(code, path, said, nearest(value, words))
         told = value if isinstance(value, dt.date | dt.time) else json.dumps(value, default=str, ensure_ascii=False)
         hint = _how(key, known) if steps else getattr(kind, "HINT", "")
         return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint)

@@ -32,7 +32,7 @@ from gyrodata.diagnostics import (
     OUT_IS_NO_FOLDER,
     REPORT_CANNOT_BE_WRITTEN,
 )
-from gyrodata.disk import clear, telling, write_folder, write_whole
+from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
@@ -155,8 +155,6 @@ def analyze(
         worst = max(worst, told.code)
     if file is not None:
         with telling(file.parent, REPORT_CANNOT_BE_WRITTEN):
-            # Others may write into this folder at the same time, each a file of its own.
-            clear(file.parent)
             write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 

@@ -161,7 +161,7 @@ def grade(
     at_work = ExitStack()
     if folder is not None and not dry_run:
         with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            at_work.enter_context(alone_in(folder, ours=True))
+            at_work.enter_context(alone_in(folder, private=True))
     lost: Sequence[str] = ()
     try:
         found = grade_class(submissions, judged, options, years, desk, people)

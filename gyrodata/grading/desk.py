@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
-from gyrodata.disk import file_name, files_like, new_file, telling, write_changed, write_whole
+from gyrodata.disk import file_name, files_like, new_file, telling, write_whole
 from gyrodata.errors import InputError
 from gyrodata.grading.classroom import ClassGrades, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, read_table
@@ -109,13 +109,14 @@ def _text(path: Path) -> str:
 
 def _keep_table(folder: Path, table: bytes) -> None:
     """Keep the table that is there, where somebody changed it, and the one that is to be written."""
-    newest = folder / PUBLISHED / "newest.txt"
+    newest, kept = folder / PUBLISHED / "newest.txt", {_published(folder, _digest(table)): table}
     there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
     if there is not None and not _published(folder, _digest(there)).is_file():
         base = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
-        write_changed(_published(folder, base or "0", _digest(there)), there, True, True)
-    write_changed(_published(folder, _digest(table)), table, True, True)
-    write_changed(newest, f"{_digest(table)}\n".encode(), True, True)
+        kept = {_published(folder, base or "0", _digest(there)): there} | kept
+    for path, data in (kept | {newest: f"{_digest(table)}\n".encode()}).items():
+        if not path.is_file() or path.read_bytes() != data:
+            write_whole(path, [data], private=True, sync=True)
 
 
 def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:

@@ -141,6 +141,7 @@ class Logs(Struct, frozen=True):
     scatters: tuple[Scatter | None, ...]  # of each log; None where it has no degree of freedom
     starts: Integers  # where each log's rows begin, shape (N + 1,)
     log: Integers  # log of each row, shape (R,)
+    order: Integers  # rows in the order of their spins, shape (R,)
     torque: Floats  # [N*m], shape (R,)
     spin: Floats  # [rad/s], shape (R,)
     period: Floats  # time of one revolution of precession [s], shape (R,)
@@ -180,6 +181,7 @@ def lay_out(
         scatters=tuple(scatters),
         starts=starts,
         log=np.repeat(np.arange(len(logs)), counts),
+        order=np.argsort(rows["spin"], kind="stable"),
         torque=rows["torque"],
         spin=rows["spin"],
         period=rows["time"] / rows["turns"],

@@ -13,15 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from gyrodata import diagnostics
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
-from gyrodata.diagnostics import (
-    CLUSTER_CANNOT_BE_USED,
-    GRADES_FOLDER_CANNOT_BE_WRITTEN,
-    GRADES_WITHIN_CLASS,
-    NOTHING_TO_GRADE,
-    OPTION_FILE_CANNOT_BE_READ,
-    OPTION_NEEDS_A_FOLDER,
-)
 from gyrodata.disk import alone_in, telling, write_whole
 
 if TYPE_CHECKING:
@@ -121,7 +114,11 @@ def grade(
         _tell(_write_autograder(gradescope, rubric))
         return
     if path is None:
-        refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
+        refuse(
+            diagnostics.NOTHING_TO_GRADE,
+            "there is nothing to grade: no PATH is given",
+            "give the class, a folder or a zip",
+        )
     books = (
         ("--gradebook", "canvas", gradebook),
         ("--grade-center", "blackboard", grade_center),
@@ -160,7 +157,7 @@ def grade(
     years = _earlier(previous or [])
     at_work = ExitStack()
     if folder is not None and not dry_run:
-        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        with telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
             at_work.enter_context(alone_in(folder, private=True))
     lost: Sequence[str] = ()
     try:
@@ -192,7 +189,7 @@ def autograde(
 
     rubric = root / "source" / "rubric.toml"
     graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
-    with telling(root, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(root, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
         write_whole(root / "results" / "results.json", [graded.encode()])
 
 
@@ -209,7 +206,7 @@ def _executor_of(address: str) -> Executor:
         hint = (
             "python3 -m pip install 'gyrodata[cluster]'; the address is what dask scheduler prints, as tcp://HOST:8786"
         )
-        refuse(CLUSTER_CANNOT_BE_USED, f"--cluster {address} cannot be used: {error}", hint)
+        refuse(diagnostics.CLUSTER_CANNOT_BE_USED, f"--cluster {address} cannot be used: {error}", hint)
     return executor
 
 
@@ -223,7 +220,11 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        refuse(OPTION_FILE_CANNOT_BE_READ, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
+        refuse(
+            diagnostics.OPTION_FILE_CANNOT_BE_READ,
+            f'"{path}" cannot be read: {error.strerror or error}',
+            "check its name",
+        )
 
 
 def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
@@ -239,7 +240,9 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
-            refuse(OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint)
+            refuse(
+                diagnostics.OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint
+            )
         found |= kept
     return found
 
@@ -252,7 +255,7 @@ def _write_autograder(folder: Path, rubric: Path | None) -> Iterator[str]:
     data = _rubric_bytes(rubric)
     judged = read_rubric(data, "built-in rubric" if rubric is None else rubric.name)
     files = autograder_files(judged, data.decode("utf-8-sig"))
-    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
         for name, content in files.items():
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
@@ -271,13 +274,13 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
         if out.resolve().is_relative_to(home):
             beside = os.path.relpath(home.parent / _usual_folder(home).name)
             hint = f"write beside it: --out {shlex.quote(beside)}"
-            refuse(GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
+            refuse(diagnostics.GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:
         return _usual_folder(home)
     for option in need_one:
         message = f"{option} needs a folder to write to, and --format {form} has none"
-        refuse(OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
+        refuse(diagnostics.OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
     return None
 
 

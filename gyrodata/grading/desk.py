@@ -16,26 +16,13 @@ from msgspec import Struct
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, files_like, new_file, telling, write_whole
 from gyrodata.errors import InputError
+from gyrodata.grading import ledger
 from gyrodata.grading.classroom import ClassGrades, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, read_table
 from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded
-from gyrodata.grading.ledger import (
-    DESK,
-    FLAG,
-    NO_DESK,
-    SETTLING,
-    TODO,
-    Desk,
-    Offer,
-    in_general,
-    offer_points,
-    read_desk,
-    same_value,
-    todo_csv,
-)
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
 
@@ -80,15 +67,15 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
         return compare_tables(_text(there), found.table) if there.is_file() else ()
 
 
-def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> ledger.Desk:
     """Read the desk of a folder; raise with all its faults. `students`: As `read_desk` has it."""
     try:
-        return read_desk((folder / DESK).read_bytes(), students, rubric)
+        return ledger.read_desk((folder / ledger.DESK).read_bytes(), students, rubric)
     except (FileNotFoundError, NotADirectoryError):
-        return NO_DESK
+        return ledger.NO_DESK
     except OSError as error:
-        message = f'"{folder / DESK}" cannot be read: {error.strerror or error}'
-        raise InputError.of(DESK_CANNOT_BE_READ, message, "", DESK) from None
+        message = f'"{folder / ledger.DESK}" cannot be read: {error.strerror or error}'
+        raise InputError.of(DESK_CANNOT_BE_READ, message, "", ledger.DESK) from None
 
 
 # --- the tables that stood in the folder: ``grades-DIGEST.csv`` for each that was written here, and
@@ -119,7 +106,7 @@ def _keep_table(folder: Path, table: bytes) -> None:
             write_whole(path, [data], private=True, sync=True)
 
 
-def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
+def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
     tables = [read_table(_text(path)) or {} for path in files_like(folder / PUBLISHED, "grades-????????????.csv")]
     return {
@@ -130,7 +117,7 @@ def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
     }
 
 
-def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
+def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[ledger.Offer]:
     """Give what somebody changed in a table, and neither the desk nor the new table has."""
     now = read_table(found.table) or {}
     most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
@@ -144,25 +131,25 @@ def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
             for column, value in row.items():
                 told = (before.get(column, ""), after.get(column, ""))
                 where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
-                if not value or student not in found.names or any(same_value(value, one) for one in told):
+                if not value or student not in found.names or any(ledger.same_value(value, one) for one in told):
                     continue
                 if column in most:
-                    yield offer_points(student, column, value, most[column], where, reason)
+                    yield ledger.offer_points(student, column, value, most[column], where, reason)
                 elif column not in before:
-                    yield Offer(student, "comment", value, where, reason)
+                    yield ledger.Offer(student, "comment", value, where, reason)
 
 
 # --- what waits for a person, and what is written -----------------------------------------------------------
 
 
-def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[Offer]:
+def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[ledger.Offer]:
     """List what waits for a person, without what the desk speaks of; what has one reason stands together."""
     offers = list(_set_in_tables(found, folder))
     for sheet in filled.values():
         for student, value in sheet.by_hand:
             where, reason = "stands in the gradebook", "other points stand in the gradebook"
-            offers.append(offer_points(student, TOTAL, value, found.rubric.points, where, reason))
-    together: dict[str, dict[Offer, None]] = {}
+            offers.append(ledger.offer_points(student, TOTAL, value, found.rubric.points, where, reason))
+    together: dict[str, dict[ledger.Offer, None]] = {}
     for offer in (*filter(found.desk.waits, offers), *waiting_lines(found)):
         together.setdefault(offer.reason, {})[offer] = None
     return [offer for same in together.values() for offer in same]
@@ -171,7 +158,7 @@ def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled])
 _MISSING, _UNJUDGED, _UNREAD = "no I_zz is reported", "a part cannot be judged", "the log cannot be used"
 
 
-def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
+def waiting_lines(found: ClassGrades) -> Iterator[ledger.Offer]:
     """Offer what waits in the grades and flags themselves, without what the desk speaks of."""
     desk = found.desk
     for grade in found.grades:
@@ -179,13 +166,15 @@ def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
         if grade.why is not None:
             missing = grade.own and grade.reported_inertia is None
             reason = f"no grade: {_MISSING if missing else _UNJUDGED if grade.own else _UNREAD}"
-            yield Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason)
+            yield ledger.Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason)
     for grade in found.grades:
         for look in grade.look:
-            offer = Offer(grade.student, TOTAL, "", look, in_general(look))
+            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
             if desk.waits(offer):
                 yield offer
-    graded = {student for student in found.names if any(desk.value(student, what) is not None for what in SETTLING)}
+    graded = {
+        student for student in found.names if any(desk.value(student, what) is not None for what in ledger.SETTLING)
+    }
     alone = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
     known = [*desk.partners, *found.roster.partners, *desk.settled]
     for flag in found.flags:
@@ -199,11 +188,13 @@ def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
                 for pair in combinations(flag.students, 2)
             )
         if waits:
-            yield Offer(flag.students[0], FLAG, "", f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}", flag)
+            yield ledger.Offer(
+                flag.students[0], ledger.FLAG, "", f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}", flag
+            )
     for grade in found.grades:
         for mark in grade.marks:
             if mark.waits and grade.status in ("so far", "not graded"):
-                offer = Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
+                offer = ledger.Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
                 if desk.waits(offer):
                     yield offer
 
@@ -222,7 +213,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
         _keep_table(folder, found.table.encode("utf-8", "replace"))
         offers = _find_offers(found, folder, filled)
         texts: dict[str, Iterable[str]] = {
-            TODO: [todo_csv(offers, found.names, files)],
+            ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [flags_csv(found.flags)],
             "class.html": [class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files)],

@@ -19,20 +19,7 @@ import msgspec
 from msgspec import Meta, Struct, defstruct, field, to_builtins
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import (
-    CONDITION_CANNOT_BE_USED,
-    NO_UNLOADED_RUN,
-    OUTLIER,
-    RUBRIC_NO_TOML,
-    RUBRIC_PARTS_CONTRADICT,
-    RUBRIC_POINTS_DO_NOT_ADD_UP,
-    RUBRIC_VALUE_CANNOT_BE_USED,
-    SPIN_FALLS_TOO_MUCH,
-    SPINS_TOO_CLOSE,
-    TIMES_TOO_SHORT,
-    TOO_FEW_RUNS,
-    TOO_FEW_WEIGHTS,
-)
+from gyrodata import diagnostics
 from gyrodata.grading.late import Deduction, LateRule, points_of
 from gyrodata.grading.yardsticks import APPARATUS, FIT_WORDS, Bench, BenchTable, Reference, Station, station_key
 from gyrodata.quantities import parse_quantity
@@ -85,13 +72,13 @@ COUNTED = ("warnings", "missing", "stated", "files", "faults")
 """Variables that are whole numbers."""
 
 ASKS = {
-    "weights": TOO_FEW_WEIGHTS,
-    "runs": TOO_FEW_RUNS,
-    "spins": SPINS_TOO_CLOSE,
-    "unloaded": NO_UNLOADED_RUN,
-    "times": TIMES_TOO_SHORT,
-    "falling_spin": SPIN_FALLS_TOO_MUCH,
-    "odd_runs": OUTLIER,
+    "weights": diagnostics.TOO_FEW_WEIGHTS,
+    "runs": diagnostics.TOO_FEW_RUNS,
+    "spins": diagnostics.SPINS_TOO_CLOSE,
+    "unloaded": diagnostics.NO_UNLOADED_RUN,
+    "times": diagnostics.TIMES_TOO_SHORT,
+    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
+    "odd_runs": diagnostics.OUTLIER,
 }
 """What a procedure criterion may ask for, and the diagnostic of a log that lacks it."""
 
@@ -155,7 +142,7 @@ def default_rubric() -> Rubric:
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric; raise InputError with its first fault."""
     hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
-    file = TomlFile(data, name, RUBRIC_NO_TOML, hint)
+    file = TomlFile(data, name, diagnostics.RUBRIC_NO_TOML, hint)
     references, written = {}, file.values.get("reference")
     for station in written if isinstance(written, dict) else ():
         if station != "from":
@@ -165,7 +152,9 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     source = (table.reference or {}).get("from")
     if source not in ("class", None):
         message = f'from = "{source}" cannot be used'
-        raise file.fault(RUBRIC_VALUE_CANNOT_BE_USED, ("reference", "from"), message, 'write from = "class"')
+        raise file.fault(
+            diagnostics.RUBRIC_VALUE_CANNOT_BE_USED, ("reference", "from"), message, 'write from = "class"'
+        )
     given: Any = table.bench  # a record of `defstruct`
     bench: Bench = given.stated() if given is not None else {}
     class_scatter = given is not None and given.source == "class"
@@ -175,7 +164,7 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
         message = "both the class and stated values, or neither"
         hint = 'either write from = "class", or state values and leave that out'
         head = "reference" if of_reference else "bench"
-        raise file.fault(RUBRIC_PARTS_CONTRADICT, (head, "from"), message, hint)
+        raise file.fault(diagnostics.RUBRIC_PARTS_CONTRADICT, (head, "from"), message, hint)
     return Rubric(
         name=name,
         title=table.title,
@@ -244,13 +233,13 @@ def parse_condition(text: str, key: str) -> Condition:
                 # Below 1 warning is none, and none is what "<= 0" says.
                 limit = math.ceil(limit) - 1 if sign == "<" else math.floor(limit) + 1
             hint = f'write "{name} {sign}= {limit:g}"'
-        raise UnfitError(f'"{text[:60]}" is no condition', hint, CONDITION_CANNOT_BE_USED, key)
+        raise UnfitError(f'"{text[:60]}" is no condition', hint, diagnostics.CONDITION_CANNOT_BE_USED, key)
     name, sign, bound, word, first, last = match.groups()
     relation = word or _SIGNS.get(sign, sign)
     low, high = float(first or bound), float(last or bound)
     if word and not low < high:
         hint = f'write "{name} {word} {last}..{first}"'
-        raise UnfitError(f'"{text}": {first} is not below {last}', hint, CONDITION_CANNOT_BE_USED, key)
+        raise UnfitError(f'"{text}": {first} is not below {last}', hint, diagnostics.CONDITION_CANNOT_BE_USED, key)
     low, high = -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
     return Condition(text, name, relation, low, high)
 
@@ -263,16 +252,18 @@ def make_curve(full: Condition, zero: Condition) -> Curve:
     name, far = full.variable, _OPPOSITE.get(full.relation)
     if far is None:
         hint = f'that is for zero: write full = "{name} in LOW..HIGH"'
-        raise UnfitError('full is "… outside …"', hint, CONDITION_CANNOT_BE_USED, "full")
+        raise UnfitError('full is "… outside …"', hint, diagnostics.CONDITION_CANNOT_BE_USED, "full")
     if (zero.variable, zero.relation) != (name, far.split()[0]):
         message = f'zero = "{zero.text}" does not go with full = "{full.text}"'
-        raise UnfitError(message, f'write zero = "{name} {far}", farther out', CONDITION_CANNOT_BE_USED, "zero")
+        raise UnfitError(
+            message, f'write zero = "{name} {far}", farther out', diagnostics.CONDITION_CANNOT_BE_USED, "zero"
+        )
     # Where zero has no end, it holds up to the other one.
     ends = {"<=": (-math.inf, zero.low), ">=": (zero.high, math.inf), "in": (zero.low, zero.high)}[full.relation]
     if ends[0] > full.low or ends[1] < full.high:
         message = "full and zero overlap: some values would earn all points and none"
         hint = "put the limit of zero farther out than the limit of full"
-        raise UnfitError(message, hint, CONDITION_CANNOT_BE_USED, "zero")
+        raise UnfitError(message, hint, diagnostics.CONDITION_CANNOT_BE_USED, "zero")
     return Curve(name, (full.low, full.high), ends)
 
 
@@ -311,7 +302,9 @@ def _condition(given: Any, key: str, variables: tuple[str, ...]) -> Condition:
     if condition.variable not in variables:
         check = given.__struct_config__.tag
         message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
-        raise UnfitError(message, f"write a condition on {' or '.join(variables)}", CONDITION_CANNOT_BE_USED, key)
+        raise UnfitError(
+            message, f"write a condition on {' or '.join(variables)}", diagnostics.CONDITION_CANNOT_BE_USED, key
+        )
     return condition
 
 
@@ -368,7 +361,7 @@ class _File(Struct, frozen=True, forbid_unknown_fields=True):
             parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
             message = f"points = {self.points:g}, but the criteria add up to {parts} = {total:g}"
             hint = f"write points = {total:g}, or change the points of a criterion"
-            raise UnfitError(message, hint, RUBRIC_POINTS_DO_NOT_ADD_UP, "points")
+            raise UnfitError(message, hint, diagnostics.RUBRIC_POINTS_DO_NOT_ADD_UP, "points")
         ids = [one.id for one in self.criteria]
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:
@@ -378,7 +371,7 @@ class _File(Struct, frozen=True, forbid_unknown_fields=True):
             if one.__struct_config__.tag == "reference" and self.reference is None:
                 message = f'criterion "{one.id}" compares with a reference, and none is given'
                 hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
-                raise UnfitError(message, hint, RUBRIC_PARTS_CONTRADICT, ("criterion", at))
+                raise UnfitError(message, hint, diagnostics.RUBRIC_PARTS_CONTRADICT, ("criterion", at))
         late = self.late or LateRule()
         deductions: dict[Path, str | float] = {("late", "beyond"): late.beyond, ("late", "marked"): late.marked or 0.0}
         deductions |= {("late", "tier", at, "deduct"): tier.deduct for at, tier in enumerate(late.tiers)}

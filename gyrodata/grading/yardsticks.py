@@ -2,9 +2,9 @@
 
 There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
 the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
-run that has no weight. Each is worked out here, for many slips in one go, from the readings with the slip applied to
-them. The reference is stated for each station, or taken from the class itself; so are the uncertainties of the
-readings, where a log states none.
+run that has no weight. Each is worked out here, also from the readings with a slip applied to them. The reference is
+stated for each station, or taken from the class itself; so are the uncertainties of the readings, where a log states
+none.
 """
 
 from __future__ import annotations
@@ -78,36 +78,29 @@ class OwnRuns(Struct, frozen=True, dict=True):
     recommended: OwnValue
     yardstick: float  # one unit of d, as a share of I_zz [1]
 
-    def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
-        """Work out the accepted textbook fits for c changed tables at once.
-
-        `product`, `torque`: shape (c, n): φ̇ψ̇ [rad²/s²] and M [N*m] of each table. Gives: Name, values and
-        uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
-        """
+    def fits(self, product: Floats | float = 1.0, torque: Floats | float = 1.0) -> list[OwnValue]:
+        """Work out the accepted textbook fits, with φ̇ψ̇ and M of each run multiplied by these, shape () or (n,)."""
         found = []
         for suffix, used in self.sets:
-            x, y = product[:, used], torque[:, used]
+            x, y = (product * self.product)[used], (torque * self.torque)[used]
             for name in self.accept:
                 if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
                     continue
                 if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
                     continue
                 with np.errstate(all="ignore"):
-                    value, u = fitting.TEXTBOOK[name](x, y)
-                found.append((f"{name}:{suffix}" if suffix else name, value, u))
+                    value, u = map(float, fitting.TEXTBOOK[name](x, y))
+                whole = f"{name}:{suffix}" if suffix else name
+                found.append(OwnValue(whole, value, u if math.isfinite(u) else None))
         return found
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
 
-        Where none of them is possible (a constant, and one torque only), it is the recommended fit.
+        If none of them is possible (a constant, and one torque only), it is the recommended fit.
         """
-        found = [
-            OwnValue(name, float(value[0]), float(u[0]) if np.isfinite(u[0]) else None)
-            for name, value, u in self.fits(self.product[None, :], self.torque[None, :])
-            if np.isfinite(value[0])
-        ]
+        found = [own for own in self.fits() if math.isfinite(own.value)]
         if "recommended" in self.accept:
             found.append(self.recommended)
         found.sort(key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0])))

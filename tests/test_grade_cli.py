@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import jsonschema
@@ -89,6 +90,16 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     min(grades.glob("feedback/*.html")).unlink()
     gyro("grade", CLASS, "--out", grades, "--workers", "1")
     assert bytes_of(grades) == before, "a page that is gone is written again"
+
+
+def test_a_cluster_writes_the_same_files(
+    graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with ProcessPoolExecutor(2) as cluster:
+        monkeypatch.setattr("gyrodata.cli.grade_command._executor_of", lambda address: cluster)
+        done = gyro("grade", CLASS, "--out", tmp_path / "grades", "--cluster", "tcp://localhost:8786")
+    assert done.stdout == graded[0].stdout
+    assert bytes_of(tmp_path / "grades") == bytes_of(graded[1])
 
 
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

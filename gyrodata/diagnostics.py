@@ -984,6 +984,12 @@ AUTOGRADER_CANNOT_BE_MADE = _error(
     "grade --gradescope autograder",
     "give a rubric whose points need no other student's log, as the message says; and install gyro",
 )
+CLUSTER_CANNOT_BE_USED = _error(
+    "G769",
+    "the cluster cannot be used",
+    "grade class --cluster tcp://localhost:1",
+    "install Dask with gyrodata[cluster], start a scheduler and workers, and give the address of the scheduler",
+)
 
 # the desk
 DESK_CANNOT_BE_READ = _error(

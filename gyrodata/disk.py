@@ -1,7 +1,7 @@
-"""Files as a database writes them: whole or not at all, through no link, and by one gyro at a time in a folder.
+"""Files written whole or not at all, through no link, and by one gyro at a time in a folder.
 
-What holds after a power cut: a file that is written with `sync` is as it was or as it is to be. Others may be torn
-then; they are those that the same command makes again. A sync costs 5 ms to 20 ms, so that not every page has one.
+After a power cut, a file that is written with `sync` is as it was or as it is to be. Others may be torn then; they are
+those that the same command makes again. A sync costs 5 ms to 20 ms, so that not every page has one.
 """
 
 from __future__ import annotations
@@ -9,12 +9,10 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import stat
 import sys
-from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import zlib
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from io import FileIO
 from pathlib import Path
 from typing import IO
 
@@ -25,15 +23,7 @@ LONGEST = 255  # bytes of a name, on nearly every file system
 
 LOCK = ".gyro-lock"  # beside what is written, as long as somebody writes
 
-_UNFINISHED = re.compile(r"\.gyro-[0-9a-f]{16}\.part")
-
-_NEW = os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-
-
-def _unfinished(folder: Path) -> Path:
-    """Name what is not yet whole, as nobody can foresee who would plant a link there."""
-    return folder / f".gyro-{os.urandom(8).hex()}.part"
+_FLAGS = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 @contextmanager
@@ -46,32 +36,59 @@ def telling(folder: Path, code: str) -> Iterator[None]:
         raise InputError.of(code, message, "make room there, or choose another folder with --out") from None
 
 
+def _unfinished(path: Path) -> Path:
+    """Name what is not yet whole; the same each time, so that the next run writes over what a killed one left."""
+    return path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
+
+
+def make_folder(folder: Path, private: bool = False) -> None:
+    """Make a folder and those around it; a private one is its owner's alone, one that is there stays as it is."""
+    if private:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(0o700 if private else 0o777, parents=True, exist_ok=True)
+
+
 @contextmanager
 def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[IO[bytes]]:
-    """Give a file to write to, which takes its place once it is whole; until then what stands there stays.
+    """Give a file to write to, which takes its place once it is whole; until then what is there stays.
 
-    The mode of what stands there is kept; else a private file is its owner's alone. OSError if it cannot be.
+    The mode of what is there is kept; else a private file is its owner's alone. OSError if the file cannot be written,
+    InputError if another gyro writes the same.
     """
-    unfinished = _unfinished(path.parent)
-    number = _create(unfinished, private)
-    try:
-        with os.fdopen(number, "wb") as file:
-            _taken(number)  # so that nobody takes it for a rest
-            _keep_mode(path, number)
+    make_folder(path.parent, private)
+    unfinished = _unfinished(path)
+    number = os.open(unfinished, os.O_RDWR | _FLAGS, 0o600 if private else 0o666)
+    with os.fdopen(number, "wb") as file:
+        _take(number, path)
+        try:
+            os.ftruncate(number, 0)
+            _keep_mode(path, unfinished)
             yield file
             file.flush()
             if sync:
                 os.fsync(number)
-            if os.name != "nt":
-                unfinished.replace(path)
-        if os.name == "nt":
-            unfinished.replace(path)  # not while it is open
-    except BaseException:
+        except BaseException:
+            with suppress(OSError):
+                unfinished.unlink()
+            raise
+    try:
+        unfinished.replace(path)
+    except OSError:
         with suppress(OSError):
             unfinished.unlink()
         raise
-    if sync:
-        _sync_folder(path.parent)
+    if sync and os.name == "posix":
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def _keep_mode(path: Path, new: Path) -> None:
+    """Give a new file the mode of the one whose place it takes."""
+    if path.is_file() and not path.is_symlink():
+        new.chmod(path.stat().st_mode & 0o777)
 
 
 def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False) -> None:
@@ -80,37 +97,19 @@ def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync:
         file.writelines(parts)
 
 
-def write_changed(path: Path, data: bytes, private: bool = False, sync: bool = False) -> bytes | None:
-    """Write a file, whole or not at all, unless it is so already: to look costs a tenth of writing over a file.
-
-    Gives: What stood there instead; None for nothing, or the same.
-    """
-    try:
-        before = path.read_bytes()
-    except OSError:
-        before = None  # not there, or worse: writing tells
-    if before == data:
-        return None
-    write_whole(path, [data], private, sync)
-    return before
-
-
 def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
     """Write files into a folder once all of them are whole; until then what is there stays, and others' files do.
 
-    OSError if they cannot be; InputError where another gyro is at work.
+    OSError if they cannot be written; InputError if another gyro is at work.
     """
     there = folder.exists()
     try:
         with alone_in(folder):
-            unfinished = _unfinished(folder)
-            unfinished.mkdir()
+            unfinished = _unfinished(folder / "new")
             try:
                 for name, data in contents.items():
-                    number = _create(unfinished / name, False)
-                    with os.fdopen(number, "wb") as file:
-                        _keep_mode(folder / name, number)
-                        file.write(data)
+                    write_whole(unfinished / name, [data])
+                    _keep_mode(folder / name, unfinished / name)
                 # To rename takes no room on a disk.
                 for name in contents:
                     (unfinished / name).replace(folder / name)
@@ -123,172 +122,68 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
         raise
 
 
-def open_end(path: Path) -> FileIO:
-    """Open a private file to add lines to, made with its folder where it is not there; a torn last line ends here."""
-    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | _NO_LINK | getattr(os, "O_BINARY", 0)
+def add_to(path: Path, data: bytes) -> None:
+    """Write at the end of a private file, which is made if it is not there."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600), "wb") as file:
+        file.write(data)
+
+
+def files_like(folder: Path, pattern: str) -> list[Path]:
+    """List what is called so in a folder, if it is there; OSError if it cannot be read: a glob would be silent."""
     try:
-        number = os.open(path, flags, 0o600)
+        return [path for path in sorted(folder.iterdir()) if path.match(pattern)]
     except FileNotFoundError:
-        make_folder(path.parent, private=True)
-        number = os.open(path, flags, 0o600)
-    file = os.fdopen(number, "rb+", buffering=0)
-    try:
-        if begin := file.seek(0, os.SEEK_END):
-            file.seek(begin - 1)
-            if file.read(1) != b"\n":
-                file.write(b"\n")
-    except BaseException:
-        file.close()
-        raise
-    return file
-
-
-def add_line(file: FileIO, line: bytes) -> int:
-    """Write a line at the end of what `open_end` has opened, and tell where it begins."""
-    begin = file.seek(0, os.SEEK_END)
-    # A disk that becomes full may take a part of it, and says so next time.
-    while line:
-        line = line[file.write(line) or 0 :]
-    return begin
-
-
-def last_line(path: Path) -> tuple[int, bytes]:
-    """Find where the last line begins, and the line; a large file does not go into memory."""
-    with path.open("rb") as file:
-        last = next(iter(deque(file, 1)), b"")
-        return file.tell() - len(last), last
-
-
-def _create(path: Path, private: bool) -> int:
-    """Make a file that is not there yet, and the folder for it; give its descriptor."""
-    mode = 0o600 if private else 0o666
-    try:
-        return os.open(path, os.O_WRONLY | _NEW | _NO_LINK, mode)
-    except FileNotFoundError:
-        make_folder(path.parent, private)
-        return os.open(path, os.O_WRONLY | _NEW | _NO_LINK, mode)
-
-
-def make_folder(folder: Path, private: bool = False) -> None:
-    """Make a folder and those around it; a private one is its owner's alone, one that is there stays as it is."""
-    if private:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-    folder.mkdir(0o700 if private else 0o777, parents=True, exist_ok=True)
-
-
-def _keep_mode(path: Path, number: int) -> None:
-    """Give an open file the mode of the one whose place it takes."""
-    if hasattr(os, "fchmod"):
-        with suppress(OSError):
-            mode = path.lstat().st_mode
-            if stat.S_ISREG(mode):
-                os.fchmod(number, stat.S_IMODE(mode))
-
-
-def _sync_folder(folder: Path) -> None:
-    """See that the names in a folder outlast a power cut, where the system lets a folder be opened."""
-    if os.name == "posix":
-        number = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
+        return []
 
 
 # --- one at a time ------------------------------------------------------------------------------------------
 
 
 @contextmanager
-def alone_in(folder: Path, ours: bool = False) -> Iterator[None]:
-    """Be the only gyro that writes into a folder, which is made if it is not there; a killed one's rests go.
+def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
+    """Be the only gyro that writes into a folder, which is made if it is not there.
 
-    `ours`: all below the folder is gyro's and private. The system lets a lock go with its process, however that ends.
-    OSError if nothing can be written; InputError if another gyro is at work.
+    The system takes a lock away with its process, however that ends. OSError if nothing can be written; InputError if
+    another gyro is at work.
     """
-    make_folder(folder, ours)
-    number = _lock(folder)
+    make_folder(folder, private)
+    path = folder / LOCK
+    number = os.open(path, os.O_RDWR | _FLAGS, 0o666)
     try:
-        clear(folder, ours)
-        yield
-        clear(folder, ours)  # of a worker that was killed
+        _take(number, path)
+        try:
+            yield
+        finally:
+            with suppress(OSError):
+                path.unlink()  # before the lock is gone; Windows wants that the other way round
     finally:
-        # Gone before it is let go; Windows wants that the other way round.
-        with suppress(OSError):
-            (folder / LOCK).unlink()
         os.close(number)
         if os.name == "nt":
             with suppress(OSError):
-                (folder / LOCK).unlink()
+                path.unlink()
 
 
-def _lock(folder: Path) -> int:
-    """Lock a folder by a file in it; give the descriptor that holds the lock."""
-    path = folder / LOCK
-    while True:
-        try:
-            number = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
-        except PermissionError:
-            number = os.open(path, os.O_RDONLY | _NO_LINK)  # another's, who was killed
-        try:
-            if not _taken(number):
-                message = f'another gyro is at work here: "{folder}"'
-                hint = "wait until it is done, then run it again; or choose another folder with --out"
-                raise InputError.of(FOLDER_IN_USE, message, hint)
-            # Whoever had it may have taken the file away after it was opened here.
-            with suppress(FileNotFoundError):
-                if os.path.samestat(os.fstat(number), path.lstat()):
-                    return number
-        except BaseException:
-            os.close(number)
-            raise
-        os.close(number)
-
-
-def _taken(number: int) -> bool:
-    """Take a lock; False if another process has it. Where there are no locks, everybody is let in."""
-    if sys.platform == "win32":
-        import msvcrt
-
-        try:
-            msvcrt.locking(number, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-        return True
+def _take(number: int, path: Path) -> None:
+    """Lock an open file; refuse if another process has it, or has taken it away since it was opened here."""
+    free = True
     try:
-        import fcntl
+        if sys.platform == "win32":
+            import msvcrt
 
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
+            msvcrt.locking(number, msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            free = os.fstat(number).st_nlink > 0
+    except (BlockingIOError, PermissionError):
+        free = False
     except (ImportError, OSError):
-        return True
-    return True
-
-
-def clear(folder: Path, below: bool = False) -> None:
-    """Take away what killed processes never finished in a folder, and in those below it."""
-    with suppress(OSError), os.scandir(folder) as found:
-        for entry in found:
-            deep = entry.is_dir(follow_symlinks=False)
-            if _UNFINISHED.fullmatch(entry.name):
-                if deep:
-                    shutil.rmtree(entry.path, ignore_errors=True)
-                else:
-                    _remove(Path(entry.path))
-            elif deep and below:
-                clear(Path(entry.path), below)
-
-
-def _remove(path: Path) -> None:
-    """Remove a file that nobody is writing any more."""
-    with suppress(OSError):
-        number = os.open(path, os.O_RDONLY | _NO_LINK)
-        try:
-            left = _taken(number)
-        finally:
-            os.close(number)
-        if left:
-            path.unlink()
+        pass  # a file system without locks: everybody is let in
+    if not free:
+        message = f'another gyro is at work here: "{path.parent}"'
+        hint = "wait until it is done, then run it again; or choose another folder with --out"
+        raise InputError.of(FOLDER_IN_USE, message, hint)
 
 
 # --- names --------------------------------------------------------------------------------------------------
@@ -313,48 +208,3 @@ def file_name(name: str, room: int = 0) -> str:
 
     digest = f"-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
     return os.fsencode(told)[: LONGEST - room - len(digest)].decode("utf-8", "ignore").rstrip() + digest
-
-
-# --- what is there ------------------------------------------------------------------------------------------
-
-
-def files_like(folder: Path, pattern: str) -> list[Path]:
-    """List what is called so in a folder, if it is there; OSError where it cannot be read, where a glob is silent."""
-    try:
-        return [path for path in sorted(folder.iterdir()) if path.match(pattern)]
-    except FileNotFoundError:
-        return []
-
-
-def content_digest(path: Path, without: Collection[str] = ()) -> str:
-    """SHA-256 of the names and the bytes of a file, or of a folder with all that is in it but what is called so.
-
-    Plain reads and texts for paths: this is done for every file of a class, and costs a third of what `Path` and
-    `hashlib.file_digest` do. OSError where something cannot be read.
-    """
-    import hashlib
-
-    whole, home = hashlib.sha256(), str(path)
-
-    def add_file(name: str) -> None:
-        part = hashlib.sha256()
-        with open(name, "rb", buffering=0) as file:  # noqa: PTH123
-            while data := file.read(1 << 20):
-                part.update(data)
-        whole.update(part.digest())
-
-    def add_folder(name: str) -> None:
-        with os.scandir(name) as found:
-            inner = sorted((entry for entry in found if entry.name not in without), key=lambda entry: entry.name)
-        for entry in inner:
-            whole.update(f"\0{entry.path[len(home) :]}\0".encode("utf-8", "surrogatepass"))
-            if entry.is_dir(follow_symlinks=False):
-                add_folder(entry.path)
-            elif entry.is_file():
-                add_file(entry.path)
-
-    if path.is_dir():
-        add_folder(home)
-    elif path.is_file():
-        add_file(home)
-    return whole.hexdigest()

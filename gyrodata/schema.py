@@ -39,14 +39,14 @@ def selfcheck_schema() -> dict[str, Any]:
 
 def grades_schema() -> dict[str, Any]:
     """Give the JSON Schema (2020-12) of "gyro.grades/1"."""
-    from gyrodata.grading import GradesDocument
+    from gyrodata.grading.exports.class_json import GradesDocument
 
     return _schema("gyro.grades/1", GradesDocument)
 
 
 def rubric_schema() -> dict[str, Any]:
     """Give the JSON Schema (2020-12) of a rubric, "gyro.rubric/1", for editors of TOML."""
-    from gyrodata.grading import rubric_shape
+    from gyrodata.grading.rubric import rubric_shape
 
     return {"$schema": _DIALECT, "title": "gyro.rubric/1", **rubric_shape()}
 

@@ -1,7 +1,4 @@
-"""A TOML file read into records: all faults at once, each with its line and what to write instead.
-
-msgspec stops at the first fault and does not know its line, so that it is given each key by itself.
-"""
+"""A TOML file read into records by msgspec; the first fault is told with its line, and what to write instead."""
 
 from __future__ import annotations
 
@@ -10,160 +7,122 @@ import difflib
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
-from types import NoneType
-from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
+from collections import Counter
+from collections.abc import Iterable
+from typing import Annotated, Any, TypeVar
 
-from msgspec import Meta, Struct, ValidationError, convert
+from msgspec import Meta, ValidationError, convert
 from msgspec.json import schema
-from msgspec.structs import fields
 
-from gyrodata.diagnostics import (
-    CRITERION_KIND_UNKNOWN,
-    RUBRIC_KEY_UNKNOWN,
-    RUBRIC_VALUE_CANNOT_BE_USED,
-)
+from gyrodata.diagnostics import CRITERION_KIND_UNKNOWN, RUBRIC_KEY_UNKNOWN, RUBRIC_VALUE_CANNOT_BE_USED
 from gyrodata.errors import Diagnostic, InputError
+
+Record = TypeVar("Record")
 
 Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
 Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
 
+Path = tuple[str | int, ...]
+"""Keys from the top; an array of tables has the number of the table, from 0, after its name."""
+
 
 class UnfitError(ValueError):
-    """A value that cannot be used, or a table whose values do not go together."""
+    """A value that cannot be used, or values that contradict each other; `path` leads there from the record."""
 
-    def __init__(self, message: str, hint: str = "", code: str = RUBRIC_VALUE_CANNOT_BE_USED, key: str = "") -> None:
+    def __init__(
+        self, message: str, hint: str = "", code: str = RUBRIC_VALUE_CANNOT_BE_USED, path: Path | str = ()
+    ) -> None:
         super().__init__(message)
-        self.hint, self.code, self.key = hint, code, key
+        self.hint, self.code, self.path = hint, code, (path,) if isinstance(path, str) else path
 
 
-class Faults:
-    """The faults of one file, with where each stands."""
+class TomlFile:
+    """A TOML file: its values, and its text, in which the line of a fault is found.
 
-    def __init__(self, name: str, text: str) -> None:
-        self.name = name
-        self.lines = text.split("\n")
-        self.places: dict[Path, Spot] = {}
-        self.found: list[Diagnostic] = []
-
-    def add(self, code: str, path: Path, message: str, hint: str = "") -> None:
-        """Note a fault of the key at `path`, or of the nearest table above it that has a place of its own."""
-        while path and path not in self.places:
-            path = path[:-1]
-        line, column, width = self.places.get(path, (None, None, 1))
-        excerpt = self.lines[line - 1].rstrip("\r") if line and line <= len(self.lines) else ""
-        self.found.append(Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width))
-
-    def stop_if_any(self) -> None:
-        """Raise what was found, in the order of the file, if anything was."""
-        if self.found:
-            raise InputError(sorted(self.found, key=lambda d: (d.line or 0, d.column or 0)))
-
-
-def read_toml(data: bytes, name: str, code: str, hint: str) -> tuple[dict[str, Any], Faults]:
-    """Read a TOML file: its values, and what notes the faults in them.
-
-    `code`, `hint`: Diagnostic of a file that is no TOML, and what to write.
+    `code`, `hint`: Diagnostic of a file that is not TOML, and what to write. Raises InputError.
     """
-    try:
-        text = data.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            [Diagnostic.of(code, "is not UTF-8", "save it as UTF-8 in your editor", name, line, 1)]
-        ) from None
-    faults = Faults(name, text)
-    try:
-        values = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
-        message, _, place = str(error).partition(" (at ")
-        at = [int(number) for number in re.findall(r"\d+", place)]
-        faults.places[()] = Spot(at[0], at[1], 1) if at else Spot(len(faults.lines), len(faults.lines[-1]) + 1, 1)
-        faults.add(code, (), f"this is not TOML: {message}", hint)
-        faults.stop_if_any()
-        raise
-    faults.places = find_places(text)
-    return values, faults
 
-
-# --- values by their types: what `convert` takes, records, and types that have `RAW`, which it takes, and `read` --
-
-
-def read_record(
-    kinds: Sequence[Any], values: Mapping[str, Any], faults: Faults, path: Path = (), points: Any = None
-) -> Any:
-    """Read a table into the record whose tag it has, each key by itself; None where it has a fault.
-
-    A record with `OTHERS` takes every other key as a table of that kind. `points`: Of the table above.
-    """
-    before, about = len(faults.found), {"points": points, **values}
-    tag = kinds[0].__struct_config__.tag_field
-    tags = {one.__struct_config__.tag: one for one in kinds}
-    meant = [one for name, one in tags.items() if tag is None or name == values.get(tag)]
-    if not meant:
-        said = values.get(tag)
-        code = CRITERION_KIND_UNKNOWN if isinstance(said, str) else RUBRIC_VALUE_CANNOT_BE_USED
-        hint = nearest(str(said), tags) if tag in values else f"write {tag} = {' or '.join(map(json.dumps, tags))}"
-        faults.add(code, (*path, tag), f'there is no {tag} "{said}"' if tag in values else f'"{tag}" is missing', hint)
-    known = {field.encode_name: field for one in meant or kinds for field in fields(one) if field.name != "others"}
-    taken: dict[str, Any] = {}
-    for key, field in known.items():
-        # What a type of its own reads by default is written as in the file.
-        if key in values or (hasattr(_plain(field.type), "read") and isinstance(field.default, str)):
-            taken[field.name] = _value(field.type, values.get(key, field.default), faults, (*path, key), about)
-        elif field.required:
-            faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{key}" is missing', _how(key, field.type))
-    others = {key: value for key, value in values.items() if key not in known and key != tag}
-    if rest := getattr(kinds[0], "OTHERS", None):
-        taken["others"] = {key: _value(rest, value, faults, (*path, key), about) for key, value in others.items()}
-    elif others:
-        # A key that is there already is no proposal: it would then stand twice.
-        free = [key for key in (*known, tag) if key and key not in values]
-        where = f" in [{_head(path)}]" if path else ""
-        for key in others:
-            hint = nearest(key, free).replace("known", "take it out; known")
-            faults.add(RUBRIC_KEY_UNKNOWN, (*path, key), f'"{key[:60]}" is not known{where}', hint)
-    if len(faults.found) > before:
-        return None
-    try:
-        return meant[0](**taken)
-    except UnfitError as error:
-        faults.add(error.code, (*path, error.key), str(error), error.hint)
-        return None
-
-
-def _value(kind: Any, value: Any, faults: Faults, path: Path, about: Mapping[str, Any]) -> Any:
-    """Read what a key has; None where it cannot be used."""
-    plain, key, points = _plain(kind), str(path[-1]), about["points"]
-    several = get_origin(plain) is tuple
-    inner = _plain(get_args(plain)[0]) if several else plain
-    tables = [one for one in get_args(inner) or (inner,) if isinstance(one, type) and issubclass(one, Struct)]
-    told, hint = value, ""
-    if tables:
-        listed = value if several else [value]
-        if isinstance(listed, list) and listed and all(isinstance(one, dict) for one in listed):
-            paths = [(*path, at) for at in range(len(listed))] if several else [path]
-            read = [read_record(tables, one, faults, at, points) for one, at in zip(listed, paths, strict=True)]
-            return tuple(read) if several else read[0]
-        head = f"[{_head(path)}]"
-        hint = getattr(tables[0], "HINT", f"write a table, headed {f'[{head}]' if several else head}")
-    else:
+    def __init__(self, data: bytes, name: str, code: str, hint: str) -> None:
+        self.name, self.text = name, data.decode("utf-8-sig", "surrogateescape").replace("\r\n", "\n")
         try:
-            raw = convert(value, getattr(plain, "RAW", kind))
-            return plain.read(raw, key, about) if hasattr(plain, "read") else raw
-        except UnfitError as error:
-            faults.add(error.code, path, str(error), error.hint or _how(key, kind))
-            return None
-        except ValidationError:
-            words = get_args(inner) if get_origin(inner) is Literal else ()
-            strange = [one for one in (value if isinstance(value, list) else [value]) if one not in words]
-            if len(words) > 1 and strange:
-                told, hint = strange[0], nearest(str(strange[0]), words)
-    if not isinstance(told, dt.date | dt.time):
-        told = json.dumps(told, default=str, ensure_ascii=False)
-    faults.add(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint or _how(key, kind))
-    return None
+            # Raises UnicodeEncodeError, which is a ValueError, if a byte is not UTF-8.
+            self.values = tomllib.loads(self.text.encode().decode())
+        except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
+            if isinstance(error, UnicodeEncodeError):
+                line, column = self.text.count("\n", 0, error.start) + 1, 1
+                message, hint = "is not UTF-8", "save it as UTF-8 in your editor"
+            else:
+                place = re.search(r"line (\d+), column (\d+)", str(error))
+                line, column = (int(place[1]), int(place[2])) if place else (self.text.count("\n") + 1, 1)
+                message = f"this is not TOML: {str(error).partition(' (at ')[0]}"
+            raise self._fault(code, message, hint, (line, column, 1)) from None
+
+    def record(self, kind: type[Record], path: Path = ()) -> Record:
+        """Read the table at `path` into a record; raise InputError with the first fault."""
+        value: Any = self.values
+        for part in path:
+            value = value[part]
+        try:
+            return convert(value, kind)
+        except ValidationError as error:
+            raise self._told(error, kind, path) from None
+
+    def _told(self, error: ValidationError, kind: type, path: Path) -> InputError:
+        """Say what is wrong and what to write, by what msgspec says and what the JSON Schema of the record knows."""
+        inner = re.search(r"(.*) - at `\$(.*)`$", str(error))
+        message, place = inner.groups() if inner else (str(error), "")
+        steps = re.findall(r"\[(\d+)\]|\.(\w+)", place)
+        path = (*path, *(int(number) if number else key for number, key in steps))
+        if isinstance(unfit := error.__cause__, UnfitError):
+            return self.fault(unfit.code, (*path, *unfit.path), str(unfit), unfit.hint)
+        value: Any = self.values
+        for part in path:
+            value = value[part]
+        key = next((part for part in reversed(path) if isinstance(part, str)), "")
+        known = samples_of(kind)
+        if field := re.search(r"(missing required|unknown) field `(.+)`", message):
+            key = field[2]
+            if field[1] != "unknown":
+                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{key}" is missing', _how(key, known))
+            # A key that is there already is not proposed: it would then be there twice.
+            close = difflib.get_close_matches(key.lower(), [one for one in known if one not in value], n=1)
+            where = f" in [{'.'.join(part for part in path if isinstance(part, str))}]" if path else ""
+            hint = f"did you mean {close[0]}?" if close else "take it out"
+            return self.fault(RUBRIC_KEY_UNKNOWN, (*path, key), f'"{key[:60]}" is not known{where}', hint)
+        if isinstance(value, str) and message.startswith("Invalid"):
+            code = CRITERION_KIND_UNKNOWN if key == "check" else RUBRIC_VALUE_CANNOT_BE_USED
+            words = [json.loads(word) for word in known.get(key, ())]
+            words = words[0] if words and isinstance(words[0], list) else words
+            said = f'there is no check "{value[:60]}"' if key == "check" else f'{key} = "{value[:60]}" cannot be used'
+            return self.fault(code, path, said, nearest(value, words))
+        told = value if isinstance(value, dt.date | dt.time) else json.dumps(value, default=str, ensure_ascii=False)
+        hint = _how(key, known) if steps else getattr(kind, "HINT", "")
+        return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint)
+
+    def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
+        """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""
+        count: Counter[Path] = Counter()
+        table: Path = ()
+        best, spot = -1, (1, 1, 1)
+        for number, line in enumerate(self.text.split("\n"), 1):
+            mark = re.match(r"(\s*)(?:(\[\[?)([^\]#]+)\]\]?|([\w.\"'-]+)\s*=)", line)
+            if mark is None:
+                continue
+            names = tuple(part.strip(" \"'") for part in (mark[3] or mark[4]).split("."))
+            if mark[2]:
+                table = names
+                if mark[2] == "[[":
+                    table = (*names, count[names])
+                    count[names] += 1
+            place = table if mark[2] else (*table, *names)
+            if place == path[: len(place)] and len(place) > best:
+                best, spot = len(place), (number, len(mark[1]) + 1, len(mark[0].rstrip("= ")) - len(mark[1]))
+        return self._fault(code, message, hint, spot)
+
+    def _fault(self, code: str, message: str, hint: str, spot: tuple[int, int, int]) -> InputError:
+        line, column, width = spot
+        excerpt = self.text.split("\n")[line - 1]
+        return InputError([Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width)])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
@@ -172,88 +131,21 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
 
-def _plain(kind: Any) -> Any:
-    """Take from a type what is said about it, and that it may be None."""
-    while get_origin(kind) is Annotated or NoneType in get_args(kind):
-        kind = get_args(kind)[0]
-    return kind
+def samples_of(kind: type) -> dict[str, list[str]]:
+    """Give, by the keys of a record and of all below it, what can be written there: words, or examples."""
+    found: dict[str, dict[str, None]] = {}
+    for table in schema(kind)["$defs"].values():
+        for key, shape in table.get("properties", {}).items():
+            words = shape.get("items", {}).get("enum")
+            for part in ({"enum": [words]} if words else shape, *shape.get("anyOf", ())):
+                samples = map(json.dumps, part.get("enum", part.get("examples", ())))
+                found.setdefault(key, {}).update(dict.fromkeys(samples))
+    return {key: list(samples) for key, samples in found.items()}
 
 
-def _how(key: str, kind: Any) -> str:
-    """Say what to write: the words, or the examples, of the type's JSON Schema."""
-    shape = schema_of(_plain(kind))
-    parts = (schema_of(kind), shape, *shape.get("anyOf", ()))
-    samples = [json.dumps(one) for part in parts for one in part.get("enum", part.get("examples", ()))]
-    if words := (shape.get("items") or {}).get("enum"):
-        samples = [json.dumps(words)]
-    told = f"write {key} = {' or '.join(samples)}" if samples else f"write a table, headed [[{key}]]"
-    return told.replace('"', "") if _plain(kind) is dt.datetime else told
-
-
-def schema_of(kind: Any) -> dict[str, Any]:
-    """Give the JSON Schema of a type."""
-    return schema(kind, schema_hook=lambda one: schema(one.RAW))  # type: ignore[attr-defined]
-
-
-def _head(path: Path) -> str:
-    return ".".join(part for part in path if isinstance(part, str))
-
-
-# --- where the keys stand: `tomllib` gives values without their lines ---------------------------------------
-
-
-Path = tuple[str | int, ...]
-"""Keys from the top; an array of tables has the number of the table, from 0, after its name."""
-
-_LITERAL = re.compile(r"\"{3}.*?\"{3,5}|'{3}.*?'{3,5}|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'|#[^\n]*", re.DOTALL)
-
-
-class Spot(NamedTuple):
-    """Where something stands, counted as an editor counts."""
-
-    line: int
-    column: int
-    width: int
-
-
-def find_places(text: str) -> dict[Path, Spot]:
-    """Find every table and key of a TOML file; of an inline table the table, not its keys."""
-    places: dict[Path, Spot] = {}
-    count: dict[Path, int] = {}
-    table: Path = ()
-    begin = end = depth = 0
-    number = 1
-    # A statement ends with its line, or where the brackets of a value of several lines are closed.
-    for line in _LITERAL.sub(lambda found: "#" * len(found[0]), text).split("\n"):
-        if depth <= 0:
-            number += text.count("\n", begin, end)
-            begin, depth = end, 0
-        end += len(line) + 1
-        depth += len(re.findall(r"[\[{]", line)) - len(re.findall(r"[\]}]", line))
-        if depth > 0:
-            continue
-        value: Any = None
-        with suppress(tomllib.TOMLDecodeError):
-            value = tomllib.loads(text[begin:end])
-        if not value:
-            continue
-        first = text[begin:end].partition("\n")[0]
-        mark = re.match(r"(\s*)(\[+.*?\]+|.*?(?=\s*=))", first)
-        assert mark is not None
-        spot = Spot(number, len(mark[1]) + 1, len(mark[2]))
-        is_head = mark[2].startswith("[")
-        path: Path = () if is_head else table
-        while value and isinstance(value, dict):
-            key, value = next(iter(value.items()))
-            path = (*path, key)
-            if is_head and isinstance(value, list):
-                count[path] = count.get(path, -1) + 1
-                path, value = (*path, count[path]), value[0]
-            elif is_head and path in count:
-                path = (*path, count[path])
-            elif not is_head:
-                places.setdefault(path, spot)
-        if is_head:
-            table = path
-            places[path] = spot
-    return places
+def _how(key: str, known: dict[str, list[str]]) -> str:
+    """Say what to write for a key."""
+    if not known.get(key):
+        return f"write a table, headed [[{key}]]"
+    # Times have no quotation marks.
+    return re.sub(r'"(\d{4}-\d\d-\d\dT.*?)"', r"\1", f"write {key} = {' or '.join(known[key])}")

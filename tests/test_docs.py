@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from classes import scale
 from documents import DOCUMENTS, PAGES, ROOT, blocks, cells
 from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, effects, findings, grading, motion, physics, schema
+from gyrodata import changes, docs, effects, findings, motion, physics, schema
 from gyrodata.cli import app
 from gyrodata.diagnostics import CODES, LOG
+from gyrodata.grading.platforms import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
 from gyrodata.readings import parse_header, read_log
 
@@ -191,15 +191,7 @@ def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
         kinds.append([f"`{name}`", title, *(f"`{one}`" if one else "" for one in (full, zero))])
     assert marked("instructors", "kinds") == kinds
     shown = {name: sample.strip("`") for name, sample in marked("instructors", "platforms")}
-    assert shown == {name: platform.sample for name, platform in grading.PLATFORMS.items()}
-
-
-def test_sizes_of_classes_are_those_measured_and_promised() -> None:
-    rows = [line.split(",") for line in scale.TABLE.read_text(encoding="utf-8").splitlines()[1:]]
-    assert marked("instructors", "sizes") == rows
-    costs = {int(students): float(cost) for students, _, cost, *_ in rows}
-    assert costs[max(costs)] <= 1.2 * costs[1000]
-    assert all(float(memory) <= scale.LEAST + scale.EACH * int(students) for students, *_, memory in rows)
+    assert shown == {name: platform.sample for name, platform in PLATFORMS.items()}
 
 
 WRITTEN = "".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
@@ -246,7 +238,6 @@ CLAIMS: list[Claim] = [
     ("statistics", "stand over a screw to {:.0f}°", lambda: 360 * SOURCES["angle"].default.absolute / math.sqrt(2)),
     ("statistics", "With `# latitude:` it is {:.2f} %", lambda: u_of_g("# latitude: 45 deg\n")),
     ("statistics", "I = {} I_zz + m x² with {:.0f} %", lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U)),
-    ("instructors", "at most {:.0f} MB, and {:.0f} kB a student", lambda: (scale.LEAST, 1000 * scale.EACH)),
     ("first-timer", "Below {}, look for the cause", lambda: findings.NO_ACCIDENT),
 ]  # fmt: skip
 """What a page says, with {} for what the code gives in its place."""

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import jsonschema
@@ -91,22 +92,14 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert bytes_of(grades) == before, "a page that is gone is written again"
 
 
-def test_parts_of_a_class_put_together_are_one_run(graded: tuple[Result, Path], tmp_path: Path) -> None:
-    together = tmp_path / "grades" / "journal.ndjson"
-    together.parent.mkdir()
-    for number in range(2):
-        (part := tmp_path / f"part{number}").mkdir()
-        for path in sorted(CLASS.iterdir())[number::2]:
-            shutil.copy(path, part)
-        grades = tmp_path / f"grades{number}"
-        assert gyro("grade", part, "--out", grades, "--workers", "0", "--exit-zero").exit_code == 0
-        with together.open("ab") as journal:
-            journal.write((grades / "journal.ndjson").read_bytes())
-    done = gyro("grade", CLASS, "--out", together.parent, "--workers", "0")
-    assert "kept 14 as graded before\n" in done.stderr
+def test_a_cluster_writes_the_same_files(
+    graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with ProcessPoolExecutor(2) as cluster:
+        monkeypatch.setattr("gyrodata.cli.grade_command._executor_of", lambda address: cluster)
+        done = gyro("grade", CLASS, "--out", tmp_path / "grades", "--cluster", "tcp://localhost:8786")
     assert done.stdout == graded[0].stdout
-    first, second = bytes_of(graded[1]), bytes_of(together.parent)
-    assert second | {"journal.ndjson": b""} == first | {"journal.ndjson": b""}
+    assert bytes_of(tmp_path / "grades") == bytes_of(graded[1])
 
 
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,9 +21,8 @@ ROOT = Path(__file__).parent.parent
 SAMPLE = (ROOT / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("count", [5, 60], ids=["one after the other", "in worker processes"])
-def test_a_bad_log_does_not_stop_the_others(count: int, tmp_path: Path) -> None:
-    names = [f"{i}.csv" for i in range(count)]
+def test_a_bad_log_does_not_stop_the_others(tmp_path: Path) -> None:
+    names = [f"{i}.csv" for i in range(8)]
     for i, name in enumerate(names):
         (tmp_path / name).write_text(SAMPLE.replace("1,20.00,15.00,205.0", f"1,20.00,15.00,{205 + i % 10}"), "utf-8")
     (tmp_path / "1.csv").write_bytes(bytes(range(256)))

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import gyrodata
 from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.grading import default_rubric_text
+from gyrodata.grading.rubric import default_rubric_text
 from gyrodata.reporting import markdown_report
 
 TESTS = ROOT / "tests"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -32,18 +32,13 @@ from gyrodata.diagnostics import (
     OUT_IS_NO_FOLDER,
     REPORT_CANNOT_BE_WRITTEN,
 )
-from gyrodata.disk import clear, telling, write_folder, write_whole
+from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, Options
 
-
-_PRELOAD = ("gyrodata.analysis", "gyrodata.reporting.text", "uncertainties")
-
-WORTHWHILE = 50
-"""So many logs take longer than it does to start the workers."""
 
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
@@ -56,9 +51,6 @@ FILE_TYPES = {
 
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """What a document is called beside its figures, by its format."""
-
-LIMIT = 600.0
-"""Time for one log [s]; an ordinary one takes a thousandth."""
 
 Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
@@ -113,12 +105,6 @@ def analyze(
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
     _refuse_what_does_not_go_together(logs, form, table, out, watched)
-    # Standard input can be read in this process only.
-    many = len(logs) >= WORTHWHILE and "-" not in logs
-    if many:
-        from gyrodata.workers import start_context
-
-        start_context(_PRELOAD)
     from gyrodata.results import Options
 
     options = Options(
@@ -138,13 +124,13 @@ def analyze(
     names, folders = names_of(paths, stdin), _folders(paths)
     reported = not no_report and file is None and (out is not None or form == "text")
     jobs = [
-        _Job(i, log, name, folder, out, reported and (out is not None or log != "-"), request, len(logs))
-        for i, (log, name, folder) in enumerate(zip(logs, names, folders, strict=True))
+        _Job(log, name, folder, out, reported and (out is not None or log != "-"), request, len(logs))
+        for log, name, folder in zip(logs, names, folders, strict=True)
     ]
     worst, header, whole = 0, _header(form, table), []
     # A document that stands in a file is not poured over a terminal too.
     spared = form in DOCUMENTS and sys.stdout.isatty()
-    for told in _in_order(jobs) if many else map(_analyze_one, jobs):
+    for told in map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
         if told.text and file is not None:
             whole.append(told.text)
@@ -157,8 +143,6 @@ def analyze(
         worst = max(worst, told.code)
     if file is not None:
         with telling(file.parent, REPORT_CANNOT_BE_WRITTEN):
-            # Others may write into this folder at the same time, each a file of its own.
-            clear(file.parent)
             write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
@@ -259,8 +243,6 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
 class _Job(Struct, frozen=True):
     """One log to analyse."""
 
-    index: int
-    """In the order of the logs."""
     log: str
     name: str
     """What it is called."""
@@ -319,22 +301,6 @@ def _analyze_one(job: _Job) -> _Told:
     except GyroError as error:
         return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
     return _Told(0, text, analysis.diagnostics, report=str(folder / DOCUMENTS.get(request.form, "report.html")))
-
-
-def _in_order(jobs: Sequence[_Job]) -> Iterator[_Told]:
-    """Give what is told of each log in the order of the logs, worked out in as many processes as processors."""
-    from gyrodata.workers import Failed, count_workers, in_workers
-
-    early: dict[int, _Told] = {}
-    due = 0
-    for job, told in in_workers(_analyze_one, jobs, count_workers(), LIMIT, _PRELOAD):
-        if isinstance(told, Failed):
-            found = fault(RuntimeError(told.why), job.name)
-            told = _without_answer(job.name, None, job.request, FAULT, (found,))
-        early[job.index] = told
-        while due in early:
-            yield early.pop(due)
-            due += 1
 
 
 def _without_answer(

@@ -74,7 +74,7 @@ def check(
         if settings or mapping or config or fix or "-" in logs:
             message = "--hand-in reads files as gyro grade does, which knows no --set, --map, --config, --fix and no -"
             refuse(HAND_IN_AS_IT_IS, message, "leave these out, and write what they say into the log")
-        from gyrodata.grading import read_hand_in
+        from gyrodata.grading.hand_in import read_hand_in
 
         files = [Path(log) for log in logs]
         worst = _check_one(name_of(logs[0]), lambda: read_hand_in(files), form, strict)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import shlex
 import time
@@ -10,23 +9,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from gyrodata import diagnostics
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
-from gyrodata.diagnostics import (
-    GRADES_FOLDER_CANNOT_BE_WRITTEN,
-    GRADES_WITHIN_CLASS,
-    NOTHING_TO_GRADE,
-    OPTION_FILE_CANNOT_BE_READ,
-    OPTION_NEEDS_A_FOLDER,
-)
-from gyrodata.disk import LOCK, alone_in, telling, write_whole
+from gyrodata.disk import alone_in, telling, write_whole
 
 if TYPE_CHECKING:
-    from gyrodata.errors import Diagnostic
-    from gyrodata.grading import Change, ClassGrades, Filled, Fingerprint, GradingOptions
+    from concurrent.futures import Executor
+
+    from gyrodata.grading.classroom import ClassGrades, GradingOptions
+    from gyrodata.grading.exports import Change
+    from gyrodata.grading.exports.gradebooks import Filled
+    from gyrodata.grading.forensics import Fingerprint
 
 
 SHOWN = 20
@@ -62,6 +59,9 @@ def grade(
         int | None,
         typer.Option("--workers", min=0, max=256, help="Processes; 0: only this one, where nothing stops a submission "
                      "that hangs. Default: one for each processor."),
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="ADDRESS", help="Dask scheduler that grades on other machines.")
     ] = None,
     timeout: Annotated[
         float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Time for one submission.")
@@ -105,9 +105,8 @@ def grade(
     Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
     desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
-    asked = dict(locals())
     if print_rubric:
-        from gyrodata.grading import default_rubric_text
+        from gyrodata.grading.rubric import default_rubric_text
 
         write_out(default_rubric_text(print_rubric))
         return
@@ -115,7 +114,11 @@ def grade(
         _tell(_write_autograder(gradescope, rubric))
         return
     if path is None:
-        refuse(NOTHING_TO_GRADE, "there is nothing to grade: no PATH is given", "give the class, a folder or a zip")
+        refuse(
+            diagnostics.NOTHING_TO_GRADE,
+            "there is nothing to grade: no PATH is given",
+            "give the class, a folder or a zip",
+        )
     books = (
         ("--gradebook", "canvas", gradebook),
         ("--grade-center", "blackboard", grade_center),
@@ -124,37 +127,16 @@ def grade(
     to_fill = [(option, name, sheet) for option, name, sheet in books if sheet is not None]
     need_one = ["--figures"] * figures + [option for option, _, _ in to_fill]
     folder = _folder(path, out, form, dry_run, need_one)
-    whole = folder is not None and form == "text" and not dry_run and not to_fill
-    run = _Run(folder, asked) if folder is not None and whole else None
-    if run is not None and (said := run.said()) is not None:
-        if (run.folder / LOCK).exists():
-            # Left by a run that was killed as it ended.
-            with telling(run.folder, GRADES_FOLDER_CANNOT_BE_WRITTEN), alone_in(run.folder, ours=True):
-                pass
-        _tell(said["noted"] if not quiet else said["faults"])
-        if not quiet:
-            _tell([f"kept {said['count']} as graded before"], _told_where(run.folder, said["lines"]))
-        write_out(said["text"])
-        raise typer.Exit(1 if said["not graded"] and not exit_zero else 0)
-    from gyrodata.grading import (
-        FIGURES,
-        JOURNAL,
-        Gradebooks,
-        GradingOptions,
-        Journal,
-        Roster,
-        changes_in,
-        find_desk,
-        find_submissions,
-        grade_class,
-        read_roster,
-        read_rubric,
-        totals_from_here,
-    )
+    from gyrodata.grading.classroom import GradingOptions, grade_class
+    from gyrodata.grading.desk import FIGURES, Gradebooks, changes_in, find_desk, totals_from_here
+    from gyrodata.grading.journal import JOURNAL, Journal
+    from gyrodata.grading.roster import Roster, read_roster
+    from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading.submissions import find_submissions
     from gyrodata.workers import count_workers
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
-    submissions = find_submissions(path, lms, pattern, attempts)
+    submissions = find_submissions(path.absolute(), lms, pattern, attempts)
     sheets = {name: (_read(sheet), sheet.name) for _, name, sheet in to_fill}
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
@@ -166,6 +148,7 @@ def grade(
     options = GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
+        cluster=_executor_of(cluster) if cluster else None,
         journal=None if folder is None else Journal(folder / JOURNAL),
         keep=not dry_run,
         figures=folder / FIGURES if folder is not None and figures and not dry_run else None,
@@ -173,13 +156,9 @@ def grade(
     )
     years = _earlier(previous or [])
     at_work = ExitStack()
-    if options.workers:
-        # A class is kept to the end, and is not looked through for rubbish.
-        gc.disable()
-        at_work.callback(gc.enable)
     if folder is not None and not dry_run:
-        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            at_work.enter_context(alone_in(folder, ours=True))
+        with telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            at_work.enter_context(alone_in(folder, private=True))
     lost: Sequence[str] = ()
     try:
         found = grade_class(submissions, judged, options, years, desk, people)
@@ -189,9 +168,7 @@ def grade(
         if not quiet:
             _tell(_told(found, options), _told_changes(changes, dry_run), _told_filled(filled))
         if folder is not None and not dry_run:
-            waiting, lost, changed = _write(found, folder, filled, options, quiet)
-            if run is not None and not (found.lost or lost or changed):
-                run.keep(found, waiting, submissions.diagnostics)
+            lost = _write(found, folder, filled, options, quiet)
     except KeyboardInterrupt:
         told = "what was done is kept, and the same command goes on from there"
         kept = options.journal is not None and options.keep
@@ -207,19 +184,34 @@ def autograde(
     root: Annotated[Path, typer.Argument(metavar="ROOT", help="What Gradescope lays down.")] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
-    from gyrodata.grading import grade_autograder, read_rubric
+    from gyrodata.grading.exports.gradescope import grade_autograder
+    from gyrodata.grading.rubric import read_rubric
 
     rubric = root / "source" / "rubric.toml"
     graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
-    with telling(root, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(root, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
         write_whole(root / "results" / "results.json", [graded.encode()])
 
 
 # --- what goes in -------------------------------------------------------------------------------------------
 
 
+def _executor_of(address: str) -> Executor:
+    """Give what hands tasks to the workers of a Dask cluster."""
+    try:
+        from distributed import Client
+
+        executor: Executor = Client(address).get_executor()
+    except (ImportError, OSError, ValueError) as error:
+        hint = (
+            "python3 -m pip install 'gyrodata[cluster]'; the address is what dask scheduler prints, as tcp://HOST:8786"
+        )
+        refuse(diagnostics.CLUSTER_CANNOT_BE_USED, f"--cluster {address} cannot be used: {error}", hint)
+    return executor
+
+
 def _rubric_bytes(path: Path | None) -> bytes:
-    from gyrodata.grading import default_rubric_text
+    from gyrodata.grading.rubric import default_rubric_text
 
     return default_rubric_text().encode() if path is None else _read(path)
 
@@ -228,35 +220,42 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        refuse(OPTION_FILE_CANNOT_BE_READ, f'"{path}" cannot be read: {error.strerror or error}', "check its name")
+        refuse(
+            diagnostics.OPTION_FILE_CANNOT_BE_READ,
+            f'"{path}" cannot be read: {error.strerror or error}',
+            "check its name",
+        )
 
 
 def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
     """Take the logs of earlier years from the journals beside their grades."""
-    from gyrodata.grading import JOURNAL, Journal
+    from gyrodata.grading.journal import JOURNAL, Journal
 
     found: dict[str, Fingerprint] = {}
     for year in years:
         path = year / JOURNAL if year.is_dir() else year
         _read(path)
         name = path.resolve().parent.name if path.name == JOURNAL else path.stem
-        entries = {entry.grade.student: entry.grade.fingerprint for entry in Journal(path).read()}
-        kept = {f"{name}/{student}": one for student, one in entries.items() if one is not None}
+        entries = Journal(path).read().items()
+        kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
-            refuse(OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint)
+            refuse(
+                diagnostics.OPTION_FILE_CANNOT_BE_READ, f'--previous "{year}" holds no log that could be compared', hint
+            )
         found |= kept
     return found
 
 
 def _write_autograder(folder: Path, rubric: Path | None) -> Iterator[str]:
     """Write what is to be zipped for Gradescope, the scripts executable, and say what to do in Gradescope."""
-    from gyrodata.grading import autograder_files, read_rubric
+    from gyrodata.grading.exports.gradescope import autograder_files
+    from gyrodata.grading.rubric import read_rubric
 
     data = _rubric_bytes(rubric)
     judged = read_rubric(data, "built-in rubric" if rubric is None else rubric.name)
     files = autograder_files(judged, data.decode("utf-8-sig"))
-    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
         for name, content in files.items():
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
@@ -275,49 +274,14 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, need_one: S
         if out.resolve().is_relative_to(home):
             beside = os.path.relpath(home.parent / _usual_folder(home).name)
             hint = f"write beside it: --out {shlex.quote(beside)}"
-            refuse(GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
+            refuse(diagnostics.GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:
         return _usual_folder(home)
     for option in need_one:
         message = f"{option} needs a folder to write to, and --format {form} has none"
-        refuse(OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
+        refuse(diagnostics.OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
     return None
-
-
-class _Run:
-    """What is asked for, held against the last run into a folder."""
-
-    def __init__(self, folder: Path, asked: Mapping[str, object]) -> None:
-        self.folder = folder
-        without = ("out", "workers", "timeout", "quiet", "exit_zero", "form")
-        self.asked = {name: value for name, value in asked.items() if name not in without}
-        self.digest = ""
-
-    def said(self) -> dict[str, Any] | None:
-        """What the last run said, where nothing has changed since; None where all is to be done."""
-        from gyrodata.grading import JOURNAL, digest_of, find_unchanged
-
-        try:
-            self.digest = digest_of(self.asked)
-        except OSError:
-            return None  # told where it is read
-        return find_unchanged(self.folder / JOURNAL, self.digest)
-
-    def keep(self, found: ClassGrades, waiting: int, noted: Sequence[Diagnostic]) -> None:
-        """Keep what this run says, unless something changed while it ran."""
-        from gyrodata.grading import JOURNAL, digest_of, keep_run
-
-        if self.digest and self.digest == digest_of(self.asked):
-            said = {
-                "noted": [str(one) for one in noted],
-                "faults": [str(one) for one in noted if one.severity == "error"],
-                "count": len(found.grades),
-                "lines": waiting,
-                "not graded": found.count("not graded"),
-                "text": found.summary,
-            }
-            keep_run(self.folder / JOURNAL, self.digest, said)
 
 
 def _usual_folder(home: Path) -> Path:
@@ -330,21 +294,21 @@ def _usual_folder(home: Path) -> Path:
 
 def _write(
     found: ClassGrades, folder: Path, filled: Mapping[str, Filled], options: GradingOptions, quiet: bool
-) -> tuple[int, Sequence[str], Sequence[str]]:
-    """Write the folder of the grades; count the lines that wait for a person, and give what `write_feedback` says."""
-    from gyrodata.grading import write_feedback, write_results
+) -> Sequence[str]:
+    """Write the folder of the grades; give a line for each student without feedback."""
+    from gyrodata.grading.desk import write_feedback, write_results
 
     waiting = write_results(found, folder, filled)
     bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
-    lost, changed = write_feedback(found, folder, options, bar)
+    lost, changed = write_feedback(found, folder, options.figures, bar)
     _tell(lost, changed)
     if not quiet:
         _tell(_told_where(folder, waiting))
-    return waiting, lost, changed
+    return lost
 
 
 def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
-    from gyrodata.grading import grade_lines, grades_document
+    from gyrodata.grading.exports.class_json import grade_lines, grades_document
 
     if form in ("text", "csv"):
         parts = iter([found.summary if form == "text" else found.table])
@@ -362,7 +326,7 @@ def _tell(*groups: Iterable[str]) -> None:
 
 
 def _told_where(folder: Path, waiting: int) -> list[str]:
-    from gyrodata.grading import TODO
+    from gyrodata.grading.ledger import TODO
     from gyrodata.reporting import count_text
 
     waits = f"; {count_text(waiting, 'line')} for you in {folder / TODO}" if waiting else ""
@@ -371,7 +335,8 @@ def _told_where(folder: Path, waiting: int) -> list[str]:
 
 def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     """Say who was graded in this run, and why."""
-    from gyrodata.grading import DESK, waiting_lines
+    from gyrodata.grading.desk import waiting_lines
+    from gyrodata.grading.ledger import DESK
     from gyrodata.readings import listing
     from gyrodata.reporting import count_text
 
@@ -389,12 +354,12 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     if left := len(found.desk.left - {(one.student, one.what) for one in empty}):
         yield f"{DESK}: {count_text(left, 'line')} without a value, left as gyro has it"
     if options.journal is not None and options.journal.damaged:
-        yield str(options.journal.torn())
+        yield str(options.journal.lost_lines())
 
 
 def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
     """Say what changes in the table of grades that is there."""
-    from gyrodata.grading import PUBLISHED, TABLE
+    from gyrodata.grading.desk import PUBLISHED, TABLE
 
     kept = "" if dry_run else f"; what it was is kept in {PUBLISHED}"
     if changes is None:

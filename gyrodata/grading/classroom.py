@@ -1,9 +1,9 @@
 """A class, from submissions to grades: each in a process of its own time, kept as soon as it is done.
 
-The story: what the journal knows and what has not changed is taken from there → the rest goes to the workers, and
+The story: what the journal contains and has not changed is taken from there → the rest goes to the workers, and
 each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
 compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped. All grades of a
-class are held in memory: less than 20 kB a student.
+class are in memory: less than 20 kB a student.
 """
 
 from __future__ import annotations
@@ -11,19 +11,21 @@ from __future__ import annotations
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
 from functools import cached_property, partial
+from importlib import import_module
 from pathlib import Path
 
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, SUBMITTED_FILE_CANNOT_BE_READ
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading.exports import class_summary, grades_csv
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle
-from gyrodata.grading.journal import Basis, Entry, Journal, basis_of, why_again
+from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
+from gyrodata.grading.journal import Basis, Entry, Journal, basis_of
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
@@ -33,12 +35,9 @@ from gyrodata.workers import Failed, in_workers
 
 LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
 
-PRELOAD = ("gyrodata.grading.grade", "gyrodata.grading.feedback", "gyrodata.analysis", "gyrodata.procedure")
-"""What is loaded once for all processes."""
+FEW = 8  # fewer submissions than this are graded by one process: to start another costs more
 
 NOBODY = Roster()
-
-Grader = Callable[[Submission, Rubric, str | None], Grade]
 
 
 class GradingOptions(Struct, frozen=True):
@@ -46,11 +45,11 @@ class GradingOptions(Struct, frozen=True):
 
     workers: int = 1  # processes
     limit: float = LIMIT  # time for one submission [s]
+    cluster: Executor | None = None  # grades instead, on other machines
     journal: Journal | None = None  # where grades are kept, and known ones found; None: nowhere
     keep: bool = True  # False where nothing is written, the journal neither
     figures: Path | None = None  # folder for each student's figures; None: none are drawn
     progress: Callable[[int], None] | None = None  # told how many are done
-    grader: Grader = grade_submission  # what makes a grade
 
 
 def grade(
@@ -106,8 +105,7 @@ def grade_class(
     """
     options = options or GradingOptions()
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    entries, again, unseen = _entries(items, rubric, options, desk)
-    made = {item.student: entries[item.student] for item in items}
+    made, again = _entries(items, rubric, options, desk)
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     settled, references, scatters = settle(placed, rubric)
     settled = tuple(
@@ -117,9 +115,6 @@ def grade_class(
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
-    journal = options.journal
-    if journal is not None and options.keep and (again or unseen or journal.damaged or journal.outdated):
-        journal.replace(made.values(), unseen)
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
@@ -132,81 +127,70 @@ def grade_class(
         desk=desk,
         roster=roster,
         figures={student: one.figures for student, one in made.items() if one.figures},
-        lost=any(one.lost for one in made.values()),
         compared={key: one for key, one in {**previous, **prints}.items() if key in compared},
     )
 
 
 def _entries(
     items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
-) -> tuple[dict[str, Entry], dict[str, str], set[str]]:
-    """Take each student's entry from the journal or make it; say why, and for whom the desk has grown."""
+) -> tuple[dict[str, Entry], dict[str, str]]:
+    """Take each student's entry from the journal or make it, and say why it is made."""
+    journal, keep = options.journal, options.keep
+    known = journal.read() if journal is not None else {}
     entries: dict[str, Entry] = {}
-    seen: dict[str, Mapping[str, str]] = {}
-    reported = {item.student: desk.value(item.student, "reported") or "" for item in items}
-    handed_in = {item.student: item for item in items}
-    reasons = dict.fromkeys(handed_in, "new")
-    for entry in options.journal.read() if options.journal is not None else ():
-        student = entry.grade.student
-        if item := handed_in.get(student):
-            seen[student] = entry.seen
-            basis = basis_of(replace(item), rubric, reported[student])  # without its texts, which are held with it
-            reasons[student] = why_again(entry, basis) or _why_figures(entry, item, options)
-            if not reasons[student]:
-                entries[student] = replace(entry, seen=desk.first_seen(entry.grade, entry.seen))
-    again = {student: why for student, why in reasons.items() if why}
-    done = len(items) - len(again)
-    unseen = {student for student, entry in entries.items() if entry.seen != seen[student]}
-    # What tells the progress stays here.
-    work = partial(_grade_one, rubric, replace(options, journal=None, progress=None), reported)
-    waiting = [handed_in[student] for student in again]
-    for item, answer in in_workers(
-        work, waiting, options.workers, options.limit, PRELOAD, share_of(len(again), options.workers)
-    ):
+    again: dict[str, str] = {}
+    waiting: list[tuple[Submission, str]] = []
+    for item in items:
+        reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
+        if before is None:
+            why = "new"
+        else:
+            # The texts of a submission are kept with it: those of a copy are gone with the copy.
+            why = before.why_again(basis_of(replace(item), rubric, reported)) or _why_figures(before, item, options)
+        if why:
+            again[item.student] = why
+            waiting.append((item, reported))
+        elif before is not None:
+            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
+    if waiting:
+        # Loaded here, it need not be loaded by each process that is forked from this one.
+        import_module("gyrodata.analysis")
+    work = partial(_grade_one, rubric, options.figures is not None)
+    workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
+    drawn: dict[str, tuple[bytes, str]]
+    for (item, reported), answer in in_workers(work, waiting, workers, options.limit, options.cluster):
         if isinstance(answer, Failed):
-            lost, answer = answer.why, (basis_of(replace(item), rubric, reported[item.student]), "", {})
+            lost, basis, drawn = answer.why, basis_of(replace(item), rubric, reported), {}
             grade = not_graded(item, rubric, f"{lost}; a person must look")
         else:
-            lost, grade = "", from_json(answer[1], Grade)
-            unread = {one["message"] for one in grade.diagnostics if one["code"] == SUBMITTED_FILE_CANNOT_BE_READ}
-            # What a disk refuses for a moment must not stand in the journal for ever.
-            if unread and unread - {one.message for one in replace(item).unread}:
-                lost = "it could not be read for a moment"
-        basis, content, figures = answer
+            lost, (basis, grade, drawn) = "", answer
         # They are written first, so that whatever the journal tells of is there.
-        for name, (data, _) in figures.items():
+        for name, (data, _) in drawn.items():
             folder = options.figures or Path()
             with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                # That a figure is there is all that the next run looks for.
-                write_whole(figure_path(folder, item, name), [data], private=True, sync=True)
-        told = {name: words for name, (_, words) in figures.items()}
-        first = desk.first_seen(grade, seen.get(item.student, {}))
-        entries[item.student] = Entry(**asdict(basis), grade=grade, lost=lost, figures=told, seen=first)
-        if options.journal is not None and options.keep:
-            options.journal.add(entries[item.student], content)
-        done += 1
+                write_whole(figure_path(folder, item, name), [data], private=True)
+        figures = {name: words for name, (_, words) in drawn.items()}
+        seen = desk.first_seen(grade, known[item.student].seen if item.student in known else {})
+        entries[item.student] = Entry(**asdict(basis), grade=grade, lost=lost, figures=figures, seen=seen)
+        if journal is not None and keep:
+            journal.add(entries[item.student])
         if options.progress is not None:
-            options.progress(done)
-    return entries, again, unseen
-
-
-MOST_AT_ONCE = 32  # students that a worker is given together
-
-
-def share_of(count: int, workers: int) -> int:
-    """Say how many students a worker is given together, so that each comes round several times."""
-    return max(1, min(MOST_AT_ONCE, count // (4 * max(1, workers))))
+            options.progress(len(entries))
+    entries = {item.student: entries[item.student] for item in items}
+    if journal is not None and keep and (journal.lines != len(items) or list(known.items()) != list(entries.items())):
+        journal.replace(entries.values())
+    return entries, again
 
 
 def _grade_one(
-    rubric: Rubric, options: GradingOptions, reported: Mapping[str, str], submission: Submission
-) -> tuple[Basis, str, dict[str, tuple[bytes, str]]]:
-    """Grade one submission, in a worker; give what it rests on, the grade as JSON, and each figure's file and words."""
-    submission = replace(submission)  # its texts go when it is done
-    basis = basis_of(submission, rubric, reported[submission.student])
-    grade = options.grader(submission, rubric, basis.desk or None)
+    rubric: Rubric, draws: bool, task: tuple[Submission, str]
+) -> tuple[Basis, Grade, dict[str, tuple[bytes, str]]]:
+    """Grade one submission, in a worker; give what it rests on, the grade, and each figure's file and words."""
+    submission, reported = replace(task[0]), task[1]
+    basis = basis_of(submission, rubric, reported)
+    grade = grade_submission(submission, rubric, reported or None)
     # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
-    return basis, grade.to_json(), _draw(submission, rubric) if options.figures is not None and grade.own else {}
+    return basis, from_json(to_json(grade), Grade), _draw(submission, rubric) if draws and grade.own else {}
 
 
 # --- figures ------------------------------------------------------------------------------------------------
@@ -265,7 +249,6 @@ class ClassGrades(Struct, frozen=True, dict=True):
     again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
     figures: Mapping[str, Mapping[str, str]]
     """What each drawn figure shows, in words, by student and name of the figure."""
-    lost: bool = False  # True: the run itself lost some (a time limit, a process that died), who are tried again
     desk: Desk = NO_DESK  # what a person decided
     roster: Roster = NOBODY
     scatters: Mapping[str, BenchScatter] = {}  # how far the readings scatter, by station; none where that is not asked

@@ -8,38 +8,23 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from functools import partial
 from itertools import combinations
 from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
 
 from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
-from gyrodata.disk import file_name, files_like, new_file, telling, write_changed, write_whole
+from gyrodata.disk import file_name, files_like, new_file, telling, write_whole
 from gyrodata.errors import InputError
-from gyrodata.grading.classroom import PRELOAD, ClassGrades, GradingOptions, figure_path, share_of
+from gyrodata.grading import ledger
+from gyrodata.grading.classroom import ClassGrades, figure_path
 from gyrodata.grading.exports import TOTAL, Change, compare_tables, flags_csv, read_table
 from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book
 from gyrodata.grading.grade import Grade, not_graded
-from gyrodata.grading.ledger import (
-    DESK,
-    FLAG,
-    NO_DESK,
-    SETTLING,
-    TODO,
-    Desk,
-    Offer,
-    in_general,
-    offer_points,
-    read_desk,
-    same_value,
-    todo_csv,
-)
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, Submissions
-from gyrodata.workers import Failed, in_workers
 
 FIGURES = "figures"
 TABLE, PUBLISHED = "grades.csv", "published"
@@ -82,15 +67,15 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[Change, ...] | None:
         return compare_tables(_text(there), found.table) if there.is_file() else ()
 
 
-def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> ledger.Desk:
     """Read the desk of a folder; raise with all its faults. `students`: As `read_desk` has it."""
     try:
-        return read_desk((folder / DESK).read_bytes(), students, rubric)
+        return ledger.read_desk((folder / ledger.DESK).read_bytes(), students, rubric)
     except (FileNotFoundError, NotADirectoryError):
-        return NO_DESK
+        return ledger.NO_DESK
     except OSError as error:
-        message = f'"{folder / DESK}" cannot be read: {error.strerror or error}'
-        raise InputError.of(DESK_CANNOT_BE_READ, message, "", DESK) from None
+        message = f'"{folder / ledger.DESK}" cannot be read: {error.strerror or error}'
+        raise InputError.of(DESK_CANNOT_BE_READ, message, "", ledger.DESK) from None
 
 
 # --- the tables that stood in the folder: ``grades-DIGEST.csv`` for each that was written here, and
@@ -111,16 +96,17 @@ def _text(path: Path) -> str:
 
 def _keep_table(folder: Path, table: bytes) -> None:
     """Keep the table that is there, where somebody changed it, and the one that is to be written."""
-    newest = folder / PUBLISHED / "newest.txt"
+    newest, kept = folder / PUBLISHED / "newest.txt", {_published(folder, _digest(table)): table}
     there = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
     if there is not None and not _published(folder, _digest(there)).is_file():
         base = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
-        write_changed(_published(folder, base or "0", _digest(there)), there, True, True)
-    write_changed(_published(folder, _digest(table)), table, True, True)
-    write_changed(newest, f"{_digest(table)}\n".encode(), True, True)
+        kept = {_published(folder, base or "0", _digest(there)): there} | kept
+    for path, data in (kept | {newest: f"{_digest(table)}\n".encode()}).items():
+        if not path.is_file() or path.read_bytes() != data:
+            write_whole(path, [data], private=True, sync=True)
 
 
-def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
+def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Give the totals that each student ever had from here; None for one whose total the desk speaks of."""
     tables = [read_table(_text(path)) or {} for path in files_like(folder / PUBLISHED, "grades-????????????.csv")]
     return {
@@ -131,7 +117,7 @@ def totals_from_here(folder: Path, desk: Desk, students: Iterable[str]) -> Ours:
     }
 
 
-def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
+def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[ledger.Offer]:
     """Give what somebody changed in a table, and neither the desk nor the new table has."""
     now = read_table(found.table) or {}
     most = {TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
@@ -145,25 +131,25 @@ def _set_in_tables(found: ClassGrades, folder: Path) -> Iterator[Offer]:
             for column, value in row.items():
                 told = (before.get(column, ""), after.get(column, ""))
                 where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
-                if not value or student not in found.names or any(same_value(value, one) for one in told):
+                if not value or student not in found.names or any(ledger.same_value(value, one) for one in told):
                     continue
                 if column in most:
-                    yield offer_points(student, column, value, most[column], where, reason)
+                    yield ledger.offer_points(student, column, value, most[column], where, reason)
                 elif column not in before:
-                    yield Offer(student, "comment", value, where, reason)
+                    yield ledger.Offer(student, "comment", value, where, reason)
 
 
 # --- what waits for a person, and what is written -----------------------------------------------------------
 
 
-def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[Offer]:
+def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[ledger.Offer]:
     """List what waits for a person, without what the desk speaks of; what has one reason stands together."""
     offers = list(_set_in_tables(found, folder))
     for sheet in filled.values():
         for student, value in sheet.by_hand:
             where, reason = "stands in the gradebook", "other points stand in the gradebook"
-            offers.append(offer_points(student, TOTAL, value, found.rubric.points, where, reason))
-    together: dict[str, dict[Offer, None]] = {}
+            offers.append(ledger.offer_points(student, TOTAL, value, found.rubric.points, where, reason))
+    together: dict[str, dict[ledger.Offer, None]] = {}
     for offer in (*filter(found.desk.waits, offers), *waiting_lines(found)):
         together.setdefault(offer.reason, {})[offer] = None
     return [offer for same in together.values() for offer in same]
@@ -172,7 +158,7 @@ def _find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled])
 _MISSING, _UNJUDGED, _UNREAD = "no I_zz is reported", "a part cannot be judged", "the log cannot be used"
 
 
-def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
+def waiting_lines(found: ClassGrades) -> Iterator[ledger.Offer]:
     """Offer what waits in the grades and flags themselves, without what the desk speaks of."""
     desk = found.desk
     for grade in found.grades:
@@ -180,13 +166,15 @@ def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
         if grade.why is not None:
             missing = grade.own and grade.reported_inertia is None
             reason = f"no grade: {_MISSING if missing else _UNJUDGED if grade.own else _UNREAD}"
-            yield Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason)
+            yield ledger.Offer(grade.student, "reported" if missing else TOTAL, "", grade.why, reason)
     for grade in found.grades:
         for look in grade.look:
-            offer = Offer(grade.student, TOTAL, "", look, in_general(look))
+            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
             if desk.waits(offer):
                 yield offer
-    graded = {student for student in found.names if any(desk.value(student, what) is not None for what in SETTLING)}
+    graded = {
+        student for student in found.names if any(desk.value(student, what) is not None for what in ledger.SETTLING)
+    }
     alone = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
     known = [*desk.partners, *found.roster.partners, *desk.settled]
     for flag in found.flags:
@@ -200,11 +188,13 @@ def waiting_lines(found: ClassGrades) -> Iterator[Offer]:
                 for pair in combinations(flag.students, 2)
             )
         if waits:
-            yield Offer(flag.students[0], FLAG, "", f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}", flag)
+            yield ledger.Offer(
+                flag.students[0], ledger.FLAG, "", f"flag: {flag.kind}: {flag.evidence}", f"flag: {flag.kind}", flag
+            )
     for grade in found.grades:
         for mark in grade.marks:
             if mark.waits and grade.status in ("so far", "not graded"):
-                offer = Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
+                offer = ledger.Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
                 if desk.waits(offer):
                     yield offer
 
@@ -223,7 +213,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
         _keep_table(folder, found.table.encode("utf-8", "replace"))
         offers = _find_offers(found, folder, filled)
         texts: dict[str, Iterable[str]] = {
-            TODO: [todo_csv(offers, found.names, files)],
+            ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [flags_csv(found.flags)],
             "class.html": [class_page(found, lambda student: f"{FOLDER}/{names[student]}.html", offers, files)],
@@ -245,28 +235,8 @@ ARCHIVE = "feedback.zip"
 ENDINGS = (".html", ".md")
 
 
-_Task = tuple[Grade, str, Mapping[str, tuple[Path, str]]]
-"""One student's grade; the name of the pages, without their endings; the file and the words of each figure, by name."""
-
 _FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
 """What the system says of no single name: a disk that is full or broken, and the like."""
-
-
-def _write_pages(folder: Path, before: Mapping[str, int] | None, task: _Task) -> list[str] | str | InputError:
-    """Write what one student gets, in a worker: what of it was changed by hand, and is kept.
-
-    A name that cannot be written costs that student only: why it cannot; or what stops it for everybody.
-    """
-    try:
-        with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            try:
-                return list(_write_page(folder, before, *task))
-            except OSError as error:
-                if error.errno in _FOR_ALL:
-                    raise
-                return error.strerror or str(error)
-    except InputError as error:
-        return error
 
 
 def _write_page(
@@ -312,41 +282,31 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
 
 def write_feedback(
-    found: ClassGrades, folder: Path, options: GradingOptions, progress: Callable[[int], None] | None = None
+    found: ClassGrades, folder: Path, figures: Path | None, progress: Callable[[int], None] | None = None
 ) -> tuple[list[str], list[str]]:
-    """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand."""
-    names = feedback_names(found)
+    """Write the feedback of a class into a folder and a zip; say who has none and why, and what was changed by hand.
 
-    def tasks() -> Iterator[_Task]:
-        for grade, item in zip(found.grades, found.submissions.items, strict=True):
-            drawn = found.figures.get(grade.student, {}) if options.figures is not None else {}
-            home = options.figures or Path()
-            figures = {name: (figure_path(home, item, name), words) for name, words in drawn.items()}
-            yield grade, names[grade.student], figures
-
-    crew, together = (options.workers, options.limit, PRELOAD), share_of(len(found.grades), options.workers)
-    work = partial(_write_pages, folder, _written_before(folder / ARCHIVE))
+    `figures`: Folder of each student's figures; None if none are drawn. A name that no system can write costs that
+    student only.
+    """
+    names, before = feedback_names(found), _written_before(folder / ARCHIVE)
     lost: list[str] = []
     changed: list[str] = []
     written: list[str] = []
-    for (grade, page, _), told in in_workers(work, tasks(), *crew, together):
-        if isinstance(told, InputError):
-            raise told
-        if isinstance(told, list):
-            changed += told
-            written.append(page)
-        else:
-            lost.append(f"no feedback for {grade.name}: {told.why if isinstance(told, Failed) else told}")
-        if progress is not None:
-            progress(len(lost) + len(written))
-    # In a worker too: to pack costs as much as to render.
-    one, limit = min(1, options.workers), 8 * options.limit
-    for _, end in in_workers(partial(_write_archive, folder), [sorted(written)], one, limit, PRELOAD):
-        if isinstance(end, Failed):
-            message = f'"{folder / ARCHIVE}" cannot be written: {end.why}'
-            raise InputError.of(GRADES_FOLDER_CANNOT_BE_WRITTEN, message, "run it again")
-        if end is not None:
-            raise end
+    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        for grade, item in zip(found.grades, found.submissions.items, strict=True):
+            drawn = found.figures.get(grade.student, {}) if figures is not None else {}
+            paths = {name: (figure_path(figures or Path(), item, name), words) for name, words in drawn.items()}
+            try:
+                changed += _write_page(folder, before, grade, names[grade.student], paths)
+                written.append(names[grade.student])
+            except OSError as error:
+                if error.errno in _FOR_ALL:
+                    raise
+                lost.append(f"no feedback for {grade.name}: {error.strerror or error}")
+            if progress is not None:
+                progress(len(lost) + len(written))
+        _write_archive(folder, sorted(written))
     return sorted(lost), sorted(changed)
 
 
@@ -361,20 +321,14 @@ def _written_before(archive: Path) -> dict[str, int] | None:
         return None
 
 
-def _write_archive(folder: Path, names: list[str]) -> InputError | None:
-    """Zip the feedback of this class, and of nobody else, to the same bytes; give what stops it."""
-    try:
-        # Synced, for it tells the next run whether somebody changed a page.
-        with (
-            telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN),
-            new_file(folder / ARCHIVE, private=True, sync=True) as file,
-            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
-        ):
-            for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
-                entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, (folder / FOLDER / name).read_bytes())
-    except InputError as error:
-        return error
-    return None
+def _write_archive(folder: Path, names: list[str]) -> None:
+    """Zip the feedback of this class, and of nobody else, to the same bytes."""
+    with (
+        new_file(folder / ARCHIVE, private=True) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
+    ):
+        for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
+            entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, (folder / FOLDER / name).read_bytes())

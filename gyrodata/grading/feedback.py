@@ -13,7 +13,6 @@ from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.templates import environment, sentence
 
-# Read once, in the process from which the crew of a class is forked.
 _PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in ("html", "md"))
 
 CAPTIONS = {

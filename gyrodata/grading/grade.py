@@ -19,23 +19,12 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
 from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, LogError
 from gyrodata.fitting import times_stated
+from gyrodata.grading import yardsticks
 from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
 from gyrodata.grading.forensics import Fingerprint, fingerprint
-from gyrodata.grading.late import Lateness, judge_lateness
+from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
-from gyrodata.grading.yardsticks import (
-    COARSEST,
-    BenchScatter,
-    Reference,
-    at_bench,
-    class_references,
-    class_scatter,
-    distance,
-    nearest,
-    own_runs,
-    station_key,
-)
 from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
 from gyrodata.readings import Readings, read_reported
 from gyrodata.readings.cells import usable_inertia
@@ -150,9 +139,10 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
         value, own = self.reported_inertia, self.own.get(self.matched or "")
         return value / own["value"] if value is not None and own and own["value"] else None
 
-    def to_json(self) -> str:
-        """Write it as the journal has it; `from_json` takes it back to the last digit."""
-        return json.dumps(msgspec.to_builtins(self), allow_nan=False, separators=(",", ":"))
+
+def to_json(record: Struct) -> str:
+    """Write a record as the journal contains it; `from_json` gives the same again, to the last digit."""
+    return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def from_json(text: str | bytes, kind: type[Record]) -> Record:
@@ -185,7 +175,7 @@ def grade_submission(
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
     try:
-        readings, answers, bench = at_bench(submission, rubric.bench)
+        readings, answers, bench = yardsticks.at_bench(submission, rubric.bench)
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         if mistake is not None:
@@ -225,7 +215,7 @@ def grade_submission(
     return added_up(grade) if rubric.class_reference else _settle_one(grade, rubric, rubric.references, {})
 
 
-Class = tuple[tuple[Grade, ...], Mapping[str, Reference], Mapping[str, BenchScatter]]
+Class = tuple[tuple[Grade, ...], Mapping[str, yardsticks.Reference], Mapping[str, yardsticks.BenchScatter]]
 """Grades, and by station ("all" for every other) what they are held against and how far the readings scatter."""
 
 
@@ -239,14 +229,19 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> Class:
     references, scatters = rubric.references, {}
     if rubric.class_reference:
         known = (grade for grade in grades if grade.inertia is not None)
-        references = class_references((grade.station, grade.inertia or 0.0, grade.inertia_u or 0.0) for grade in known)
+        references = yardsticks.class_references(
+            (grade.station, grade.inertia or 0.0, grade.inertia_u or 0.0) for grade in known
+        )
     if rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria):
-        scatters = class_scatter((grade.station, grade.scatters) for grade in grades)
+        scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
     return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
 
 
 def _settle_one(
-    grade: Grade, rubric: Rubric, references: Mapping[str, Reference], scatters: Mapping[str, BenchScatter]
+    grade: Grade,
+    rubric: Rubric,
+    references: Mapping[str, yardsticks.Reference],
+    scatters: Mapping[str, yardsticks.BenchScatter],
 ) -> Grade:
     """Judge what waits for a reference, or for how far the class scatters, and add up anew."""
     if not grade.own:
@@ -277,8 +272,8 @@ def reconsider(
     grade: Grade,
     submission: Submission,
     rubric: Rubric,
-    references: Mapping[str, Reference],
-    scatters: Mapping[str, BenchScatter],
+    references: Mapping[str, yardsticks.Reference],
+    scatters: Mapping[str, yardsticks.BenchScatter],
     reported: str | None,
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
@@ -298,12 +293,12 @@ def reconsider(
         return abs(value - reference.inertia) / (math.hypot(u * value, reference.u) or 1e-9 * reference.inertia)
 
     far, value = away(grade.inertia, share), grade.reported_inertia
-    of_log = value is not None and (grade.d or 0.0) > FAR and away(value, min(share, COARSEST)) <= AGREES
+    of_log = value is not None and (grade.d or 0.0) > FAR and away(value, min(share, yardsticks.COARSEST)) <= AGREES
     of_log = of_log and abs(grade.inertia - reference.inertia) > MUCH * abs((value or 0.0) - reference.inertia)
     if not of_log and (far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR):
         return grade
     try:
-        readings = at_bench(submission, rubric.bench)[0]
+        readings = yardsticks.at_bench(submission, rubric.bench)[0]
         measured = analyze_readings(readings, whole=False).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
@@ -368,7 +363,7 @@ def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
-    own, reported = own_runs(analysis, rubric.accept), usable_inertia(answers.inertia)
+    own, reported = yardsticks.own_runs(analysis, rubric.accept), usable_inertia(answers.inertia)
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,
@@ -382,10 +377,10 @@ def _gather(
         return evidence
     step = reported.step or 0.0
     slips = find_slips(reported.value, step, own, analysis.readings, analysis.measurements)
-    matched = nearest(own.values, reported.value)
+    matched = yardsticks.nearest(own.values, reported.value)
     if slips:
         matched = next(value for value in own.values if value.name == slips[0].fit)
-    d = distance(reported.value, matched.value, step, own.yardstick)
+    d = yardsticks.distance(reported.value, matched.value, step, own.yardstick)
     return replace(evidence, matched=matched, d=d, slips=slips)
 
 
@@ -406,7 +401,7 @@ def _looks(evidence: Evidence) -> list[str]:
 def station_of(readings: Readings) -> str | None:
     """Take the station that a log names, as a rubric names it."""
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
-    return station_key(text) or None
+    return yardsticks.station_key(text) or None
 
 
 # --- not graded ---------------------------------------------------------------------------------------------
@@ -417,7 +412,8 @@ def not_graded(
 ) -> Grade:
     """Make the grade of a submission with nothing judged but the lateness: no points, and no zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
-    late: Lateness = judge_lateness(rubric.late, keys, submission.late, submission.late_seconds, submission.submitted)
+    stamps = submission.late, submission.late_seconds, submission.submitted
+    late = judge_lateness(rubric.late, keys, *stamps, rubric.points)
     return Grade(
         student=submission.student,
         name=submission.name,

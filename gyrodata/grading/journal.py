@@ -7,27 +7,25 @@ and can say why.
 from __future__ import annotations
 
 import hashlib
-import json
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from io import FileIO
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Literal
 
 from msgspec import Struct, field
-from msgspec.structs import asdict
 
 from gyrodata import __version__
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.disk import add_line, open_end, telling, write_whole
+from gyrodata.disk import add_to, telling, write_whole
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.grade import Grade, from_json
-from gyrodata.grading.lastrun import is_run
+from gyrodata.grading.grade import Grade, from_json, to_json
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
+JOURNAL = "journal.ndjson"  # beside the grades
+
 
 class Basis(Struct, frozen=True):
-    """What a grade rests on; where all of it is the same, so is the grade."""
+    """What a grade rests on; if all of it is the same, so is the grade."""
 
     submission: str  # digest of what was handed in, by whom, and when
     rubric: str  # digest of all in the rubric but its references
@@ -42,19 +40,20 @@ class Entry(Basis, frozen=True, kw_only=True):
     schema: Literal["gyro.journal/1"] = "gyro.journal/1"
     grade: Grade
     lost: str = ""
-    """Why the run itself lost it (a time limit, a process that died), so that it is tried again; "" for a grade that
-    holds."""
+    """Why the run itself lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
     figures: Mapping[str, str] = field(default_factory=dict)
     """What each figure that was drawn shows, in words, by its name."""
     seen: Mapping[str, str] = field(default_factory=dict)
     """Digest of the submission that each line of the desk was written for."""
 
-    def to_line(self, grade: str = "") -> str:
-        """Write it as one line of JSON; `grade`: The grade as `Grade.to_json` has it, where that is at hand."""
-        content = {"student": self.grade.student, **asdict(self)}
-        del content["grade"]
-        head = json.dumps(content, allow_nan=False, separators=(",", ":"))
-        return f'{head[:-1]},"grade":{grade or self.grade.to_json()}}}\n'
+    def why_again(self, basis: Basis) -> str:
+        """Say why the submission is graded again if its grade now rests on `basis`; "" if this grade is still right."""
+        for part in ("submission", "rubric", "reference", "desk"):
+            if getattr(self, part) != getattr(basis, part):
+                return f"the {part} changed"
+        if self.tool != basis.tool:
+            return f"gyrodata changed from {self.tool} to {basis.tool}"
+        return f"lost last time: {self.lost}" if self.lost else ""
 
 
 def basis_of(item: Submission, rubric: Rubric, reported: str) -> Basis:
@@ -65,90 +64,52 @@ def basis_of(item: Submission, rubric: Rubric, reported: str) -> Basis:
     return Basis(handed_in, rubric.judged, rubric.digest, __version__, reported)
 
 
-def why_again(before: Entry, basis: Basis) -> str:
-    """Say why a submission is graded again; "" where the grade of the journal holds."""
-    for part in ("submission", "rubric", "reference", "desk"):
-        if getattr(before, part) != getattr(basis, part):
-            return f"the {part} changed"
-    if before.tool != basis.tool:
-        return f"gyrodata changed from {before.tool} to {basis.tool}"
-    return f"lost last time: {before.lost}" if before.lost else ""
-
-
 class Journal:
     """The file."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.file: FileIO | None = None  # where lines were added
-        self.damaged = 0
-        self.outdated = False  # True where lines are out of order or double, as after a run that was killed
-        self.places: dict[str, tuple[int, int]] = {}  # where the line of each student begins, and its length [byte]
+        self.damaged = 0  # lines that cannot be read, as after a power cut
+        self.lines = 0  # all lines; a run that was stopped may leave two of one student
+        self.torn = False  # the last line has no end
 
-    def read(self) -> Iterator[Entry]:
-        """Go through it line by line; a line that was torn by a power cut is left out.
-
-        Gives: The last one of a student holds.
-        """
-        self.damaged, self.outdated, self.places, at, last = 0, False, {}, 0, ""
+    def read(self) -> dict[str, Entry]:
+        """Give the entries by student; of several the last one counts."""
+        entries: dict[str, Entry] = {}
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             try:
-                file = self.path.open("rb")
+                data = self.path.read_bytes()
             except FileNotFoundError:
-                return
-            with file:
-                for line in file:
-                    at += len(line)
-                    if is_run(line):
-                        continue
-                    try:
-                        entry = from_json(line, Entry)
-                    except (ValueError, RecursionError):
-                        self.damaged += 1
-                    else:
-                        # Of two lines of one student the second is no later in the order.
-                        self.outdated |= entry.grade.student <= last
-                        last = entry.grade.student
-                        self.places[last] = at - len(line), len(line)
-                        yield entry
+                return {}
+        self.torn = data != b"" and not data.endswith(b"\n")
+        lines = data.splitlines()
+        self.lines = len(lines)
+        for line in lines:
+            try:
+                entry = from_json(line, Entry)
+            except (ValueError, RecursionError):
+                self.damaged += 1
+            else:
+                entries[entry.grade.student] = entry
+        return entries
 
-    def torn(self) -> Diagnostic:
+    def lost_lines(self) -> Diagnostic:
         """Say that lines could not be read."""
         count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
-        message = f"{count} of the journal cannot be read; what stood there was graded again"
+        message = f"{count} of the journal cannot be read; what was there was graded again"
         return Diagnostic.of(JOURNAL_LINES_LOST, message, file=self.path.name)
 
-    def add(self, entry: Entry, grade: str = "") -> None:
-        """Write a line at the end, whole, at once; `grade` as `Entry.to_line` has it."""
-        line = entry.to_line(grade).encode()
+    def add(self, entry: Entry) -> None:
+        """Write a line at the end, at once."""
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            self.file = self.file or open_end(self.path)
-            self.places[entry.grade.student] = add_line(self.file, line), len(line)
+            add_to(self.path, b"\n" * self.torn + _line(entry))
+        self.torn = False
 
-    def close(self) -> None:
-        """Close the file, where lines were added."""
-        if self.file is not None:
-            self.file.close()
-            self.file = None
-
-    __del__ = close
-
-    def replace(self, entries: Iterable[Entry], changed: Collection[str] = ()) -> None:
-        """Write it anew, a line for each entry, the old one where the student is not among the changed.
-
-        The old file stays until the new one is whole.
-        """
-        self.close()
+    def replace(self, entries: Iterable[Entry]) -> None:
+        """Write the journal anew, a line for each entry; the old file stays until the new one is whole."""
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            write_whole(self.path, self._lines(entries, changed), private=True, sync=True)
+            write_whole(self.path, map(_line, entries), private=True, sync=True)
 
-    def _lines(self, entries: Iterable[Entry], changed: Collection[str]) -> Iterator[bytes]:
-        with self.path.open("rb") as file:
-            for entry in entries:
-                student = entry.grade.student
-                if student in changed or student not in self.places:
-                    yield entry.to_line().encode()
-                else:
-                    at, length = self.places[student]
-                    file.seek(at)
-                    yield file.read(length).rstrip(b"\n") + b"\n"
+
+def _line(entry: Entry) -> bytes:
+    return f"{to_json(entry)}\n".encode()

@@ -8,58 +8,46 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from itertools import pairwise
-from typing import Annotated, Any, cast
+from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.reporting import duration_text
-from gyrodata.toml_table import Text, UnfitError
+from gyrodata.toml_table import Path, Text, UnfitError
 from gyrodata.units import UnitError
 
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)
 _SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
 
-
-class Duration(float):
-    """Time [s], as a rubric has it."""
-
-    RAW = Annotated[str, Meta(examples=["15 min", "36 h", "2 days"])]
-
-    @staticmethod
-    def read(text: str, key: str, about: Mapping[str, Any]) -> float:
-        """Read one."""
-        match = _DURATION.fullmatch(text)
-        if match is None:
-            raise UnfitError(f'{key} = "{text[:40]}" is no duration')
-        return float(match[1]) * _SECONDS[match[2][0].lower()]
-
-
-class Deduction(float):
-    """Points that are taken off, as a rubric has them."""
-
-    RAW = Annotated[str, Meta(pattern=r"%\s*$", examples=["10 %"])] | Annotated[float, Meta(ge=0, examples=[2])]
-
-    @staticmethod
-    def read(value: str | float, key: str, about: Mapping[str, Any]) -> float:
-        """Read points, or a share of a whole."""
-        of = about["points"]
-        if type(of) not in (int, float) or not 0 <= of < 1e9:
-            of = math.inf  # a fault of its own
-        try:
-            points = parse_uncertainty(value, "number").relative * of if isinstance(value, str) else value
-        except UnitError:
-            points = math.nan
-        if not 0 <= points <= of:
-            raise UnfitError(f"{key} = {value} is no share of {of:g} points", f'write at most {key} = "100 %"')
-        return points
-
-
+# As a rubric contains them: a time, and points that are taken off, or a share of all points.
+Duration = Annotated[str, Meta(examples=["15 min", "36 h", "2 days"])]
+Deduction = Annotated[str, Meta(pattern=r"%\s*$", examples=["10 %"])] | Annotated[float, Meta(ge=0, examples=[2])]
 Time = Annotated[
     dt.datetime | None,
     Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema={"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}),
 ]
-NO_TIME, ALL = cast(Duration, "0 s"), cast(Deduction, "100 %")  # read as what is given is
+
+
+def seconds_of(text: str, key: str = "") -> float:
+    """Read a time [s]; raise UnfitError if it is none."""
+    match = _DURATION.fullmatch(text)
+    if match is None:
+        hint = f'write {key} = "15 min" or "36 h" or "2 days"'
+        raise UnfitError(f'{key} = "{text[:40]}" is no duration', hint, path=key)
+    return float(match[1]) * _SECONDS[match[2][0].lower()]
+
+
+def points_of(value: str | float, whole: float, path: Path = ()) -> float:
+    """Read a deduction from `whole` points; raise UnfitError if it is more than that. `path`: of its key."""
+    try:
+        points = parse_uncertainty(value, "number").relative * whole if isinstance(value, str) else value
+    except UnitError:
+        points = math.nan
+    if not 0 <= points <= whole:
+        message = f"{path[-1]} = {value} is no share of {whole:g} points"
+        raise UnfitError(message, f'write at most {path[-1]} = "100 %"', path=path)
+    return points
 
 
 class Tier(Struct, frozen=True, forbid_unknown_fields=True):
@@ -67,6 +55,9 @@ class Tier(Struct, frozen=True, forbid_unknown_fields=True):
 
     until: Duration
     deduct: Deduction
+
+    def __post_init__(self) -> None:
+        seconds_of(self.until, "until")
 
 
 class LateException(Struct, frozen=True, forbid_unknown_fields=True):
@@ -78,6 +69,7 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
     waive: Annotated[bool, Meta(examples=[True])] = False
 
     def __post_init__(self) -> None:
+        seconds_of(self.extra or "0 s", "extra")
         if (self.due is not None) + (self.extra is not None) + self.waive != 1:
             hint = 'write due = 2026-03-16T23:59:00+01:00, or extra = "2 days", or waive = true'
             raise UnfitError("an exception says exactly one of due, extra and waive", hint)
@@ -87,18 +79,18 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
     """How lateness becomes points."""
 
     due: Time = None  # None: what the learning platform says counts
-    grace: Duration = NO_TIME
+    grace: Duration = "0 s"
     tiers: tuple[Tier, ...] = field(default=(), name="tier")  # in rising order of `until`
-    beyond: Deduction = ALL  # taken off after the last tier
+    beyond: Deduction = "100 %"  # taken off after the last tier
     marked: Deduction | None = None
-    """Taken off where a submission is only marked late, without by how much; None: a person must look."""
+    """Taken off if a submission is only marked late, without by how much; None: a person must look."""
     exceptions: tuple[LateException, ...] = field(default=(), name="exception")
 
     def __post_init__(self) -> None:
-        if any(first.until >= second.until for first, second in pairwise(self.tiers)):
-            raise UnfitError(
-                "a tier is not later than the one before it", "write the tiers in rising order", key="tier"
-            )
+        seconds_of(self.grace, "grace")
+        if any(seconds_of(first.until) >= seconds_of(second.until) for first, second in pairwise(self.tiers)):
+            message = "a tier is not later than the one before it"
+            raise UnfitError(message, "write the tiers in rising order", path="tier")
 
 
 class Lateness(Struct, frozen=True):
@@ -111,9 +103,14 @@ class Lateness(Struct, frozen=True):
 
 
 def judge_lateness(
-    rule: LateRule | None, keys: Mapping[str, str], late: bool, late_seconds: float | None, submitted: str | None
+    rule: LateRule | None,
+    keys: Mapping[str, str],
+    late: bool,
+    late_seconds: float | None,
+    submitted: str | None,
+    whole: float,
 ) -> Lateness:
-    """Say what lateness costs by the submission's own marks and stamps, never the clock; nothing without a rule."""
+    """Say what lateness costs of `whole` points by the submission's own marks and stamps, never the clock."""
     if rule is None:
         after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
         return Lateness(late_seconds, 0.0, after, False)
@@ -125,12 +122,12 @@ def judge_lateness(
     if seconds is None:
         if rule.marked is None or excepted is not None:
             return Lateness(None, 0.0, "marked late, but nothing says by how much", True)
-        return Lateness(None, rule.marked, "marked late, without the time", False)
-    if seconds <= rule.grace:
+        return Lateness(None, points_of(rule.marked, whole), "marked late, without the time", False)
+    if seconds <= seconds_of(rule.grace):
         reason = f"{duration_text(seconds)} after the deadline, within the grace time" if seconds > 0 else ""
         return Lateness(max(0.0, seconds), 0.0, reason, False)
-    deduct = next((tier.deduct for tier in rule.tiers if seconds <= tier.until), rule.beyond)
-    return Lateness(seconds, deduct, f"{duration_text(seconds)} late", False)
+    deduct = next((tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until)), rule.beyond)
+    return Lateness(seconds, points_of(deduct, whole), f"{duration_text(seconds)} late", False)
 
 
 def _seconds_late(
@@ -138,7 +135,7 @@ def _seconds_late(
 ) -> float | None:
     """Late by this [s], negative for early; None where it is late and nothing says by how much."""
     due = excepted.due if excepted and excepted.due else rule.due
-    extra = (excepted.extra or 0.0) if excepted else 0.0
+    extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
     stamp = None
     with suppress(ValueError):
         stamp = dt.datetime.fromisoformat(submitted or "")

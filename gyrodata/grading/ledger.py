@@ -13,13 +13,7 @@ from itertools import zip_longest
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import (
-    DESK_CANNOT_BE_READ,
-    DESK_LINE_CANNOT_BE_USED,
-    DESK_LINES_CONTRADICT,
-    DESK_NAME_SHARED,
-    DESK_STUDENT_UNKNOWN,
-)
+from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.criteria import Mark
 from gyrodata.grading.forensics import Flag
@@ -157,7 +151,7 @@ def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubr
                 value = _value(what, row["value"], points, students)
                 if what == FLAG and not row["by"]:
                     hint = "write who has decided it, under by"
-                    raise UnfitError("a flag is settled by a person", hint, DESK_LINE_CANNOT_BE_USED)
+                    raise UnfitError("a flag is settled by a person", hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
                 settled |= {frozenset(people): value} if what == FLAG else {}
                 key = what, BETWEEN.join(people) if what == FLAG else value if what in SEVERAL else ""
                 for student in people:
@@ -166,13 +160,15 @@ def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubr
                     if before is not None and before.value != value:
                         message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
                         hint = "keep the line that holds, and remove the other"
-                        raise UnfitError(message, hint, DESK_LINES_CONTRADICT)
+                        raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
                     mine[key] = at, Decision(what, value, row["by"], row["why"])
             except UnfitError as error:
                 faults.append(Diagnostic.of(error.code, str(error), error.hint, DESK, number))
     except (csv.Error, LookupError) as error:
         hint = f'the first line is {",".join(COLUMNS)}; save it as "CSV UTF-8"'
-        faults = [Diagnostic.of(DESK_CANNOT_BE_READ, f"cannot be read: {error.args[0]}", hint, DESK, number + 1)]
+        faults = [
+            Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, f"cannot be read: {error.args[0]}", hint, DESK, number + 1)
+        ]
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
@@ -184,11 +180,11 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
         keys = sorted(known[close[0]]) if close else []
         hint = f"did you mean {' or '.join(keys)}?" if keys else "write what grades.csv has under student"
-        raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, DESK_STUDENT_UNKNOWN)
+        raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     keys = sorted(known[name.casefold()])
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
-        raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", DESK_NAME_SHARED)
+        raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
     return name if name in keys else keys[0]
 
 
@@ -196,21 +192,23 @@ def _what(word: str, points: Mapping[str, float]) -> str:
     if word in points or word.casefold() in WORDS:
         return word if word in points else word.casefold()
     message = f'"{word[:60]}" is no criterion of the rubric, and nothing else that can be decided'
-    raise UnfitError(message, nearest(word, (*points, *WORDS[1:])), DESK_LINE_CANNOT_BE_USED)
+    raise UnfitError(message, nearest(word, (*points, *WORDS[1:])), diagnostics.DESK_LINE_CANNOT_BE_USED)
 
 
 def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[str, Collection[str]]) -> str:
     """Give a value as it is kept."""
     if what in points and not _is_points(value, points[what]):
         message = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
-        raise UnfitError(message, f"write a number, such as {points[what] / 2:g}", DESK_LINE_CANNOT_BE_USED)
+        raise UnfitError(message, f"write a number, such as {points[what] / 2:g}", diagnostics.DESK_LINE_CANNOT_BE_USED)
     if what == "reported" and (read := read_reported("inertia", value)).value is None:
         message = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
-        raise UnfitError(message, hint, DESK_LINE_CANNOT_BE_USED)
+        raise UnfitError(message, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
     if what == FLAG and value.casefold() not in VERDICTS:
         message = f'flag = "{value[:60]}" settles nothing'
-        raise UnfitError(message, f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}", DESK_LINE_CANNOT_BE_USED)
+        raise UnfitError(
+            message, f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}", diagnostics.DESK_LINE_CANNOT_BE_USED
+        )
     if what == FLAG:
         return value.casefold()
     return _student(value, known) if what == "partner" else "" if what in BARE else value

@@ -15,27 +15,15 @@ from functools import cached_property
 from importlib.resources import files
 from typing import Annotated, Any, Literal, NamedTuple, Union, cast
 
+import msgspec
 from msgspec import Meta, Struct, defstruct, field, to_builtins
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import (
-    CONDITION_CANNOT_BE_USED,
-    NO_UNLOADED_RUN,
-    OUTLIER,
-    RUBRIC_NO_TOML,
-    RUBRIC_PARTS_CONTRADICT,
-    RUBRIC_POINTS_DO_NOT_ADD_UP,
-    RUBRIC_VALUE_CANNOT_BE_USED,
-    SPIN_FALLS_TOO_MUCH,
-    SPINS_TOO_CLOSE,
-    TIMES_TOO_SHORT,
-    TOO_FEW_RUNS,
-    TOO_FEW_WEIGHTS,
-)
-from gyrodata.grading.late import Deduction, LateRule
-from gyrodata.grading.yardsticks import BENCH, FIT_WORDS, Bench, BenchTable, Reference, References
+from gyrodata import diagnostics
+from gyrodata.grading.late import Deduction, LateRule, points_of
+from gyrodata.grading.yardsticks import APPARATUS, FIT_WORDS, Bench, BenchTable, Reference, Station, station_key
 from gyrodata.quantities import parse_quantity
-from gyrodata.toml_table import Faults, Number, Text, UnfitError, read_record, read_toml, schema_of
+from gyrodata.toml_table import Number, Path, Text, TomlFile, UnfitError
 from gyrodata.units import UnitError
 
 Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual"]
@@ -84,13 +72,13 @@ COUNTED = ("warnings", "missing", "stated", "files", "faults")
 """Variables that are whole numbers."""
 
 ASKS = {
-    "weights": TOO_FEW_WEIGHTS,
-    "runs": TOO_FEW_RUNS,
-    "spins": SPINS_TOO_CLOSE,
-    "unloaded": NO_UNLOADED_RUN,
-    "times": TIMES_TOO_SHORT,
-    "falling_spin": SPIN_FALLS_TOO_MUCH,
-    "odd_runs": OUTLIER,
+    "weights": diagnostics.TOO_FEW_WEIGHTS,
+    "runs": diagnostics.TOO_FEW_RUNS,
+    "spins": diagnostics.SPINS_TOO_CLOSE,
+    "unloaded": diagnostics.NO_UNLOADED_RUN,
+    "times": diagnostics.TIMES_TOO_SHORT,
+    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
+    "odd_runs": diagnostics.OUTLIER,
 }
 """What a procedure criterion may ask for, and the diagnostic of a log that lacks it."""
 
@@ -152,56 +140,49 @@ def default_rubric() -> Rubric:
 
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
-    """Read a rubric."""
+    """Read a rubric; raise InputError with its first fault."""
     hint = "a line is KEY = VALUE, its texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"
-    values, faults = read_toml(data, name, RUBRIC_NO_TOML, hint)
-    _see_together(values, faults)
-    file = read_record([_File], values, faults)
-    faults.stop_if_any()
-    reference, bench = file.reference, file.bench
+    file = TomlFile(data, name, diagnostics.RUBRIC_NO_TOML, hint)
+    references, written = {}, file.values.get("reference")
+    for station in written if isinstance(written, dict) else ():
+        if station != "from":
+            words = "the rubric" if station == "all" else f"the rubric, station {station}"
+            references[station_key(station)] = file.record(Station, ("reference", station)).reference(words)
+    table = file.record(_File)
+    source = (table.reference or {}).get("from")
+    if source not in ("class", None):
+        message = f'from = "{source}" cannot be used'
+        raise file.fault(
+            diagnostics.RUBRIC_VALUE_CANNOT_BE_USED, ("reference", "from"), message, 'write from = "class"'
+        )
+    given: Any = table.bench  # a record of `defstruct`
+    bench: Bench = given.stated() if given is not None else {}
+    class_scatter = given is not None and given.source == "class"
+    of_reference = table.reference is not None and (source is not None) == bool(references)
+    of_bench = class_scatter and not set(APPARATUS).issuperset(bench)
+    if of_reference or of_bench:
+        message = "both the class and stated values, or neither"
+        hint = 'either write from = "class", or state values and leave that out'
+        head = "reference" if of_reference else "bench"
+        raise file.fault(diagnostics.RUBRIC_PARTS_CONTRADICT, (head, "from"), message, hint)
     return Rubric(
         name=name,
-        title=file.title,
-        points=file.points,
-        accept=tuple(dict.fromkeys(file.accept)),
-        no_report=file.no_report,
-        criteria=tuple(one.criterion() for one in file.criteria),
-        late=file.late,
-        references=reference.by_station() if reference else {},
-        class_reference=reference is not None and reference.source == "class",
-        bench={key: given for key in BENCH if (given := getattr(bench, key, None))},
-        class_scatter=bench is not None and bench.source == "class",
+        title=table.title,
+        points=table.points,
+        accept=tuple(dict.fromkeys(table.accept)),
+        no_report=table.no_report,
+        criteria=tuple(one.criterion() for one in table.criteria),
+        late=table.late,
+        references=references,
+        class_reference=source is not None,
+        bench=bench,
+        class_scatter=class_scatter,
     )
-
-
-def _see_together(values: Mapping[str, Any], faults: Faults) -> None:
-    """Note what does not go together, as far as it can be read."""
-    written = values.get("criterion")
-    criteria = [one if isinstance(one, dict) else {} for one in written] if isinstance(written, list) else []
-    each: list[Any] = [one.get("points") for one in criteria]
-    points: Any = values.get("points")
-    read = all(type(one) in (int, float) and 0 <= one < 1e9 for one in (*each, points))
-    if each and read and abs(sum(each) - points) > 1e-9:
-        parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
-        message = f"points = {points:g}, but the criteria add up to {parts} = {total:g}"
-        hint = f"write points = {total:g}, or change the points of a criterion"
-        faults.add(RUBRIC_POINTS_DO_NOT_ADD_UP, ("points",), message, hint)
-    for at, one in enumerate(criteria):
-        if any(one.get("id") == other.get("id", 0) for other in criteria[:at]):
-            message = f'two criteria have the id "{one["id"]}"'
-            faults.add(RUBRIC_VALUE_CANNOT_BE_USED, ("criterion", at, "id"), message, "give each its own id")
-        if one.get("check") == "reference" and "reference" not in values:
-            message = f'criterion "{one.get("id")}" compares with a reference, and none is given'
-            hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
-            faults.add(RUBRIC_PARTS_CONTRADICT, (), message, hint)
 
 
 def rubric_shape() -> dict[str, Any]:
     """Give the JSON Schema of a rubric, for editors."""
-    shape = schema_of(_File)
-    stations = shape["$defs"]["References"]
-    stations["additionalProperties"] = stations["properties"].pop("others")["additionalProperties"]
-    return shape
+    return msgspec.json.schema(_File)
 
 
 # --- conditions, "d <= 0.3" or "ratio in 0.5..2", and the points between two of them ------------------------
@@ -241,7 +222,7 @@ class Curve(Struct, frozen=True):
         return max(0.0, (far - value) / (far - near))
 
 
-def parse_condition(text: str) -> Condition:
+def parse_condition(text: str, key: str) -> Condition:
     """Read ``NAME <= NUMBER``, ``NAME >= NUMBER``, ``NAME in LOW..HIGH`` or ``NAME outside LOW..HIGH``."""
     match = re.fullmatch(rf"\s*{_NAME}{_REST}", text)
     if match is None:
@@ -252,13 +233,13 @@ def parse_condition(text: str) -> Condition:
                 # Below 1 warning is none, and none is what "<= 0" says.
                 limit = math.ceil(limit) - 1 if sign == "<" else math.floor(limit) + 1
             hint = f'write "{name} {sign}= {limit:g}"'
-        raise UnfitError(f'"{text[:60]}" is no condition', hint, CONDITION_CANNOT_BE_USED)
+        raise UnfitError(f'"{text[:60]}" is no condition', hint, diagnostics.CONDITION_CANNOT_BE_USED, key)
     name, sign, bound, word, first, last = match.groups()
     relation = word or _SIGNS.get(sign, sign)
     low, high = float(first or bound), float(last or bound)
     if word and not low < high:
         hint = f'write "{name} {word} {last}..{first}"'
-        raise UnfitError(f'"{text}": {first} is not below {last}', hint, CONDITION_CANNOT_BE_USED)
+        raise UnfitError(f'"{text}": {first} is not below {last}', hint, diagnostics.CONDITION_CANNOT_BE_USED, key)
     low, high = -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
     return Condition(text, name, relation, low, high)
 
@@ -271,55 +252,22 @@ def make_curve(full: Condition, zero: Condition) -> Curve:
     name, far = full.variable, _OPPOSITE.get(full.relation)
     if far is None:
         hint = f'that is for zero: write full = "{name} in LOW..HIGH"'
-        raise UnfitError('full is "… outside …"', hint, CONDITION_CANNOT_BE_USED, "full")
+        raise UnfitError('full is "… outside …"', hint, diagnostics.CONDITION_CANNOT_BE_USED, "full")
     if (zero.variable, zero.relation) != (name, far.split()[0]):
         message = f'zero = "{zero.text}" does not go with full = "{full.text}"'
-        raise UnfitError(message, f'write zero = "{name} {far}", farther out', CONDITION_CANNOT_BE_USED, "zero")
+        raise UnfitError(
+            message, f'write zero = "{name} {far}", farther out', diagnostics.CONDITION_CANNOT_BE_USED, "zero"
+        )
     # Where zero has no end, it holds up to the other one.
     ends = {"<=": (-math.inf, zero.low), ">=": (zero.high, math.inf), "in": (zero.low, zero.high)}[full.relation]
     if ends[0] > full.low or ends[1] < full.high:
         message = "full and zero overlap: some values would earn all points and none"
         hint = "put the limit of zero farther out than the limit of full"
-        raise UnfitError(message, hint, CONDITION_CANNOT_BE_USED, "zero")
+        raise UnfitError(message, hint, diagnostics.CONDITION_CANNOT_BE_USED, "zero")
     return Curve(name, (full.low, full.high), ends)
 
 
 # --- the file as it is written ------------------------------------------------------------------------------
-
-
-class Gate(tuple[float, float]):
-    """Two moments of inertia, as a rubric has them."""
-
-    RAW = Annotated[tuple[str, str], Meta(examples=[["1e-6 kg m^2", "100 kg m^2"]])]
-
-    @staticmethod
-    def read(ends: tuple[str, str], key: str, about: Mapping[str, Any]) -> tuple[float, float]:
-        """Read them."""
-        try:
-            low, high = (parse_quantity(end, "inertia") for end in ends)
-        except UnitError as error:
-            raise UnfitError(f"gate: {error}") from None
-        if not low < high:
-            raise UnfitError("gate: the first is not below the second")
-        return low, high
-
-
-class ConditionText(str):
-    """A condition, as a rubric has it."""
-
-    RAW = Annotated[str, Meta(examples=["d <= 0.3"])]
-
-    @staticmethod
-    def read(text: str, key: str, about: Mapping[str, Any]) -> Condition:
-        """Read one that goes with the kind of its criterion."""
-        condition, known = (
-            parse_condition(text),
-            KINDS[about["check"]].variables if about.get("check") in KINDS else MEANINGS,
-        )
-        if condition.variable not in known:
-            message = f'"{condition.variable}" means nothing in a criterion with check = "{about["check"]}"'
-            raise UnfitError(message, f"write a condition on {' or '.join(known)}", CONDITION_CANNOT_BE_USED)
-        return condition
 
 
 class _Criterion(Struct, frozen=True):
@@ -334,16 +282,42 @@ class _Criterion(Struct, frozen=True):
     def criterion(self) -> Criterion:
         """Give it as it is judged."""
         given, check = cast(Any, self), cast(Check, self.__struct_config__.tag)
+        kind, title = KINDS[check], given.title
         curve, told = Curve("", (0.0, 0.0), (0.0, 0.0)), ""
-        if KINDS[check].variables:
-            curve = make_curve(given.full, given.zero)
-            told = f"all points for {given.full.text}, none for {given.zero.text}; {curve.variable}: "
-            told = f"{told}{MEANINGS[curve.variable]}".replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
-        more = getattr(self, "slip", 0.0), getattr(self, "gate", None), tuple(dict.fromkeys(getattr(self, "asks", ())))
-        title = given.title
-        if curve.variable == "stated" and title == KINDS[check].title:
+        if kind.variables:
+            full, zero = (_condition(given, key, kind.variables) for key in ("full", "zero"))
+            curve = make_curve(full, zero)
+            told = f"all points for {full.text}, none for {zero.text}; {curve.variable}: {MEANINGS[curve.variable]}"
+            told = told.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
+        if curve.variable == "stated" and title == kind.title:
             title = "An uncertainty is stated"
-        return Criterion(self.id, title, check, self.points, curve, told, *more)
+        slip = points_of(getattr(self, "slip", 0.0), self.points, ("slip",))
+        gate = _gate(given.gate) if getattr(self, "gate", None) else None
+        asks = tuple(dict.fromkeys(getattr(self, "asks", ())))
+        return Criterion(self.id, title, check, self.points, curve, told, slip, gate, asks)
+
+
+def _condition(given: Any, key: str, variables: tuple[str, ...]) -> Condition:
+    condition = parse_condition(getattr(given, key), key)
+    if condition.variable not in variables:
+        check = given.__struct_config__.tag
+        message = f'"{condition.variable}" means nothing in a criterion with check = "{check}"'
+        raise UnfitError(
+            message, f"write a condition on {' or '.join(variables)}", diagnostics.CONDITION_CANNOT_BE_USED, key
+        )
+    return condition
+
+
+def _gate(ends: tuple[str, str]) -> tuple[float, float]:
+    """Read two moments of inertia [kg*m^2]."""
+    hint = 'write gate = ["1e-6 kg m^2", "100 kg m^2"]'
+    try:
+        low, high = (parse_quantity(end, "inertia") for end in ends)
+    except UnitError as error:
+        raise UnfitError(f"gate: {error}", hint, path="gate") from None
+    if not low < high:
+        raise UnfitError("gate: the first is not below the second", hint, path="gate")
+    return low, high
 
 
 def _keys_of(check: str, kind: Kind) -> Any:
@@ -352,7 +326,7 @@ def _keys_of(check: str, kind: Kind) -> Any:
     if kind.variables:
         meanings = "; ".join(f"{variable}: {MEANINGS[variable]}" for variable in kind.variables)
         pattern = {"pattern": rf"^\s*({'|'.join(kind.variables)}){_REST}$"}
-        condition = Annotated[ConditionText, Meta(description=meanings, extra_json_schema=pattern)]
+        condition = Annotated[str, Meta(description=meanings, examples=[kind.full], extra_json_schema=pattern)]
         keys += [("full", condition, kind.full), ("zero", condition, kind.zero)]
     if check == "own_data":
         keys += [("slip", Deduction, "50 %")]
@@ -360,7 +334,8 @@ def _keys_of(check: str, kind: Kind) -> Any:
         asks = Annotated[tuple[Literal[*ASKS], ...], Meta(min_length=1)]  # type: ignore[valid-type]
         keys += [("asks", asks, tuple(ASKS)[:3])]
     if check in ("own_data", "reference", "uncertainty"):
-        keys += [("gate", Gate | None, None)]
+        gate = Annotated[tuple[str, str], Meta(examples=[["1e-6 kg m^2", "100 kg m^2"]])]
+        keys += [("gate", gate | None, None)]
     return defstruct(
         check, keys, bases=(_Criterion,), tag_field="check", tag=check, frozen=True, forbid_unknown_fields=True
     )
@@ -377,5 +352,28 @@ class _File(Struct, frozen=True, forbid_unknown_fields=True):
     accept: Annotated[tuple[Literal[ACCEPTED], ...], Meta(min_length=1)] = ACCEPTED  # type: ignore[valid-type]
     no_report: Literal["look", "zero"] = "look"
     late: LateRule | None = None
-    reference: References | None = None
+    reference: Mapping[str, Station | str] | None = None
     bench: BenchTable | None = None  # type: ignore[valid-type]
+
+    def __post_init__(self) -> None:
+        each = [one.points for one in self.criteria]
+        if each and abs(math.fsum(each) - self.points) > 1e-9:
+            parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
+            message = f"points = {self.points:g}, but the criteria add up to {parts} = {total:g}"
+            hint = f"write points = {total:g}, or change the points of a criterion"
+            raise UnfitError(message, hint, diagnostics.RUBRIC_POINTS_DO_NOT_ADD_UP, "points")
+        ids = [one.id for one in self.criteria]
+        for at, one in enumerate(self.criteria):
+            if one.id in ids[:at]:
+                raise UnfitError(
+                    f'two criteria have the id "{one.id}"', "give each its own id", path=("criterion", at, "id")
+                )
+            if one.__struct_config__.tag == "reference" and self.reference is None:
+                message = f'criterion "{one.id}" compares with a reference, and none is given'
+                hint = '[reference.3] with inertia = "4.44e-3 kg m^2" and u = "1 %", or [reference] with from = "class"'
+                raise UnfitError(message, hint, diagnostics.RUBRIC_PARTS_CONTRADICT, ("criterion", at))
+        late = self.late or LateRule()
+        deductions: dict[Path, str | float] = {("late", "beyond"): late.beyond, ("late", "marked"): late.marked or 0.0}
+        deductions |= {("late", "tier", at, "deduct"): tier.deduct for at, tier in enumerate(late.tiers)}
+        for path, value in deductions.items():
+            points_of(value, self.points, path)

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic
-from gyrodata.grading.yardsticks import OwnRuns, distance, nearest
+from gyrodata.grading.yardsticks import OwnRuns, OwnValue, distance, nearest
 from gyrodata.measurements import Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
@@ -130,27 +130,23 @@ def _matching(
     reported: float, step: float, own: OwnRuns, kinds: list[Mistake], within: float
 ) -> list[tuple[int, Slip]]:
     """Slips of a list that explain the report, each by the fit that does it best, with their rank."""
-    product = np.array([kind.product * own.product for kind in kinds])
-    torque = np.array([kind.torque * own.torque for kind in kinds])
     plain = {value.name: value.value for value in own.values}
-    fits = own.fits(product, torque)
-    if "recommended" in plain:
-        # Whoever used this fit had one factor in every run, if any.
-        same = np.array([_of_every_run(kind, own) for kind in kinds])
-        u = math.nan if own.recommended.u is None else own.recommended.u
-        fits.append(("recommended", own.recommended.value * same, u * same))
     margin = FROM * own.yardstick
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
     found = []
-    for i, kind in enumerate(kinds):
+    for kind in kinds:
+        fits = own.fits(kind.product, kind.torque)
+        if "recommended" in plain:
+            # Whoever used this fit had one factor in every run, if any.
+            factor, u = _of_every_run(kind, own), own.recommended.u
+            fits.append(OwnValue("recommended", own.recommended.value * factor, None if u is None else u * factor))
         explaining = []
-        for name, values, us in fits:
-            value, u = float(values[i]), float(us[i])
+        for one in fits:
             # What lies among honest answers cannot be told from them; what is not finite is near nothing.
-            if name in plain and value and not low <= value <= high:
-                away = distance(reported, value, step, own.yardstick)
+            if one.name in plain and one.value and not low <= one.value <= high:
+                away = distance(reported, one.value, step, own.yardstick)
                 if away <= min(within, NEAREST / own.yardstick):
-                    explaining.append(_slip(kind, value / plain[name], name, u if math.isfinite(u) else None, away))
+                    explaining.append(_slip(kind, one.value / plain[one.name], one.name, one.u, away))
         if explaining:
             found.append((kind.rank, min(explaining, key=lambda slip: slip.distance)))
     return found

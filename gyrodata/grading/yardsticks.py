@@ -2,9 +2,9 @@
 
 There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
 the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
-run that has no weight. Each is worked out here, for many slips in one go, from the readings with the slip applied to
-them. The reference is stated for each station, or taken from the class itself; so are the uncertainties of the
-readings, where a log states none.
+run that has no weight. Each is worked out here, also from the readings with a slip applied to them. The reference is
+stated for each station, or taken from the class itself; so are the uncertainties of the readings, where a log states
+none.
 """
 
 from __future__ import annotations
@@ -13,14 +13,13 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct, defstruct, field
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.diagnostics import RUBRIC_PARTS_CONTRADICT
 from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
@@ -79,36 +78,29 @@ class OwnRuns(Struct, frozen=True, dict=True):
     recommended: OwnValue
     yardstick: float  # one unit of d, as a share of I_zz [1]
 
-    def fits(self, product: Floats, torque: Floats) -> list[tuple[str, Floats, Floats]]:
-        """Work out the accepted textbook fits for c changed tables at once.
-
-        `product`, `torque`: shape (c, n): φ̇ψ̇ [rad²/s²] and M [N*m] of each table. Gives: Name, values and
-        uncertainties [kg*m^2], shape (c,); NaN where a fit has none.
-        """
+    def fits(self, product: Floats | float = 1.0, torque: Floats | float = 1.0) -> list[OwnValue]:
+        """Work out the accepted textbook fits, with φ̇ψ̇ and M of each run multiplied by these, shape () or (n,)."""
         found = []
         for suffix, used in self.sets:
-            x, y = product[:, used], torque[:, used]
+            x, y = (product * self.product)[used], (torque * self.torque)[used]
             for name in self.accept:
                 if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
                     continue
                 if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
                     continue
                 with np.errstate(all="ignore"):
-                    value, u = fitting.TEXTBOOK[name](x, y)
-                found.append((f"{name}:{suffix}" if suffix else name, value, u))
+                    value, u = map(float, fitting.TEXTBOOK[name](x, y))
+                whole = f"{name}:{suffix}" if suffix else name
+                found.append(OwnValue(whole, value, u if math.isfinite(u) else None))
         return found
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
 
-        Where none of them is possible (a constant, and one torque only), it is the recommended fit.
+        If none of them is possible (a constant, and one torque only), it is the recommended fit.
         """
-        found = [
-            OwnValue(name, float(value[0]), float(u[0]) if np.isfinite(u[0]) else None)
-            for name, value, u in self.fits(self.product[None, :], self.torque[None, :])
-            if np.isfinite(value[0])
-        ]
+        found = [own for own in self.fits() if math.isfinite(own.value)]
         if "recommended" in self.accept:
             found.append(self.recommended)
         found.sort(key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0])))
@@ -179,74 +171,28 @@ def station_key(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
-class Moment(float):
-    """I_zz [kg*m^2], as a rubric has it."""
-
-    RAW = Annotated[str, Meta(examples=["4.44e-3 kg m^2"])]
-
-    @staticmethod
-    def read(text: str, key: str, about: Mapping[str, Any]) -> float:
-        """Read one."""
-        try:
-            value = parse_quantity(text, "inertia")
-        except UnitError as error:
-            raise UnfitError(f"{key}: {error}", error.hint) from None
-        if value <= 0:
-            raise UnfitError(f"{key} is not above zero")
-        return value
-
-
-class StatedU(tuple[str, Uncertainty]):
-    """An uncertainty, as a rubric has it: as written, and as understood."""
-
-    RAW = Annotated[str, Meta(examples=["1 %"])]
-
-    @staticmethod
-    def read(text: str, key: str, about: Mapping[str, Any]) -> tuple[str, Uncertainty]:
-        """Read one as a line of the log is read."""
-        try:
-            uncertainty = parse_uncertainty(text, "inertia") if key == "u" else read_uncertainty(key, text)
-        except (UnitError, CellError) as error:
-            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint) from None
-        return " ".join(text.split()), uncertainty
-
-
-class Source(Struct, frozen=True, forbid_unknown_fields=True):
-    """A table that is filled, or says that the class itself tells."""
-
-    source: Literal["class", "rubric"] = field(default="rubric", name="from")
-
-    def __post_init__(self) -> None:
-        filled = [name for name in self.__struct_fields__ if name != "source" and getattr(self, name)]
-        stated = any(name not in APPARATUS for name in filled)
-        if stated == (self.source == "class") and (stated or not filled):
-            hint = 'either write from = "class", or state values and leave that out'
-            raise UnfitError("both the class and stated values, or neither", hint, RUBRIC_PARTS_CONTRADICT, "from")
-
-
 class Station(Struct, frozen=True, forbid_unknown_fields=True):
-    """The reference of a station."""
+    """The reference of a station, as a rubric states it."""
 
     HINT: ClassVar = "head the values of station 3 with [reference.3], those of all stations with [reference.all]"
-    inertia: Moment
-    u: StatedU
+    inertia: Annotated[str, Meta(examples=["4.44e-3 kg m^2"])]
+    u: Annotated[str, Meta(examples=["1 %"])]
 
+    def __post_init__(self) -> None:
+        self.reference("")
 
-class References(Source, frozen=True):
-    """``[reference]``: by station ("all" for every other), or the class itself."""
-
-    OTHERS: ClassVar = Station
-    others: Mapping[str, Station] = {}
-
-    def by_station(self) -> dict[str, Reference]:
-        """Give what is stated."""
-        words = {
-            station: "the rubric" if station == "all" else f"the rubric, station {station}" for station in self.others
-        }
-        return {
-            station_key(station): Reference(one.inertia, one.u[1].at(one.inertia), words[station])
-            for station, one in self.others.items()
-        }
+    def reference(self, source: str) -> Reference:
+        """Give it as it is judged; `source`: in words."""
+        key = "inertia"
+        try:
+            inertia = parse_quantity(self.inertia, "inertia")
+            key = "u"
+            u = parse_uncertainty(self.u, "inertia").at(inertia)
+        except UnitError as error:
+            raise UnfitError(f"{key}: {error}", error.hint, path=key) from None
+        if inertia <= 0:
+            raise UnfitError("inertia is not above zero", 'write inertia = "4.44e-3 kg m^2"', path="inertia")
+        return Reference(inertia, u, source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -302,29 +248,40 @@ Bench = Mapping[str, tuple[str, Uncertainty | None]]
 """By the key of a line: as written, and an uncertainty as understood."""
 
 
-class Constant(tuple[str, None]):
-    """A value of the apparatus, as a rubric has it: as written."""
+class _Bench(Struct, frozen=True):
+    """``[bench]``: constants of the apparatus; uncertainties, or the class itself."""
 
-    RAW = Annotated[str, Meta(examples=["101.6 mm"])]
+    source: Literal["class"] | None = field(default=None, name="from")
 
-    @staticmethod
-    def read(text: str, key: str, about: Mapping[str, Any]) -> tuple[str, None]:
-        """Check that a line of a log with it can be read."""
-        try:
-            read_settings([], [Given(key, text, key, None)], Faults(""), True)
-        except InputError as error:
-            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint) from None
-        return " ".join(text.split()), None
+    def __post_init__(self) -> None:
+        self.stated()
+
+    def stated(self) -> Bench:
+        """Read each value as a line of a log is read."""
+        found: dict[str, tuple[str, Uncertainty | None]] = {}
+        for key in BENCH:
+            text = getattr(self, key)
+            if text is None:
+                continue
+            try:
+                if key in APPARATUS:
+                    read_settings([], [Given(key, text, key, None)], Faults(""), True)
+                found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
+            except InputError as error:
+                raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=key) from None
+            except (UnitError, CellError) as error:
+                raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=key) from None
+        return found
 
 
+_SAMPLES = {key: "1 %" if key in UNCERTAINTIES else "101.6 mm" for key in BENCH}
 BenchTable = defstruct(
     "BenchTable",
-    [(key, (StatedU if key in UNCERTAINTIES else Constant) | None, None) for key in BENCH],
-    bases=(Source,),
+    [(key, Annotated[str, Meta(examples=[sample])] | None, None) for key, sample in _SAMPLES.items()],
+    bases=(_Bench,),
     frozen=True,
     forbid_unknown_fields=True,
 )
-"""``[bench]``: constants of the apparatus; uncertainties, or the class itself."""
 
 
 def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, tuple[str, ...]]:

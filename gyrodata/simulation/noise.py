@@ -6,18 +6,18 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from msgspec import Struct
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
-from gyrodata.errors import InputError
+from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
 from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
-from gyrodata.toml_table import Faults, Spot, nearest, read_toml
+from gyrodata.toml_table import TomlFile, nearest
 from gyrodata.units import Uncertainty, UnitError
 
 # A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
@@ -96,25 +96,27 @@ def put_errors(
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
-    texts, faults = _texts(Path(path))
+    text, stated = _stated(Path(path))
     noise = dict(TYPICAL)
-    for key, text in texts.items():
+    for key, value in stated.items():
         fault, hint = "a simulated log has no such uncertainty", nearest(key, NOISE_KEYS)
         if key in NOISE_KEYS:
             try:
-                noise[key] = parse_uncertainty(text, kind_of_role(key))
-                fault = f'"{text}" is not a share' if key.endswith("_scale") and noise[key].absolute else ""
+                noise[key] = parse_uncertainty(value, kind_of_role(key))
+                fault = f'"{value}" is not a share' if key.endswith("_scale") and noise[key].absolute else ""
                 hint = 'the error of a whole scale is in %, such as "0.1 %"'
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
-            faults.add(NOISE_CANNOT_BE_READ, (key,), f"--noise {key}: {fault}", hint)
-    faults.stop_if_any()
+            place = re.search(rf"^([#\s]*){re.escape(key)}\s*[=:].*", text, re.MULTILINE)
+            line, column = (text.count("\n", 0, place.start(1)) + 1, len(place[1]) + 1) if place else (None, None)
+            where = (str(path), line, column, place[0] if place else "", len(key))
+            raise InputError([Diagnostic.of(NOISE_CANNOT_BE_READ, f"--noise {key}: {fault}", hint, *where)])
     return noise
 
 
-def _texts(path: Path) -> tuple[dict[str, str], Faults]:
-    """Values by key, as written, and what notes the faults in them."""
+def _stated(path: Path) -> tuple[str, dict[str, str]]:
+    """Give the text of a file, and values by key, as written."""
     try:
         with path.open("rb") as file:
             data = file.read(10_000_000)
@@ -123,20 +125,14 @@ def _texts(path: Path) -> tuple[dict[str, str], Faults]:
         hint = 'write "none", "typical" or the name of a file'
         raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
     text = data.decode("utf-8-sig", "replace")
-    lines = list(re.finditer(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
+    lines = dict(re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
     hint = 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
-    table: dict[str, Any] = {}
     try:
-        table, faults = read_toml(data, str(path), NOISE_CANNOT_BE_READ, hint)
+        table = TomlFile(data, str(path), NOISE_CANNOT_BE_READ, hint).values or lines
     except InputError:
         if not lines:
             raise
-    if not table:
-        faults = Faults(str(path), text)
-        for line in lines:
-            table[line[1]] = line[2]
-            before = text[: line.start(1)].split("\n")
-            faults.places[line[1],] = Spot(len(before), len(before[-1]) + 1, len(line[1]))
+        table = lines
     if not table:
         raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {str(path)!r} states no uncertainty", hint)
-    return {key: str(value) for key, value in table.items()}, faults
+    return text, {key: str(value) for key, value in table.items()}

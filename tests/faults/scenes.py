@@ -83,14 +83,9 @@ def _child(words: tuple[str, ...], home: Path, calls: Calls, told: Path) -> int:
 
 
 def contents(folder: Path) -> dict[str, bytes]:
-    """Every file below a folder; of a journal without the line of each run, which only spares the next one work."""
-    found = {}
-    for path in sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink()):
-        data = path.read_bytes()
-        if path.name == "journal.ndjson":
-            data = re.sub(rb'(?m)^{"schema": "gyro.run/1".*\n?', b"", data)
-        found[path.relative_to(folder).as_posix()] = data
-    return found
+    """Every file below a folder."""
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
 def a_log(home: Path) -> None:

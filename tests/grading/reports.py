@@ -12,7 +12,9 @@ import numpy as np
 from labs import RPM, lab
 from msgspec import Struct
 
-from gyrodata.grading import Grade, Submission, default_rubric_text, grade_submission, read_rubric
+from gyrodata.grading.grade import Grade, grade_submission
+from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.submissions import Submission
 
 G = 9.803
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gyrodata.grading import read_answers
+from gyrodata.grading.submissions.student_files import read_answers
 from gyrodata.readings import read_log
 
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"

@@ -10,7 +10,7 @@ import pytest
 from grading.classes import LOG, make_folder, make_zip
 
 from gyrodata.errors import InputError
-from gyrodata.grading import find_submissions
+from gyrodata.grading.submissions import find_submissions
 
 ENTRY = b"PK\x01\x02"
 

@@ -12,7 +12,8 @@ from grading.reports import reported_line
 from msgspec.structs import replace
 
 from gyrodata.errors import InputError
-from gyrodata.grading import class_scatter, default_rubric_text, read_rubric
+from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.yardsticks import class_scatter
 
 FROM_CLASS = '[bench]\nfrom = "class"\n'
 STUDENT = draw(3, 5)

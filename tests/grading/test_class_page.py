@@ -26,7 +26,7 @@ from typer.testing import CliRunner, Result
 
 from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.grading import default_rubric_text
+from gyrodata.grading.rubric import default_rubric_text
 
 EVIL = ['<script>alert("x")</script>', "{{ 7 * 7 }}", "\u202egnp.exe"]
 BOOK = [

@@ -14,7 +14,7 @@ from grading.classes import make_folder
 from grading.reports import reported_line
 from msgspec.structs import replace
 
-from gyrodata.grading import default_rubric_text
+from gyrodata.grading.rubric import default_rubric_text
 
 CARRIED_OUT = {"G775", "G776"}
 """Codes whose hints are followed here."""

@@ -10,7 +10,7 @@ from labs import INERTIA, RPM, G
 from msgspec.structs import replace
 from scipy import stats
 
-from gyrodata.grading import Fingerprint, fingerprint, flag_class
+from gyrodata.grading.forensics import Fingerprint, fingerprint, flag_class
 from gyrodata.measurements import measure
 from gyrodata.readings import read_log
 

@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from gyrodata.grading import Grade, Rubric, Submission, default_rubric, grade_submission, read_rubric, settle
+from gyrodata.grading.grade import Grade, grade_submission, settle
+from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
+from gyrodata.grading.submissions import Submission
 
 BY_CLASS = default_rubric()
 BY_REFERENCE = read_rubric(STATED.encode())

@@ -14,7 +14,9 @@ from msgspec.structs import astuple
 from gyrodata import schema
 from gyrodata.diagnostics import CODES
 from gyrodata.errors import InputError
-from gyrodata.grading import class_references, default_rubric_text, judge_lateness, read_rubric
+from gyrodata.grading.late import judge_lateness
+from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
 TABLE = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))
@@ -43,7 +45,8 @@ def test_parts_shown_commented_out_can_be_switched_on() -> None:
     assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
     assert set(rubric.bench) == {"u_time", "u_spin"}
     assert rubric.late is not None
-    assert [tier.deduct for tier in rubric.late.tiers] == pytest.approx([2.0, 6.0])
+    costs = [judge_lateness(rubric.late, {}, True, 86400.0 * days, None, 20.0).deduct for days in (1, 3)]
+    assert costs == pytest.approx([2.0, 6.0])
 
 
 @pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G72")))
@@ -80,7 +83,9 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
 def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
     rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
     read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None
-    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted)) == pytest.approx(tuple(expected))
+    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted, 4.0)) == pytest.approx(
+        tuple(expected)
+    )
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:

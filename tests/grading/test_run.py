@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from gyrodata import __version__
 from gyrodata.cli import app
-from gyrodata.grading import default_rubric_text
+from gyrodata.grading.rubric import default_rubric_text
 from gyrodata.workers import Failed, in_workers
 
 
@@ -43,15 +43,15 @@ def work(task: str) -> Any:
     return BREAKING[task]()
 
 
-@pytest.mark.parametrize("together", [1, 4])
-def test_each_work_that_breaks_is_one_answer_with_its_reason(together: int) -> None:
-    done = dict(in_workers(work, BREAKING, workers=3, limit=1.5, at_once=together))
+@pytest.mark.parametrize("workers", [1, 3])
+def test_each_work_that_breaks_is_one_answer_with_its_reason(workers: int) -> None:
+    done = dict(in_workers(work, list(BREAKING), workers, limit=1.5))
     assert {task: answer.why if isinstance(answer, Failed) else answer for task, answer in done.items()} == {
         "fine 1": "done",
         "fine 2": "done",
         "hang": "it took over 1.5 s",
-        "exit": "its process ended (exit code 3)",
-        "kill": "its process was killed (SIGKILL), perhaps for want of memory",
+        "exit": "its process ended without an answer, perhaps for want of memory",
+        "kill": "its process ended without an answer, perhaps for want of memory",
         "memory": "it needs more memory than 2 GB",
         "raise": "the tool broke on it (KeyError: 'x')",
     }
@@ -79,7 +79,6 @@ def test_only_what_changed_is_graded_again_and_why_is_told(tmp_path: Path) -> No
     assert again(stated) == [f"graded 4 (the reference changed): {every}"]
     again()
     journal = tmp_path / "grades" / "journal.ndjson"
-    grades = journal.read_text(encoding="utf-8").splitlines(keepends=True)[:-1]
-    # The last line, of the run as a whole, is not there yet.
-    journal.write_text("".join(grades).replace(f'"tool":"{__version__}"', '"tool":"0.0.1"'), encoding="utf-8")
+    grades = journal.read_text(encoding="utf-8")
+    journal.write_text(grades.replace(f'"tool":"{__version__}"', '"tool":"0.0.1"'), encoding="utf-8")
     assert again() == [f"graded 4 (gyrodata changed from 0.0.1 to {__version__}): {every}"]

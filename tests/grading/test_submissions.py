@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from grading.classes import LOG, make_folder, make_zip
 
-from gyrodata.grading import Submission, find_submissions
+from gyrodata.grading.submissions import Submission, find_submissions
 
 Class = dict[str, Any]
 CLASSES: dict[str, Class] = tomllib.loads((Path(__file__).parent / "data" / "platforms.toml").read_text("utf-8"))

@@ -20,12 +20,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from msgspec import Struct
 
-from gyrodata.diagnostics import (
-    GRADEBOOK_CANNOT_BE_READ,
-    GRADEBOOK_COLUMN_CANNOT_BE_FILLED,
-    GRADEBOOK_COLUMN_NOT_CLEAR,
-    WORKSHEET_CANNOT_TAKE_POINTS,
-)
+from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.ledger import TODO, read_number
@@ -120,7 +115,9 @@ class _Layout:
     grade: int  # columns
     comment: int | None = None
     most: str  # points possible, as written
-    other_points = GRADEBOOK_COLUMN_CANNOT_BE_FILLED  # diagnostic of a sheet with other points than the rubric
+    other_points = (
+        diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED
+    )  # diagnostic of a sheet with other points than the rubric
     passes_over_same = False  # True: the platform does not take a grade that is there already
 
     def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
@@ -156,7 +153,7 @@ class _Columns(_Layout):
         if match["locked"]:
             message = f'takes no points in the column "{self.head[self.grade]}": {match["locked"]}'
             hint = f"{book.unlock}, or name another with --assignment"
-            raise refusal(GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
+            raise refusal(diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
 
     def label(self, row: int) -> str:
         """Name a row to a person."""
@@ -178,7 +175,7 @@ class _Columns(_Layout):
         if titles:
             hint = f"give the number behind its title with --assignment; or {hint}"
         message = f"has {asked}; its assignments are: {shown}"
-        raise refusal(GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
+        raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
 
     def rows_of(self, grades: Collection[Grade], ids: Ids) -> dict[str, list[int]]:
         """Look in one column after the other, the platform's own first; several rows for one in several sections."""
@@ -209,7 +206,7 @@ class _Columns(_Layout):
 class _Moodle(_Layout):
     """A row for each participant, with the maximum grade, whether the grade can be changed, and comments."""
 
-    other_points = WORKSHEET_CANNOT_TAKE_POINTS
+    other_points = diagnostics.WORKSHEET_CANNOT_TAKE_POINTS
     passes_over_same = True
 
     def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
@@ -342,7 +339,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
         hint = "give the CSV file that the gradebook exports, not a workbook"
         hint = "export the gradebook again" if why == "is empty" else hint
-        raise refusal(GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
+        raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     first = f'"{delimiter}"'.join(cell.replace('"', '""') for cell in rows[0])
     return Sheet(name, rows, delimiter, mark, encoding, text.startswith(f'"{first}"'))
 

@@ -41,7 +41,7 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must be in common
 HABIT, HABIT_SHARE = 5, 0.02
 """More logs than this, and than this share of the class, that have a set of spins make it a habit of the course."""
 
-BLOCK, PAIRS = 32, 1_000_000  # logs that are looked up at a time, and pairs that are counted at a time, at most
+BLOCK = 256  # rows that are looked up at a time, so that a large class needs little memory
 
 _EXACT = 1e-9
 
@@ -51,14 +51,12 @@ _Found = tuple[Integers, Floats]
 
 def flag_copies(logs: Logs) -> list[Flag]:
     """Find logs that have more rows in common than chance gives, or else more spins, whatever became of the times."""
-    near = _Near(logs)
-    common = _common(logs, near)
+    common = _common(logs)
     telling = np.add.reduceat(common > 0, logs.starts[:-1], dtype=int)
-    size = min(BLOCK, 1 + PAIRS // len(logs.keys))
-    blocks = np.split(np.arange(len(logs.keys)), range(size, len(logs.keys), size))
-    asked = [_Asked(logs, near, common, telling, block).found() for block in blocks]
-    rows, joined = flag_pairs("shared rows", _both_ways([one for one, _ in asked], logs), logs, _tell_rows)
-    spins = [pair for pair in _both_ways([one for _, one in asked], logs) if joined[pair[1]] != joined[pair[2]]]
+    blocks = np.split(np.arange(len(logs.keys)), range(BLOCK // 8, len(logs.keys), BLOCK // 8))
+    found = [_compare(logs, common, telling, block) for block in blocks]
+    rows, joined = flag_pairs("shared rows", _both_ways([one for one, _ in found], logs), logs, _tell_rows)
+    spins = [pair for pair in _both_ways([one for _, one in found], logs) if joined[pair[1]] != joined[pair[2]]]
     return rows + flag_pairs("same spins", spins, logs, _tell_spins)[0]
 
 
@@ -117,47 +115,22 @@ def _grids(logs: Logs) -> Floats:
     return grids[logs.log]
 
 
-class _Near:
-    """Finds rows that may have the weight and spin of a given one: an index for each weight and size of last digit."""
+def _same_spins(logs: Logs, rows: Integers, steps: Floats) -> tuple[Integers, Integers]:
+    """Give each row with each row of another log that has its weight and its spin, one pair for each.
 
-    def __init__(self, logs: Logs) -> None:
-        self.logs, torque = logs, np.abs(logs.torque)
-        sizes = np.ceil(np.log10(np.maximum(logs.spin_step, _EXACT * logs.spin)))
-        weights = np.round(np.log(np.maximum(torque, LEAST)) / SAME_TORQUE)
-        # A place is where a row stands in this order.
-        self.order = np.lexsort((logs.spin, sizes, weights))
-        self.log, self.period, self._spin = (of[self.order] for of in (logs.log, logs.period, logs.spin))
-        self.reach = 0.5 * logs.period_step + _EXACT * logs.period
-        self.their = self.reach[self.order]
-        self._places = np.arange(len(self.order))
-        changes = (np.diff(weights[self.order]) != 0) | (np.diff(sizes[self.order]) != 0)
-        self._parts: list[tuple[Integers, float, float, float]] = []
-        for part in np.split(self._places, np.flatnonzero(changes) + 1):
-            rows, ratio = self.order[part], 1 - SAME_TORQUE - _EXACT
-            light, heavy = ratio * float(torque[rows].min()), float(torque[rows].max()) / ratio
-            self._parts.append((part, light, heavy, float(logs.spin_step[rows].max())))
-
-    def find(self, rows: Integers, steps: Floats) -> tuple[Integers, Integers]:
-        """Give rows with the places of what is near, one pair for each."""
-        which, found, torque = [], [rows[:0]], np.abs(self.logs.torque[rows])
-        for part, light, heavy, widest in self._parts:
-            asked = rows[(light <= torque) & (torque <= heavy)]
-            spin, ordered = self.logs.spin[asked], self._spin[part[0] : part[-1] + 1]
-            reach = np.maximum(steps[asked], widest) * 0.5 + 2 * _EXACT * spin
-            low, high = np.searchsorted(ordered, spin - reach), np.searchsorted(ordered, spin + reach, side="right")
-            which.append(np.repeat(asked, high - low))
-            found += [part[start:end] for start, end in zip(low.tolist(), high.tolist(), strict=True)]
-        return np.concatenate(which), np.concatenate(found)
-
-    def same(self, mine: Integers, place: Integers, steps: Floats) -> tuple[Integers, Integers]:
-        """Keep the rows that do have the weight and spin of a row of another log."""
-        logs, other = self.logs, self.order[place]
-        same = same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
-        same &= same_number(logs.spin[mine], logs.spin[other], steps[mine], logs.spin_step[other])
-        return mine[same], other[same]
+    `steps`: one step of the last digit of each spin [rad/s], shape (R,).
+    """
+    spin, by_spin = logs.spin[rows], logs.spin[logs.order]
+    reach = 0.5 * np.maximum(steps[rows], np.max(logs.spin_step)) + 2 * _EXACT * spin
+    low, high = np.searchsorted(by_spin, spin - reach), np.searchsorted(by_spin, spin + reach, side="right")
+    mine, begin = np.repeat(rows, high - low), np.repeat(low - np.cumsum(high - low) + (high - low), high - low)
+    other = logs.order[begin + np.arange(len(mine))]
+    same = same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
+    same &= same_number(logs.spin[mine], logs.spin[other], steps[mine], logs.spin_step[other])
+    return mine[same], other[same]
 
 
-def _common(logs: Logs, near: _Near) -> Floats:
+def _common(logs: Logs) -> Floats:
     """Share of the logs that have each row's spin, shape (R,); 0 where it tells nothing."""
     common, grid, rows = np.zeros(len(logs.log)), _grids(logs), np.flatnonzero(_counting(logs))
     # Many rows of a large class have one weight and spin.
@@ -165,7 +138,7 @@ def _common(logs: Logs, near: _Near) -> Floats:
     _, first, again = np.unique(values, axis=0, return_index=True, return_inverse=True)
     for begin in range(0, len(first), BLOCK):
         asked = np.sort(rows[first[begin : begin + BLOCK]])
-        mine, other = near.same(*near.find(asked, grid), grid)
+        mine, other = _same_spins(logs, asked, grid)
         with_it = np.unique(mine * len(logs.keys) + logs.log[other]) // len(logs.keys)
         # What one in n logs has is seen in two, where two are looked at.
         common[asked] = (1 + np.bincount(np.searchsorted(asked, with_it), minlength=len(asked))) / len(logs.keys)
@@ -173,98 +146,76 @@ def _common(logs: Logs, near: _Near) -> Floats:
     return common
 
 
-class _Asked:
-    """What each log of a block shares with each other log: an entry for each of its rows and each log with its spin.
+def _compare(logs: Logs, common: Floats, telling: Integers, block: Integers) -> tuple[_Found, _Found]:
+    """Give the pairs with more rows, and those with more spins, in common than chance gives, for a block of logs.
 
-    Of pairs that share too little to be flagged there are none; there are many in a large class.
+    `common`: as `_common` has it. `telling`: rows of each log whose spin tells something, shape (N,).
     """
+    number, allowed, lengths = len(logs.keys), ALLOWED / logs.pairs, np.diff(logs.starts)
+    rows = np.arange(logs.starts[block[0]], logs.starts[block[-1] + 1])
+    mine, other = _same_spins(logs, rows, logs.spin_step)
+    same_period = same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
+    crowd = _crowd(logs, rows, mine[same_period], other[same_period])
+    # An entry is a row and another log that has its spin; all entries of two logs are a pair.
+    entry, at = np.unique(mine * number + logs.log[other], return_inverse=True)
+    row, log = np.divmod(entry, number)
+    agree = np.bincount(at, same_period, len(entry)) > 0
+    chance = np.maximum(np.bincount(at, _chance(logs, mine, other), len(entry)), crowd[row - rows[0]])
+    pair, at = np.unique(logs.log[row] * number + log, return_inverse=True)
+    first, second = np.divmod(pair, number)
 
-    def __init__(self, logs: Logs, near: _Near, common: Floats, spins: Integers, block: Integers) -> None:
-        self.logs, self.near, self.common, self.spins, number = logs, near, common, spins, len(logs.keys)
-        self.logs_asked, begin = block, block[0]
-        self.rows = np.arange(logs.starts[begin], logs.starts[block[-1] + 1])
-        mine, place = near.find(self.rows, logs.spin_step)
-        pair = (logs.log[mine] - begin) * number + near.log[place]
-        often = np.bincount(pair, common[mine] > 0, len(block) * number)
-        agree = np.flatnonzero(np.abs(logs.period[mine] - near.period[place]) <= near.reach[mine] + near.their[place])
-        alike, crowd = self._crowd(*near.same(mine[agree], place[agree], logs.spin_step), len(often))
-        several = np.flatnonzero(often > FEWEST)
-        first, second = np.divmod(several, number)
-        wanted = alike >= FEWEST
-        wanted[several] |= often[several] > MOST_SPINS * np.minimum(spins[block[first]], spins[second])
-        kept = np.flatnonzero(wanted[pair])
-        mine, other = near.same(mine[kept], place[kept], logs.spin_step)
-        entry, at = np.unique(mine * number + logs.log[other], return_inverse=True)
-        self.row, log = np.divmod(entry, number)
-        self.agree = np.bincount(at, self._same_period(mine, other)) > 0
-        self.pair, self.at = np.unique(logs.log[self.row] * number + log, return_inverse=True)
-        self.first, self.second = np.divmod(self.pair, number)
-        self.chance = np.maximum(np.bincount(at, _chance(logs, mine, other)), crowd[self.row - self.rows[0]])
+    def count(entries: NDArray[np.bool_]) -> Integers:
+        return np.bincount(at, entries, len(pair)).astype(int)
 
-    def _same_period(self, mine: Integers, other: Integers) -> NDArray[np.bool_]:
-        period, step = self.logs.period, self.logs.period_step
-        return same_number(period[mine], period[other], step[mine], step[other])
-
-    def _crowd(self, mine: Integers, other: Integers, pairs: int) -> tuple[Integers, Floats]:
-        """Count the rows in which pairs agree; and give, for each row, the share of the logs that have it.
-
-        Those that are otherwise alike are left out: this is for an example left in, a row for everybody.
-        """
-        logs, agree = self.logs, self._same_period(mine, other)
-        row, log = np.divmod(np.unique(mine[agree] * len(logs.keys) + logs.log[other[agree]]), len(logs.keys))
-        pair = (logs.log[row] - self.logs_asked[0]) * len(logs.keys) + log
-        alike = np.bincount(pair, minlength=pairs)
-        strangers = 2 * alike[pair] < np.diff(logs.starts)[logs.log[row]]
-        # One stranger is no crowd: it may be the one who copied a few rows.
-        crowd = np.bincount(row - self.rows[0], strangers, len(self.rows)) - 1
-        return alike, np.maximum(crowd, 0) / max(len(logs.keys) - 2, 1)
-
-    def _laid_out(self, values: Floats, row: Integers, owner: Integers, owners: int) -> Floats:
+    def laid_out(values: Floats, of: Integers, owner: Integers, owners: int) -> Floats:
         """Lay out values of rows, those of one owner in a row, each at its place in its log."""
-        starts = self.logs.starts
-        table = np.zeros((owners, int(np.max(np.diff(starts)[self.logs_asked]))))
-        table[owner, row - starts[self.logs.log[row]]] = values
+        table = np.zeros((owners, int(np.max(lengths[block]))))
+        table[owner, of - logs.starts[logs.log[of]]] = values
         return table
 
-    def _is_habit(self, number: int) -> bool:
-        """Tell whether more logs have the spins that two share than copy from each other."""
-        logs, rows = self.logs, self.row[self.at == number]
-        spins = rows[self.common[rows] > 0]
-        mine, other = self.near.same(*self.near.find(spins, logs.spin_step), logs.spin_step)
-        others = np.bincount(np.unique(mine * len(logs.keys) + logs.log[other]) % len(logs.keys))
-        most = max(HABIT, HABIT_SHARE * len(logs.keys))
-        return 1 + int(np.sum(others > MOST_SPINS * len(spins))) > most
+    compared = ((first < logs.current) | (second < logs.current)) & ~np.isin(pair, logs.exempt)
+    shared = count(common[row] > 0)
+    p_spins = tails(laid_out(common[rows], rows, logs.log[rows] - block[0], len(block)))[first - block[0], shared]
+    enough = shared > np.maximum(MOST_SPINS * np.minimum(telling[first], telling[second]), FEWEST)
+    rare = chance <= TELLING
+    alike = count(agree & rare)
+    least = np.exp(np.bincount(at, (agree & rare) * np.log(np.maximum(chance, LEAST)), len(pair)))
+    close = (alike >= FEWEST) & (p_spins * least <= allowed)
+    uncommon = p_spins <= np.where(close, 1 - _EXACT, allowed)
+    for one in np.flatnonzero(compared & uncommon & (close | enough)).tolist():
+        of_pair = row[at == one]
+        if _is_habit(logs, of_pair[common[of_pair] > 0]):
+            p_spins[one] = 1.0
+    copied = np.flatnonzero(compared & close)
+    place = np.full(len(pair), -1)
+    place[copied] = np.arange(len(copied))
+    rare &= place[at] >= 0
+    p = tails(laid_out(chance[rare], row[rare], place[at[rare]], len(copied)))[np.arange(len(copied)), alike[copied]]
+    # If rows alone do not tell, how rare their spins are does: the chance of such a product (R. A. Fisher).
+    both = np.maximum(p * p_spins[copied], LEAST)
+    p = np.maximum(np.where(p <= allowed, p, both * (1 - np.log(both))), LEAST)
+    in_spins = compared & enough & (p_spins <= allowed)
+    return (pair[copied][p <= allowed], p[p <= allowed]), (pair[in_spins], p_spins[in_spins])
 
-    def found(self) -> tuple[_Found, _Found]:
-        """Give the pairs with more rows, and those with more spins, in common than chance gives."""
-        logs = self.logs
-        allowed = ALLOWED / logs.pairs
-        compared = ((self.first < logs.current) | (self.second < logs.current)) & ~np.isin(self.pair, logs.exempt)
-        owners = logs.log[self.rows] - self.logs_asked[0]
-        table = self._laid_out(self.common[self.rows], self.rows, owners, len(self.logs_asked))
-        shared = np.bincount(self.at, self.common[self.row] > 0).astype(int)
-        p_spins = tails(table)[self.first - self.logs_asked[0], shared]
-        spins = np.minimum(self.spins[self.first], self.spins[self.second])
-        enough = shared > np.maximum(MOST_SPINS * spins, FEWEST)
-        telling = self.chance <= TELLING
-        alike = np.bincount(self.at, self.agree & telling).astype(int)
-        least = np.exp(np.bincount(self.at, (self.agree & telling) * np.log(np.maximum(self.chance, LEAST))))
-        close = (alike >= FEWEST) & (p_spins * least <= allowed)
-        uncommon = p_spins <= np.where(close, 1 - _EXACT, allowed)
-        for number in np.flatnonzero(compared & uncommon & (close | enough)).tolist():
-            if self._is_habit(number):
-                p_spins[number] = 1.0
-        copied = np.flatnonzero(compared & close)
-        place = np.full(len(self.pair), -1)
-        place[copied] = np.arange(len(copied))
-        telling &= place[self.at] >= 0
-        table = self._laid_out(self.chance[telling], self.row[telling], place[self.at[telling]], len(copied))
-        p = tails(table)[np.arange(len(copied)), alike[copied]]
-        # Where rows alone do not tell, how rare their spins are does: the chance of such a product (R. A. Fisher).
-        both = np.maximum(p * p_spins[copied], LEAST)
-        p = np.maximum(np.where(p <= allowed, p, both * (1 - np.log(both))), LEAST)
-        in_spins = compared & enough & (p_spins <= allowed)
-        return (self.pair[copied][p <= allowed], p[p <= allowed]), (self.pair[in_spins], p_spins[in_spins])
+
+def _crowd(logs: Logs, rows: Integers, mine: Integers, other: Integers) -> Floats:
+    """Give, for each of the rows, the share of the logs that have it and are otherwise not alike.
+
+    This is for an example left in, a row for everybody. `mine`, `other`: rows that are the same.
+    """
+    row, log = np.divmod(np.unique(mine * len(logs.keys) + logs.log[other]), len(logs.keys))
+    _, pair, alike = np.unique(logs.log[row] * len(logs.keys) + log, return_inverse=True, return_counts=True)
+    strangers = 2 * alike[pair] < np.diff(logs.starts)[logs.log[row]]
+    # One stranger is no crowd: it may be the one who copied a few rows.
+    crowd = np.bincount(row - rows[0], strangers, len(rows)) - 1
+    return np.maximum(crowd, 0) / max(len(logs.keys) - 2, 1)
+
+
+def _is_habit(logs: Logs, rows: Integers) -> bool:
+    """Tell whether more logs have the spins of these rows than copy from each other."""
+    mine, other = _same_spins(logs, rows, logs.spin_step)
+    others = np.bincount(np.unique(mine * len(logs.keys) + logs.log[other]) % len(logs.keys))
+    return 1 + int(np.sum(others > MOST_SPINS * len(rows))) > max(HABIT, HABIT_SHARE * len(logs.keys))
 
 
 def _chance(logs: Logs, mine: Integers, other: Integers) -> Floats:

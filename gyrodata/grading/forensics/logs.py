@@ -95,33 +95,22 @@ class Scatter(Struct, frozen=True):
         return math.sqrt(self.squares / self.dof)
 
 
-def measure_scatters(
-    starts: Integers, torque: Floats, lever: Floats, time: Floats, time_step: Floats
-) -> list[Scatter | None]:
-    """Take out of each log's times what spin, torque and timing bias explain; `lever`: turns times spin, shape (R,).
-
-    Gives: For each log, by where its rows start, None with less than one degree of freedom.
+def measure_scatter(log: Fingerprint) -> Scatter | None:
+    """Take out of the times of a log what spin, torque and timing bias explain; None if nothing is left to measure.
 
     T = a f ψ̇ + b with a slope a for each torque: eq. (9) with any I_zz, balance, weights, ruler and tachometer scale.
     Whatever else moves the times only adds to the scatter. A bias that the slopes explain is none of its own.
     """
-    counts = np.diff(starts)
-    first = np.union1d(starts[:-1], np.flatnonzero(np.diff(torque)) + 1)
-    sizes = np.diff(first, append=len(torque))
-
-    def beside_the_lever(values: Floats) -> Floats:
-        slopes = np.add.reduceat(values * lever, first) / np.add.reduceat(lever**2, first)
-        return values - lever * np.repeat(slopes, sizes)
-
-    ones, left = beside_the_lever(np.ones(len(time))), beside_the_lever(time)
-    square = np.add.reduceat(ones**2, starts[:-1])
-    biased = square > 1e-18 * counts
-    bias = biased * np.add.reduceat(ones * left, starts[:-1]) / np.where(biased, square, 1.0)
-    left -= np.repeat(bias, counts) * ones
-    dof = counts - np.add.reduceat(np.isin(np.arange(len(time)), first), starts[:-1], dtype=int) - biased
-    squares = np.add.reduceat(left**2, starts[:-1]) + dof * np.add.reduceat(time_step**2, starts[:-1]) / counts / 12
-    rows = zip(counts.tolist(), dof.tolist(), squares.tolist(), strict=True)
-    return [Scatter(*row) if row[1] > 0 else None for row in rows]
+    time, lever = np.array(log.time), np.array(log.turns) * np.array(log.spin)
+    slopes = [lever * (np.array(log.torque) == torque) for torque in dict.fromkeys(log.torque)]
+    design = np.column_stack([*slopes, np.ones(len(time))])
+    size = np.linalg.norm(design, axis=0)
+    solution, _, rank, _ = np.linalg.lstsq(design / size, time, rcond=1e-9)
+    dof = len(time) - int(rank)
+    if dof <= 0:
+        return None
+    left = time - design / size @ solution
+    return Scatter(len(time), dof, float(left @ left + dof * np.mean(np.square(log.time_step)) / 12))
 
 
 # --- all logs as arrays -------------------------------------------------------------------------------------
@@ -141,6 +130,7 @@ class Logs(Struct, frozen=True):
     scatters: tuple[Scatter | None, ...]  # of each log; None where it has no degree of freedom
     starts: Integers  # where each log's rows begin, shape (N + 1,)
     log: Integers  # log of each row, shape (R,)
+    order: Integers  # rows in the order of their spins, shape (R,)
     torque: Floats  # [N*m], shape (R,)
     spin: Floats  # [rad/s], shape (R,)
     period: Floats  # time of one revolution of precession [s], shape (R,)
@@ -168,8 +158,7 @@ def lay_out(
     }
     counts = np.array([len(one.time) for one in logs], dtype=int)
     starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)
-    lever = rows["turns"] * rows["spin"]
-    scatters = measure_scatters(starts, rows["torque"], lever, rows["time"], rows["time_step"])
+    scatters = [measure_scatter(one) for one in logs]
     number = {key: at for at, key in enumerate(students)}
     together = [[number[key] for key in group if key in number] for group in partners]
     exempt = {one * len(logs) + other for group in together for one, other in permutations(group, 2)}
@@ -180,6 +169,7 @@ def lay_out(
         scatters=tuple(scatters),
         starts=starts,
         log=np.repeat(np.arange(len(logs)), counts),
+        order=np.argsort(rows["spin"], kind="stable"),
         torque=rows["torque"],
         spin=rows["spin"],
         period=rows["time"] / rows["turns"],

@@ -15,13 +15,7 @@ from pathlib import Path, PurePosixPath
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import (
-    FILE_NOT_FOUND,
-    FILES_OF_NO_STUDENT,
-    GRADESCOPE_METADATA_CANNOT_BE_READ,
-    NO_SUBMISSION,
-    ONE_OF_SEVERAL_GRADED,
-)
+from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions.archives import Listing, list_files, read_file
@@ -76,7 +70,7 @@ class Submission(Struct, frozen=True, dict=True):
     def log(self) -> bytes:
         """Give the log."""
         if self.log_name is None:
-            raise InputError.of(NO_SUBMISSION, f"{self.name}: {self.problem}")
+            raise InputError.of(diagnostics.NO_SUBMISSION, f"{self.name}: {self.problem}")
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
         return data
@@ -170,7 +164,7 @@ def find_submissions(
     own = None if pattern is None else read_pattern(pattern)
     if lms != "auto" and lms not in PLATFORMS:
         hint = f"write one of: auto, folder, {', '.join(NAMED)}"
-        raise InputError.of(NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
+        raise InputError.of(diagnostics.NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
     root = Path(path)
     live = lms == "gradescope" or (lms == "auto" and (root / LIVE).is_file())
     if own is None and live and (root / "submission").is_dir():
@@ -200,19 +194,23 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
     if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
         if len(paths) > 1:
             hint = "give the files that are handed in together, or the one folder or zip that they are in"
-            raise InputError.of(NO_SUBMISSION, f"{len(paths)} are given, and not all of them are files", hint)
+            raise InputError.of(
+                diagnostics.NO_SUBMISSION, f"{len(paths)} are given, and not all of them are files", hint
+            )
         files = _without_reports(list_files(first))
         own = {name: shown(name) for name in files.sizes}
     else:
         for path in paths:
             if not path.is_file():
-                raise InputError.of(FILE_NOT_FOUND, f"there is no file {str(path)!r}", "check its name and its folder")
+                raise InputError.of(
+                    diagnostics.FILE_NOT_FOUND, f"there is no file {str(path)!r}", "check its name and its folder"
+                )
         # A name that is whole is found below any folder.
         own = {str(path.resolve()): shown(path.name) for path in paths}
         files = Listing(Path.cwd(), {name: Path(name).stat().st_size for name in own})
     one = ParsedName(first.name, first.name, {}, "", first.stem)
     made, note = _submission(files, {"": one} | {name: replace(one, file=file) for name, file in own.items()})
-    told = [Diagnostic.of(ONE_OF_SEVERAL_GRADED, note)] if note else []
+    told = [Diagnostic.of(diagnostics.ONE_OF_SEVERAL_GRADED, note)] if note else []
     return made, (*files.diagnostics, *told)
 
 
@@ -242,7 +240,7 @@ def _without_reports(files: Listing) -> Listing:
         files,
         sizes={name: size for name, size in files.sizes.items() if not name.startswith(left)},
         folders=tuple(folder for folder in files.folders if not folder.startswith(left)),
-        diagnostics=(*files.diagnostics, Diagnostic.of(FILES_OF_NO_STUDENT, message, "", files.root.name)),
+        diagnostics=(*files.diagnostics, Diagnostic.of(diagnostics.FILES_OF_NO_STUDENT, message, "", files.root.name)),
     )
 
 
@@ -256,7 +254,7 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
         message, hint = f'--pattern "{pattern}" fits no file of "{root}"', f"make it fit such a name: {one}"
     if not files.sizes:
         message, hint = f'"{root}" holds no files', "give the folder or zip of the class"
-    return InputError.of(NO_SUBMISSION, message, hint, root)
+    return InputError.of(diagnostics.NO_SUBMISSION, message, hint, root)
 
 
 # --- from files to submissions ------------------------------------------------------------------------------
@@ -305,7 +303,7 @@ class _Finder:
             hint = "change --pattern so that it fits these as well, or rename them"
             if self.lms in PLATFORMS:
                 hint = f"rename them, if they count: {self.lms} names files such as {PLATFORMS[self.lms].sample}"
-            self._tell(FILES_OF_NO_STUDENT, message, hint)
+            self._tell(diagnostics.FILES_OF_NO_STUDENT, message, hint)
 
     def _counted(self, named: Mapping[str, ParsedName]) -> Submission:
         """Make the submission of one student, of the attempt that counts."""
@@ -314,9 +312,12 @@ class _Finder:
         files = {name: what for name, what in named.items() if (what.submitted or "", what.attempt or 0) == stamp}
         made, note = _submission(self.files, files, self.attempts)
         if len(stamps) > 1:
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name} has {len(stamps)} attempts; the {self.attempts} is graded")
+            self._tell(
+                diagnostics.ONE_OF_SEVERAL_GRADED,
+                f"{made.name} has {len(stamps)} attempts; the {self.attempts} is graded",
+            )
         if note:
-            self._tell(ONE_OF_SEVERAL_GRADED, f"{made.name}: {note}")
+            self._tell(diagnostics.ONE_OF_SEVERAL_GRADED, f"{made.name}: {note}")
         return replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
 
     def read_metadata(self, root: Path, name: str, read: Callable[[bytes], Mapping[str, Metadata]]) -> None:
@@ -326,7 +327,7 @@ class _Finder:
         except (GyroError, ValueError) as error:
             hint = "names and times are not known; students are named by their submission's number"
             file = name.rpartition("/")[2]
-            self._tell(GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
+            self._tell(diagnostics.GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
 
     def _with_metadata(self, what: ParsedName) -> ParsedName:
         """Add to a name what is told of its submission: when, and by whom; in a group, by all of them."""

@@ -20,14 +20,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from gyrodata.diagnostics import (
-    CLASS_IS_NO_FOLDER_OR_ZIP,
-    FILE_LEFT_OUT,
-    SUBMITTED_FILE_CANNOT_BE_READ,
-    TOO_MANY_FILES,
-    ZIP_DAMAGED,
-    ZIP_NOT_SAFE,
-)
+from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import MAX_BYTES
 from gyrodata.reporting import size_text
@@ -55,13 +48,17 @@ def list_files(root: Path) -> Listing:
         if root.is_file():
             with root.open("rb") as file:
                 if file.read(4) == b"PK\x03\x04":
-                    raise _refusal(ZIP_DAMAGED, root, "is damaged: its end is missing", "download it again")
+                    raise _refusal(diagnostics.ZIP_DAMAGED, root, "is damaged: its end is missing", "download it again")
         if not root.exists():
-            raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, "is not there: no folder or zip", "check its name")
+            raise _refusal(
+                diagnostics.CLASS_IS_NO_FOLDER_OR_ZIP, root, "is not there: no folder or zip", "check its name"
+            )
         hint = "give the folder of the class or the zip as it was downloaded; unpack a .rar, .7z or .tar.gz first"
-        raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, "is neither a folder nor a zip", hint)
+        raise _refusal(diagnostics.CLASS_IS_NO_FOLDER_OR_ZIP, root, "is neither a folder nor a zip", hint)
     except OSError as error:
-        raise _refusal(CLASS_IS_NO_FOLDER_OR_ZIP, root, f"cannot be read: {error.strerror or error}") from None
+        raise _refusal(
+            diagnostics.CLASS_IS_NO_FOLDER_OR_ZIP, root, f"cannot be read: {error.strerror or error}"
+        ) from None
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
@@ -76,7 +73,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         why = error.strerror or str(error)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
-    raise InputError.of(SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
+    raise InputError.of(diagnostics.SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
 
 # What macOS, Windows and editors leave behind: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
@@ -89,7 +86,7 @@ def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
 
 def _too_many(root: Path) -> InputError:
     hint = "give the folder or zip of one assignment"
-    return _refusal(TOO_MANY_FILES, root, f"holds more than {MOST_FILES} files: no class has so many", hint)
+    return _refusal(diagnostics.TOO_MANY_FILES, root, f"holds more than {MOST_FILES} files: no class has so many", hint)
 
 
 # --- folders ------------------------------------------------------------------------------------------------
@@ -125,7 +122,7 @@ def _list_folder(root: Path) -> Listing:
                 left_out.append((f'"{name}" is a link and is left out', hint))
             elif stat.S_ISREG(state.st_mode):
                 sizes[name] = state.st_size
-    told = tuple(Diagnostic.of(FILE_LEFT_OUT, *words, root.name) for words in sorted(left_out))
+    told = tuple(Diagnostic.of(diagnostics.FILE_LEFT_OUT, *words, root.name) for words in sorted(left_out))
     return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), told)
 
 
@@ -172,7 +169,7 @@ def _opened(
     try:
         archive = zipfile.ZipFile(root)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
-        raise _refusal(ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
+        raise _refusal(diagnostics.ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
     files: dict[str, zipfile.ZipInfo] = {}
     folders: set[str] = set()
     told: dict[str, Diagnostic] = {}
@@ -189,7 +186,7 @@ def _opened(
                     f'the zip holds "{name}" twice; the later one is read',
                     "take one of the two out of the zip",
                 )
-                told[name] = Diagnostic.of(FILE_LEFT_OUT, message, hint, root.name)
+                told[name] = Diagnostic.of(diagnostics.FILE_LEFT_OUT, message, hint, root.name)
             files[name] = info
     sizes = {name: info.file_size for name, info in sorted(files.items())}
     return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(told[name] for name in sorted(told)))
@@ -211,5 +208,5 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
     for why in (why for why, found in unsafe.items() if found):
         shown = "".join(c if c.isprintable() else "\ufffd" for c in name)[:100]
         hint = "no platform writes such a zip; ask who made it, and take that file out"
-        raise _refusal(ZIP_NOT_SAFE, root, f'is not read: "{shown}" {why}', hint)
+        raise _refusal(diagnostics.ZIP_NOT_SAFE, root, f'is not read: "{shown}" {why}', hint)
     return name

@@ -1,4 +1,4 @@
-"""From whatever contains a log (a file, standard input, bytes, a DataFrame, a workbook) to its text, and to rows of cells."""
+"""From whatever contains a log (a file, bytes, a DataFrame, a workbook) to its text, and to rows of cells."""
 
 from __future__ import annotations
 
@@ -136,9 +136,11 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        near = [entry.name for entry in path.parent.iterdir()] if path.parent.is_dir() else []
-        close = difflib.get_close_matches(path.name, sorted(near)[:2000], n=3)
-        hint = f"did you mean {listing(close)}?" if close else ""
+        hint = f"there is no folder {str(path.parent)!r} either"
+        if path.parent.is_dir():
+            names = sorted(entry.name for entry in path.parent.iterdir())[:2000]
+            close = difflib.get_close_matches(path.name, names, n=3)
+            hint = f"did you mean {listing(close)}?" if close else ""
         raise Faults(shown).refuse(codes.FILE_NOT_FOUND, f"there is no file {str(path)!r}", hint) from None
     except (OSError, ValueError) as error:
         message = f"{str(path)!r} cannot be opened: {getattr(error, 'strerror', '') or error}"
@@ -186,8 +188,13 @@ def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
         name, unit = column if isinstance(column, tuple) and len(column) == 2 else (column, "")
         unit = unit or (units.get(name) if isinstance(units, Mapping) else "")
         headers.append(f"{name} [{unit}]" if unit else name)
-    floats = frozenset(at for at, dtype in enumerate(frame.dtypes) if dtype.kind == "f")
+    floats = frozenset(at for at in range(len(headers)) if any(map(_is_float, frame.iloc[:, at])))
     return "\n".join([*lines, *_table_lines([headers, *frame.itertuples(index=False, name=None)])]) + "\n", floats
+
+
+def _is_float(value: Any) -> bool:
+    number = getattr(value, "magnitude", value)  # of pint
+    return isinstance(number, float) and number == number  # a blank cell is NaN
 
 
 def _table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
@@ -249,7 +256,8 @@ def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-    return {sheet.title: map(_typed, sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10)) for sheet in book}
+    most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
+    return {sheet.title: map(_typed, sheet.iter_rows(**most)) for sheet in book.worksheets}
 
 
 def _typed(row: Iterable[Any]) -> list[Any]:

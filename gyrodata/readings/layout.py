@@ -27,7 +27,10 @@ from gyrodata.readings.roles import BY_NAME, TEXTS, TIMINGS, kind_of_role, squee
 from gyrodata.readings.source import MAX_COLUMNS, Grid, Row
 from gyrodata.units import kinds_of
 
-_HINT = "the first row names the columns, without # before it, such as: mass [g], position [cm], spin [rpm], time [s], turns"
+_HINT = (
+    "turn the table if its names stand at the side (in a spreadsheet: Paste special, Transpose); the first row names "
+    "the columns, without # before it, such as: mass [g], position [cm], spin [rpm], time [s], turns"
+)
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
@@ -46,11 +49,12 @@ class Layout(Struct, frozen=True):
     """Columns whose readings are in other columns too, and which are not used themselves."""
 
 
+_Column = tuple[Text, Header]
 _Given = dict[int, tuple[str, tuple[int, int]]]
 """What captions say of runs: text, line and cell by column."""
 
 
-class _NotOneTable(Exception):
+class _TableError(Exception):
     """Rows that are not one table of runs: code, message, hint and cell."""
 
 
@@ -58,7 +62,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         if not grid.rows:
-            raise _NotOneTable(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
+            raise _TableError(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
         first = _find_head(grid)
         sheet = _Sheet(grid, faults)
         sheet.words = grid.rows[:first]
@@ -68,7 +72,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             for row in rows:
                 sheet.take(row)
         return sheet.finish()
-    except _NotOneTable as fault:
+    except _TableError as fault:
         faults.add(*fault.args)
         return None
 
@@ -106,7 +110,7 @@ def _bare(text: str) -> str:
 
 def _is_unit_row(row: Row) -> bool:
     """Tell a row of units, in brackets or not, and blank cells."""
-    units = [bool(kinds_of(_bare(text))) and not PLAIN.fullmatch(text) or _bare(text) == "%" for text in row.texts]
+    units = [_bare(text) == "%" or (bool(kinds_of(_bare(text))) and not PLAIN.fullmatch(text)) for text in row.texts]
     others = [text for text, unit in zip(row.texts, units, strict=True) if not unit]
     return any(units) and all(text in BLANKS or _bare(text) != text for text in others)
 
@@ -132,7 +136,7 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     texts = [row.texts[at] for at in filled]
     numbers = {at for at in filled if is_number(row.texts[at]) and not re.search(_SENTENCE, row.texts[at])}
     if numbers:
-        said = _said(row) if len(filled) < len(headers) else {}
+        said = _said(row) if len(numbers) < 4 else {}
         return bool(said) and numbers <= {at for *_, at in said.values()} and _lacking(headers).issuperset(said)
     kinds = [(at, kind_of_role(role)) for at in filled if at < len(headers) for role in headers[at].roles]
     remark = any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
@@ -161,56 +165,54 @@ _UNIT = r"[^\W\d_][\w/^*·]*"
 _QUANTITY = rf"(?<![\w.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
-_OF_THE_BALL = rf"\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})"
-_SEVERAL = rf"(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
-_NOT_SAID = {
-    "mass": re.compile(f"(?i)^{_OF_THE_BALL}|{_SEVERAL}"),
-    "position": re.compile(f"(?i)^{_OF_THE_BALL}"),
-    "spin": re.compile("(?!)"),
-    "turns": re.compile(f"(?i){_any_of('not_timed')}"),
-}
-"""Lines that say nothing of the runs: "Steel ball, m = 4.28 kg" is no weight on the rod, "2 weights of 20 g" are two."""
+_OF_THE_BALL = re.compile(rf"(?i)\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})")
+_SEVERAL = re.compile(
+    rf"(?i)(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+)
+_NOT_TIMED = re.compile(f"(?i){_any_of('not_timed')}")
 
 
 def _said(row: Row) -> dict[str, tuple[str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell of each quantity by role; none of which two are told."""
     filled = _filled(row)
     whole = " ".join(row.texts[at] for at in filled)
+    # "Steel ball, m = 4.28 kg" is no weight on the rod, and "2 weights of 20 g" are not one.
+    without = {"mass"} if _SEVERAL.search(whole) else set()
+    without |= {"position"} if origin_in(whole) else set()
+    without |= {"mass", "position"} if _OF_THE_BALL.match(whole) else set()
+    without |= {"turns"} if _NOT_TIMED.search(whole) else set()
+    found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
-    found: dict[str, list[tuple[str, int]]] = {}
     end = 0
     for match in re.finditer(_QUANTITY, whole):
-        before = {squeeze(word).lower() for word in re.split(r"[\s,;:()=]+", whole[end : match.start()])}
-        after = {squeeze(word).lower() for word in whole[match.end() :].split()[:1]}
+        beside = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
-        at = filled[bisect(ends, match.start(1 if match[1] else 4))]
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
-        if role and not (before | after) & known.NOT_THE_WEIGHT and not (role == "position" and origin_in(whole)):
-            found.setdefault(role, []).append((f"{number} {unit}", at))
-    for at in filled:
-        if turns := turns_in(row.texts[at]):
-            found.setdefault("turns", []).append((turns, at))
-    for name, at in pairwise(filled):
-        if parse_header(row.texts[name].rstrip(" :=")).roles == ("turns",) and is_number(row.texts[at]):
-            found.setdefault("turns", []).append((row.texts[at], at))
-    one = {role: items[0] for role, items in found.items() if len({text for text, _ in items}) == 1}
-    return {role: item for role, item in one.items() if not _NOT_SAID[role].search(whole)}
+        if role and known.NOT_THE_WEIGHT.isdisjoint(squeeze(word).lower() for word in beside):
+            at = filled[bisect(ends, match.start(1 if match[1] else 4))]
+            found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
+    name, _, rest = whole.partition(" ")
+    is_count = parse_header(name.rstrip(":=")).roles == ("turns",)  # "Turns: 1/3"
+    if turns := turns_in(f"{rest} turns" if is_count else whole):
+        found["turns"] = {turns: filled[-1]}
+    return {
+        role: item for role, items in found.items() for item in items.items() if len(items) == 1 and role not in without
+    }
 
 
 def _lacking(headers: list[Header]) -> set[str]:
     """Name what a caption may say of a table: what no column of it contains."""
     there = {role for header in headers for role in header.roles}
-    lacking = {"mass", "position", "turns"} - there
-    if "torque" in there:
-        lacking -= {"mass", "position"}
-    if "force" in there or any(map(counts_weights, headers)):
-        lacking -= {"mass"}
-    if not any(role.startswith("spin") for role in there):
-        lacking.add("spin")
     if there & {"angle", *TIMINGS[1:]} or any(turns_in(header.text) for header in headers):
-        lacking -= {"turns"}
-    return lacking
+        there.add("turns")
+    if "torque" in there:
+        there |= {"mass", "position"}
+    if "force" in there or any(map(counts_weights, headers)):
+        there.add("mass")
+    if any(role.startswith("spin") for role in there):
+        there.add("spin")
+    return {"mass", "position", "spin", "turns"} - there
 
 
 # From row to row ---------------------------------------------------------------------------------------------------
@@ -227,9 +229,8 @@ class _Sheet:
 
     def __init__(self, grid: Grid, faults: Faults) -> None:
         self.grid, self.faults = grid, faults
-        self.all_cells: list[Text] = []
-        self.all_headers: list[Header] = []
-        """The columns of all tables."""
+        self.columns: list[_Column] = []
+        """Those of all tables."""
         self.runs: list[tuple[Row, list[int], _Given]] = []
         """Each with the columns of its cells, and what its caption gives."""
         self.tables: list[int] = []
@@ -245,29 +246,31 @@ class _Sheet:
     def begin(self, head: Row) -> None:
         """Begin a table with its header row."""
         self.head = head
-        self.cells = [self.grid.cell(head, at) for at in range(len(head.texts))]
-        self.headers = [parse_header(text) for text in head.texts]
+        self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
         self.fresh, self.skipped = True, False
         self.places: list[int] = []
         self.given: _Given = {}
 
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
+        headers = [header for _, header in self.here]
         if _is_head(row):
             if self.fresh and not self.words:
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, self.head)  # a row of names above the header
             self.begin(row)
         elif self.fresh and _is_unit_row(row):
-            for at, text in enumerate(row.texts[: len(self.headers)]):
-                if _bare(text) not in BLANKS and self.headers[at].unit is None:
-                    self.headers[at] = with_unit(self.headers[at], _bare(text))
-        elif self.fresh and self._names_below(row):
-            pass
+            for at, text in enumerate(row.texts[: len(headers)]):
+                if _bare(text) not in BLANKS and headers[at].unit is None:
+                    # Minutes and seconds stand below one "time".
+                    header = headers[at] if headers[at].text or not at else headers[at - 1]
+                    self.here[at] = self.here[at][0], with_unit(header, _bare(text))
+        elif self.fresh and (named := self._names_below(row)):
+            self.here = named
         elif row.texts[0] == "#":
             self._leave_out(codes.ROW_TAKEN_OUT, row)  # a # that a spreadsheet put into a cell of its own
-        elif _is_summary(row, self.headers):
+        elif _is_summary(row, headers):
             self._leave_out(codes.SUMMARY_LEFT_OUT, row)
-        elif _is_text(row, self.headers):
+        elif _is_text(row, headers):
             self.words.append(row)
         else:
             self._take_run(row)
@@ -276,30 +279,24 @@ class _Sheet:
         if code != codes.ROW_IS_ONLY_A_TITLE or not known.altered_role(", ".join(filter(None, row.texts))):
             self.left_out.append((code, row, _filled(row)[0]))
 
-    def _names_below(self, row: Row) -> bool:
-        """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; tell whether it is one."""
-        names: dict[int, str] = {}
-        width = max(len(row.texts), len(self.cells))
-        heads = [at for at, cell in enumerate(self.cells) if cell.text]
-        for over, end in pairwise([*heads, width]):
+    def _names_below(self, row: Row) -> list[_Column]:
+        """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is no such row."""
+        # A header merged over the last columns leaves its row shorter.
+        more = len(row.texts) - len(self.here)
+        named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * min(more, 8)]
+        heads = [at for at, (cell, _) in enumerate(named) if cell.text]
+        for over, end in pairwise([*heads, len(named)]):
             below = [at for at in _filled(row) if over <= at < end]
-            name, unit = split_unit(self.cells[over].text)
+            name, unit = split_unit(named[over][0].text)
             for number, at in enumerate(below, 1):
                 text = row.texts[at].rstrip(".")
-                own = parse_header(text)
-                names[at] = text if own.roles and own.unit else f"{name} {text}" + f" [{unit}]" * bool(unit)
-                counted = not is_number(text) or text == str(number)
-                if len(below) < 2 or not counted or not parse_header(names[at]).roles:
-                    return False
-        more = width - len(self.cells)  # a header merged over the last columns leaves its row shorter
-        if len(names) < 2 or len(names) < len(_filled(row)) or more > 8:
-            return False
-        self.cells += [replace(self.cells[-1], text="")] * more
-        self.headers += [parse_header("")] * more
-        for at, name in names.items():
-            self.headers[at] = parse_header(name)
-            self.cells[at] = replace(self.cells[at], text=name)
-        return True
+                if not (parse_header(text).roles and parse_header(text).unit):
+                    text = f"{name} {text} [{unit}]" if unit else f"{name} {text}"
+                numbered = not is_number(row.texts[at]) or row.texts[at].rstrip(".") == str(number)
+                if len(below) < 2 or not numbered or not parse_header(text).roles:
+                    return []
+                named[at] = replace(named[at][0], text=text), parse_header(text)
+        return named if heads and heads[0] <= _filled(row)[0] and more <= 8 else []
 
     def _take_run(self, row: Row) -> None:
         title = " ".join(text for words in self.words for text in words.texts)
@@ -309,13 +306,11 @@ class _Sheet:
         if self.skipped:
             return
         for role, (text, where) in said.items():
-            same = [at for at, header in enumerate(self.all_headers) if header.roles == (role,)]
+            same = [at for at, (_, header) in enumerate(self.columns) if header.roles == (role,)]
             if not same:
-                same = [len(self.all_cells)]
-                self.all_cells.append(
-                    replace(self.grid.cell(Row(where[0], [""] * (where[1] + 1)), where[1]), text=role)
-                )
-                self.all_headers.append(Header(role, (role,), None, ""))
+                same = [len(self.columns)]
+                cell = self.grid.cell(Row(where[0], [""] * (where[1] + 1)), where[1])
+                self.columns.append((replace(cell, text=role), Header(role, (role,), None, "")))
             self.given = self.given | dict.fromkeys(same, (text, where))
         width = len(self.places)
         remarks = [at for at in range(width, len(row.texts)) if row.texts[at]]
@@ -329,62 +324,64 @@ class _Sheet:
 
     def _begin_runs(self, title: str) -> None:
         """Give the columns of a table their places among all columns, unless its rows are no runs."""
-        timings = [header.text for header in self.headers if set(header.roles).intersection(TIMINGS)]
+        names = [cell.text for cell, _ in self.here]
+        timings = [header.text for _, header in self.here if set(header.roles).intersection(TIMINGS)]
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
-        untimed = self.any_timed and not _is_timed([cell.text for cell in self.cells])
+        untimed = self.any_timed and not _is_timed(names)
         if untimed or (means and self.runs and not self.only_means):
             self.skipped, self.fresh = True, False
-            what = f'the table below line {self.head.line} ("{self.cells[0].text[:40]}", …)'
             why = "has no times of runs" if untimed else "contains means"
-            self.faults.add(codes.TABLE_LEFT_OUT, f"{what} {why}: left out", "", self.cells[0])
+            message = f'the table below line {self.head.line} ("{names[0][:40]}", …) {why}: left out'
+            self.faults.add(codes.TABLE_LEFT_OUT, message, "", self.here[0][0])
             return
         self.only_means = means if not self.runs else self.only_means
-        _check_head(self.cells, self.headers)
-        for cell, header in zip(self.cells, self.headers, strict=True):
-            free = [at for at in range(len(self.all_cells)) if at not in self.places]
-            same = [at for at in free if cell.text and squeeze(self.all_cells[at].text) == squeeze(cell.text)]
-            meant = (header.roles, header.number) if len(header.roles) == 1 else None
-            same += [at for at in free if (self.all_headers[at].roles, self.all_headers[at].number) == meant]
-            if not same:
-                same = [len(self.all_cells)]
-                self.all_cells.append(cell)
-                self.all_headers.append(header)
-            elif self.all_headers[same[0]].unit != header.unit and header.roles:
-                first = self.all_cells[same[0]].text
+        for at, (cell, header) in enumerate(self.here):
+            if cell.text and cell.text in names[:at]:
+                hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
+                raise _TableError(codes.HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
+            same = (
+                k for k, column in enumerate(self.columns) if k not in self.places and _is_same(column, cell, header)
+            )
+            place = next(same, len(self.columns))
+            if place == len(self.columns):
+                self.columns.append((cell, header))
+            elif self.columns[place][1].unit != header.unit and header.roles:
+                first = self.columns[place][0].text
                 message = f'the table below line {cell.line} has "{cell.text}", and the first has "{first}"'
                 hint = f'give the columns of all tables the same units: write "{first}" and its numbers'
-                raise _NotOneTable(codes.BLOCKS_STACKED, message, hint, cell)
-            self.places.append(same[0])
+                raise _TableError(codes.BLOCKS_STACKED, message, hint, cell)
+            self.places.append(place)
 
     def _check_first(self, row: Row) -> None:
         """Refuse a later table whose first row lacks what the first table gives: nothing above it holds for it."""
-        headed = [header for header, text in zip(self.headers, row.texts, strict=False) if text]
-        roles = {role for header in headed for role in header.roles}
-        roles |= {role for at in self.given for role in self.all_headers[at].roles}
-        parts = {role: BY_NAME[role].part for role in roles if role in BY_NAME and BY_NAME[role].part}
-        told = {part if part in ("spin", "count") else role for role, part in parts.items() if part != "timing"}
-        if any(turns_in(cell.text) for cell in self.cells):
+        headed = [header for (_, header), text in zip(self.here, row.texts, strict=False) if text]
+        headed += [self.columns[at][1] for at in self.given]
+        roles = {role for header in headed for role in header.roles if role in BY_NAME and BY_NAME[role].part}
+        told = {role if BY_NAME[role].part == "load" else BY_NAME[role].part for role in roles}
+        if any(turns_in(cell.text) for cell, _ in self.here):
             told.add("count")
+        if any("position" in header.roles for _, header in self.here):
+            told.add("position")  # blank in a run without a weight
         if not self.tables:
             self.told = told
         self.tables.append(len(self.runs))
-        here = {role for header in self.headers for role in header.roles}
-        if lost := sorted(self.told - told - {"torque"} - ({"position"} & here)):
-            name = {"count": "turns"}.get(lost[0], lost[0])
+        if lost := sorted(self.told - told - {"torque"}):
+            name = {"count": "turns", "timing": "time"}.get(lost[0], lost[0])
             message = (
                 f"the table below line {self.head.line} has no {name} in its first row, and the first table has one"
             )
             hint = f'write it there, or in the line above the table, such as "{name} {BY_NAME[name].sample}"; '
             hint += "or put # before its lines if they are no runs"
-            raise _NotOneTable(codes.BLOCKS_STACKED, message, hint, self.grid.cell(self.head, _filled(self.head)[0]))
+            raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
 
     def _read_captions(self) -> dict[str, tuple[str, tuple[int, int]]]:
         """Find what the rows of text above a run say of what its columns lack."""
         found: dict[str, tuple[str, tuple[int, int]]] = {}
-        lacking = _lacking(self.headers)
+        lacking = _lacking([header for _, header in self.here]) if self.words else set()
         for row in self.words:
-            said = {role: one for role, one in _said(row).items() if role in lacking}
-            found |= {role: (text, divmod(row.spot(at), MAX_COLUMNS)) for role, (text, at) in said.items()}
+            said = {role: (text, divmod(row.spot(at), MAX_COLUMNS)) for role, (text, at) in _said(row).items()}
+            said = {role: one for role, one in said.items() if role in lacking}
+            found |= said
             if said:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 message = f"line {row.line} says it for the runs below it: {told}"
@@ -398,36 +395,44 @@ class _Sheet:
         """Give all runs as one table, and say what was left out."""
         for row in self.words:
             self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
-        width = len(self.all_cells)
-        moved = [_moved(row, places, given, width) for row, places, given in self.runs]
+        headers = [header for _, header in self.columns]
+        moved = [_moved(row, places, given, len(headers)) for row, places, given in self.runs]
         parts = [moved[start:end] for start, end in pairwise([*self.tables, len(moved)])]
         for part in parts:
-            if _ends_with_means(part, self.all_headers):
+            if _ends_with_means(part, headers):
                 self._leave_out(codes.SUMMARY_LEFT_OUT, part.pop())
         self._tell()
+        if not self.runs:
+            hint = "write one row for each timed run"
+            raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
         seen: set[tuple[str, ...]] = set()
         for part in parts:
             texts = [tuple(row.texts) for row in part]
             if sum(one in seen for one in texts) > 1:
                 message = f"the table with line {part[0].line} repeats runs that stand above"
-                hint = "a run counts once: delete this table, or put # before its lines (in a workbook, strike its rows out)"
-                raise _NotOneTable(codes.BLOCKS_STACKED, message, hint, self.grid.cell(part[0], _filled(part[0])[0]))
+                hint = "a run counts once: delete this table, or put # before its lines"
+                raise _TableError(codes.BLOCKS_STACKED, message, hint, self.grid.cell(part[0], _filled(part[0])[0]))
             seen.update(texts)
-        if not self.runs:
-            hint = "write one row for each timed run"
-            raise _NotOneTable(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
         if len(parts) > 1:
             lines = ", ".join(span([row.line for row in part]) for part in parts)
-            self.faults.add(codes.TABLES_JOINED, f"{len(parts)} tables are read as one: {lines}", "", self.all_cells[0])
+            message = f"{len(parts)} tables are read as one: {lines}"
+            self.faults.add(codes.TABLES_JOINED, message, "", self.columns[0][0])
         rows = [row for part in parts for row in part]
-        for at, cell in enumerate(self.all_cells):
-            # "period [s], 5 turns": a time whose cells are all blank is another fault.
-            turns = turns_in(cell.text) if self.all_headers[at].unit is None else ""
-            if turns and not any(row.texts[at : at + 1] for row in rows):
-                message = f'"{cell.text}" has no cell in any row: the header has more cells than the rows'
-                hint = f'write one name without a comma for it and the one before, as "time for {turns} turns [s]"'
-                raise _NotOneTable(codes.HEADER_PARTED_BY_COMMA, message, hint, cell)
-        return Layout(self.grid, self.all_cells, self.all_headers, rows)
+        self._check_columns(rows)
+        return Layout(self.grid, [cell for cell, _ in self.columns], headers, rows)
+
+    def _check_columns(self, rows: list[Row]) -> None:
+        """Refuse a header that its own comma parts, which shifts the columns behind it."""
+        for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
+            turns = turns_in(behind.text) if header.unit is None or other.unit is None else ""
+            if turns and not any(row.texts[at : at + 1] for row in rows):  # "period [s], 5 turns"
+                meant = f"time for {turns} turns [s]"
+            elif header.roles and header.unit is None and kinds_of(behind.text) and not other.roles:
+                meant = f"{cell.text} [{behind.text}]"
+            else:
+                continue
+            message = f'"{behind.text}" stands alone in its cell: is it a part of "{cell.text}"?'
+            raise _TableError(codes.HEADER_PARTED_BY_COMMA, message, f'write "{meant}", without a comma', behind)
 
     def _tell(self) -> None:
         """Say which rows were left out."""
@@ -445,19 +450,24 @@ class _Sheet:
             self.faults.add(code, message, hint, self.grid.cell(*rows[0]))
 
 
+def _is_same(column: _Column, cell: Text, header: Header) -> bool:
+    """Tell whether a column of another table has the same name, or means the same."""
+    other = column[1]
+    named = cell.text and squeeze(column[0].text) == squeeze(cell.text)
+    return bool(named) or (len(other.roles) == 1 and (other.roles, other.number) == (header.roles, header.number))
+
+
 def _moved(row: Row, places: list[int], given: _Given, width: int) -> Row:
     """Put the cells of a row where the columns of the whole are, with what its caption gives."""
     if not given and places == list(range(width)):
         return row
-    texts = [""] * (width + len(row.texts))
-    origin = [(row.line, 0)] * len(texts)
+    cells = dict(given)
     for at, text in enumerate(row.texts):
         place = places[at] if at < len(places) else width + at - len(places)
-        texts[place], origin[place] = text, row.origin[at] if row.origin else (row.line, at)
-    for place, (text, where) in given.items():
-        texts[place], origin[place] = text, where
-    end = max((at + 1 for at, text in enumerate(texts) if text), default=0)
-    return Row(row.line, texts[:end], tuple(origin[:end]))
+        if text:
+            cells[place] = text, row.origin[at] if row.origin else (row.line, at)
+    filled = [cells.get(at, ("", (row.line, 0))) for at in range(max(cells, default=-1) + 1)]
+    return Row(row.line, [text for text, _ in filled], tuple(where for _, where in filled))
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
@@ -469,21 +479,8 @@ def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
         columns = [[to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    return bool(columns) and all(abs(fmean(runs) - last) < 1e-3 * abs(last) for *runs, last in columns)
-
-
-def _check_head(cells: list[Text], headers: list[Header]) -> None:
-    """Refuse a header that a comma parted, which shifts the columns behind it, and two columns of one name."""
-    for (cell, unit), header in zip(pairwise(cells), headers, strict=False):
-        if header.roles and header.unit is None and kinds_of(unit.text) and not parse_header(unit.text).roles:
-            message = f'"{unit.text}" stands alone in its cell: is it the unit of "{cell.text}"?'
-            hint = f'write "{cell.text} [{unit.text}]", or put the header in quotes'
-            raise _NotOneTable(codes.HEADER_PARTED_BY_COMMA, message, hint, unit)
-    names = [" ".join(cell.text.split()) for cell in cells]
-    for at, cell in enumerate(cells):
-        if names[at] and names[at] in names[:at]:
-            hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
-            raise _NotOneTable(codes.HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
+    means = [(fmean(runs), last) for *runs, last in columns]
+    return bool(means) and all(abs(mean - last) < 1e-3 * abs(mean) for mean, last in means)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------
@@ -494,24 +491,17 @@ def _find_head(grid: Grid) -> int:
     rows = grid.rows[:_TITLES_LOOKED_AT]
     first = next((at for at, row in enumerate(rows) if _is_head(row)), None)
     if first is None:
-        sides = [
-            row.texts[0] for row in rows if 2 * _numbers(row) >= len(row.texts) and parse_header(row.texts[0]).roles
-        ]
-        if len(sides) > 1 and 2 * len(sides) >= len(rows):
-            hint = "turn it: one column for each quantity, one row for each run (in a spreadsheet: Paste special, Transpose)"
-            message = f"the names stand at the side ({listing(sides)}): the table is transposed"
-            raise _NotOneTable(codes.TABLE_TRANSPOSED, message, hint, grid.cell(rows[0], 0))
         # No header is known by its names: it is the first row as wide as most rows.
         width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
         first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
     head = rows[first]
     if 2 * _numbers(head) >= len(_filled(head)) > 0 < _numbers(head):
         message = "there is no header row: the first row contains numbers"
-        raise _NotOneTable(codes.NO_HEADER_ROW, message, _HINT, grid.cell(head, 0))
+        raise _TableError(codes.NO_HEADER_ROW, message, _HINT, grid.cell(head, 0))
     if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
         hint = "put the header above all runs, or # before the line if it is no run"
         message = f"line {early.line} contains numbers, and stands above the header in line {head.line}"
-        raise _NotOneTable(codes.NO_HEADER_ROW, message, hint, grid.cell(early, 0))
+        raise _TableError(codes.NO_HEADER_ROW, message, hint, grid.cell(early, 0))
     return first
 
 
@@ -530,7 +520,7 @@ def _blocks(grid: Grid, rows: list[Row]) -> list[list[Row]]:
     if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
         shown = listing([text for text in head.texts if text])
         hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-        raise _NotOneTable(codes.BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(head, 0))
+        raise _TableError(codes.BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(head, 0))
     blocks = []
     for start, end in pairwise([*_filled(head)[::period], len(head.texts)]):
         block = []

@@ -24,7 +24,7 @@ from gyrodata.readings.cells import BLANKS
 from gyrodata.readings.headers import Header, counts_weights, origin_in, parse_header, split_unit, turns_in, with_unit
 from gyrodata.readings.lablog import Faults, Text, listing, span
 from gyrodata.readings.roles import BY_NAME, TEXTS, TIMINGS, kind_of_role, squeeze
-from gyrodata.readings.source import MAX_COLUMNS, Grid, Row
+from gyrodata.readings.source import Grid, Row, find_place
 from gyrodata.units import kinds_of
 
 _HINT = (
@@ -50,8 +50,8 @@ class Layout(Struct, frozen=True):
 
 
 _Column = tuple[Text, Header]
-_Given = dict[int, tuple[str, tuple[int, int]]]
-"""What captions say of runs: text, line and cell by column."""
+_Given = dict[str, tuple[str, int]]
+"""What captions say of runs: text and number of the cell by role."""
 
 
 class _TableError(Exception):
@@ -67,7 +67,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         sheet = _Sheet(grid, faults)
         sheet.words = grid.rows[:first]
         sheet.any_timed = any(_is_timed(row.texts) for row in grid.rows[first:] if _is_head(row))
-        for head, *rows in _blocks(grid, grid.rows[first:]):
+        for head, *rows in _blocks(grid.rows[first:]):
             sheet.begin(head)
             for row in rows:
                 sheet.take(row)
@@ -101,18 +101,15 @@ def _is_head(row: Row) -> bool:
     headers = list(map(parse_header, filter(None, row.texts)))
     named = [header.roles for header in headers if header.roles]
     physical = any(not TEXTS.intersection(found) for found in named)
-    return len(named) > 1 and physical and _numbers(row) * 2 < len(headers) and not _is_unit_row(row)
+    return len(named) > 1 and physical and _numbers(row) * 2 < len(headers) and not _units(row)
 
 
-def _bare(text: str) -> str:
-    return text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text
-
-
-def _is_unit_row(row: Row) -> bool:
-    """Tell a row of units, in brackets or not, and blank cells."""
-    units = [_bare(text) == "%" or (bool(kinds_of(_bare(text))) and not PLAIN.fullmatch(text)) for text in row.texts]
-    others = [text for text, unit in zip(row.texts, units, strict=True) if not unit]
-    return any(units) and all(text in BLANKS or _bare(text) != text for text in others)
+def _units(row: Row) -> list[str]:
+    """Read a row of units, in brackets or not; none if it is no such row."""
+    units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
+    is_unit = [unit == "%" or bool(kinds_of(unit) and not PLAIN.fullmatch(unit)) for unit in units]
+    others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
+    return units if any(is_unit) and all(unit in BLANKS or unit != text for unit, text in others) else []
 
 
 def _is_summary(row: Row, headers: list[Header]) -> bool:
@@ -122,8 +119,7 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     if is_number(text) or (at < len(headers) and "note" in headers[at].roles):
         return False
     words = re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text)
-    is_title = parse_header(text).roles and len(_filled(row)) == 1
-    return not is_title and not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
+    return not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
 
 
 _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
@@ -165,22 +161,17 @@ _UNIT = r"[^\W\d_][\w/^*·]*"
 _QUANTITY = rf"(?<![\w.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
-_OF_THE_BALL = re.compile(rf"(?i)\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})")
-_SEVERAL = re.compile(
-    rf"(?i)(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+_SAYS_NOTHING = re.compile(
+    rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})|{_any_of('not_timed')}"
+    rf"|(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
-_NOT_TIMED = re.compile(f"(?i){_any_of('not_timed')}")
+"""Lines whose quantities hold for no run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
 
 
 def _said(row: Row) -> dict[str, tuple[str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell of each quantity by role; none of which two are told."""
     filled = _filled(row)
     whole = " ".join(row.texts[at] for at in filled)
-    # "Steel ball, m = 4.28 kg" is no weight on the rod, and "2 weights of 20 g" are not one.
-    without = {"mass"} if _SEVERAL.search(whole) else set()
-    without |= {"position"} if origin_in(whole) else set()
-    without |= {"mass", "position"} if _OF_THE_BALL.match(whole) else set()
-    without |= {"turns"} if _NOT_TIMED.search(whole) else set()
     found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     end = 0
@@ -189,6 +180,7 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
+        role = "" if role == "position" and origin_in(whole) else role
         if role and known.NOT_THE_WEIGHT.isdisjoint(squeeze(word).lower() for word in beside):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
@@ -196,9 +188,8 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
     is_count = parse_header(name.rstrip(":=")).roles == ("turns",)  # "Turns: 1/3"
     if turns := turns_in(f"{rest} turns" if is_count else whole):
         found["turns"] = {turns: filled[-1]}
-    return {
-        role: item for role, items in found.items() for item in items.items() if len(items) == 1 and role not in without
-    }
+    found = {} if _SAYS_NOTHING.search(whole) else found
+    return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 
 
 def _lacking(headers: list[Header]) -> set[str]:
@@ -218,9 +209,9 @@ def _lacking(headers: list[Header]) -> set[str]:
 # From row to row ---------------------------------------------------------------------------------------------------
 
 _LEFT_OUT = {
-    codes.ROW_IS_ONLY_A_TITLE: "{} says nothing of runs, and is left out",
-    codes.ROW_TAKEN_OUT: "begins with # or is struck out, and is left out",
-    codes.SUMMARY_LEFT_OUT: "no run, but worked out from runs ({}): left out",
+    codes.ROW_IS_ONLY_A_TITLE: "text, not a run",
+    codes.ROW_TAKEN_OUT: "taken out with # or by striking it out",
+    codes.SUMMARY_LEFT_OUT: "worked out from runs, not a run",
 }
 
 
@@ -237,8 +228,8 @@ class _Sheet:
         """Number of the first run of each table."""
         self.words: list[Row] = []
         """Rows of text that no run has followed yet."""
-        self.left_out: list[tuple[str, Row, int]] = []
-        """Rows that are no runs: why, and where in them it stands."""
+        self.left_out: dict[str, list[tuple[Row, int]]] = {code: [] for code in _LEFT_OUT}
+        """Rows that are no runs, with the cell that says so."""
         self.any_timed = self.only_means = False
         self.told: set[str] = set()
         """Parts of a run that the first table gives."""
@@ -258,14 +249,14 @@ class _Sheet:
             if self.fresh and not self.words:
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, self.head)  # a row of names above the header
             self.begin(row)
-        elif self.fresh and _is_unit_row(row):
-            for at, text in enumerate(row.texts[: len(headers)]):
-                if _bare(text) not in BLANKS and headers[at].unit is None:
+        elif self.fresh and (units := _units(row)):
+            for at, (unit, header) in enumerate(zip(units, headers, strict=False)):
+                if unit not in BLANKS and header.unit is None:
                     # Minutes and seconds stand below one "time".
-                    header = headers[at] if headers[at].text or not at else headers[at - 1]
-                    self.here[at] = self.here[at][0], with_unit(header, _bare(text))
-        elif self.fresh and (named := self._names_below(row)):
-            self.here = named
+                    named = with_unit(header if header.text or not at else headers[at - 1], unit)
+                    self.here[at] = self.here[at][0], named
+        elif self.fresh and (below := self._names_below(row)):
+            self.here = below
         elif row.texts[0] == "#":
             self._leave_out(codes.ROW_TAKEN_OUT, row)  # a # that a spreadsheet put into a cell of its own
         elif _is_summary(row, headers):
@@ -276,60 +267,52 @@ class _Sheet:
             self._take_run(row)
 
     def _leave_out(self, code: str, row: Row) -> None:
-        if code != codes.ROW_IS_ONLY_A_TITLE or not known.altered_role(", ".join(filter(None, row.texts))):
-            self.left_out.append((code, row, _filled(row)[0]))
+        self.left_out[code].append((row, _filled(row)[0]))
 
     def _names_below(self, row: Row) -> list[_Column]:
         """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is no such row."""
         # A header merged over the last columns leaves its row shorter.
         more = len(row.texts) - len(self.here)
-        named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * min(more, 8)]
-        heads = [at for at, (cell, _) in enumerate(named) if cell.text]
-        for over, end in pairwise([*heads, len(named)]):
-            below = [at for at in _filled(row) if over <= at < end]
-            name, unit = split_unit(named[over][0].text)
-            for number, at in enumerate(below, 1):
-                text = row.texts[at].rstrip(".")
-                if not (parse_header(text).roles and parse_header(text).unit):
-                    text = f"{name} {text} [{unit}]" if unit else f"{name} {text}"
-                numbered = not is_number(row.texts[at]) or row.texts[at].rstrip(".") == str(number)
-                if len(below) < 2 or not numbered or not parse_header(text).roles:
-                    return []
+        if more <= 0 and all(cell.text for cell, _ in self.here):
+            return []
+        named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * more]
+        over = ""
+        for at, text in enumerate(row.texts):
+            over = named[at][0].text or over
+            name, unit = split_unit(over)
+            if text and not (parse_header(text).roles and parse_header(text).unit):
+                text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
+            if text and not parse_header(text).roles:
+                return []
+            if text:
                 named[at] = replace(named[at][0], text=text), parse_header(text)
-        return named if heads and heads[0] <= _filled(row)[0] and more <= 8 else []
+        return named
 
     def _take_run(self, row: Row) -> None:
-        title = " ".join(text for words in self.words for text in words.texts)
-        said = self._read_captions()
-        if self.fresh:
-            self._begin_runs(title)
+        is_first, self.fresh = self.fresh, False
+        if is_first:
+            self._begin_runs()
+        self.given = self.given | self._read_captions()
         if self.skipped:
             return
-        for role, (text, where) in said.items():
-            same = [at for at, (_, header) in enumerate(self.columns) if header.roles == (role,)]
-            if not same:
-                same = [len(self.columns)]
-                cell = self.grid.cell(Row(where[0], [""] * (where[1] + 1)), where[1])
-                self.columns.append((replace(cell, text=role), Header(role, (role,), None, "")))
-            self.given = self.given | dict.fromkeys(same, (text, where))
         width = len(self.places)
         remarks = [at for at in range(width, len(row.texts)) if row.texts[at]]
         if remarks and not any(is_number(row.texts[at]) for at in remarks):
-            self.left_out.append((codes.ROW_IS_ONLY_A_TITLE, row, remarks[0]))
+            self.left_out[codes.ROW_IS_ONLY_A_TITLE].append((row, remarks[0]))
             row = Row(row.line, row.texts[:width], row.origin)
-        if self.fresh:
+        if is_first:
             self._check_first(row)
-        self.fresh = False
         self.runs.append((row, self.places, self.given))
 
-    def _begin_runs(self, title: str) -> None:
+    def _begin_runs(self) -> None:
         """Give the columns of a table their places among all columns, unless its rows are no runs."""
         names = [cell.text for cell, _ in self.here]
         timings = [header.text for _, header in self.here if set(header.roles).intersection(TIMINGS)]
+        title = " ".join(text for words in self.words for text in words.texts)
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
         untimed = self.any_timed and not _is_timed(names)
         if untimed or (means and self.runs and not self.only_means):
-            self.skipped, self.fresh = True, False
+            self.skipped = True
             why = "has no times of runs" if untimed else "contains means"
             message = f'the table below line {self.head.line} ("{names[0][:40]}", …) {why}: left out'
             self.faults.add(codes.TABLE_LEFT_OUT, message, "", self.here[0][0])
@@ -339,10 +322,8 @@ class _Sheet:
             if cell.text and cell.text in names[:at]:
                 hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
                 raise _TableError(codes.HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
-            same = (
-                k for k, column in enumerate(self.columns) if k not in self.places and _is_same(column, cell, header)
-            )
-            place = next(same, len(self.columns))
+            free = [k for k in range(len(self.columns)) if k not in self.places]
+            place = next((k for k in free if _is_same(self.columns[k], (cell, header))), len(self.columns))
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
@@ -354,38 +335,31 @@ class _Sheet:
 
     def _check_first(self, row: Row) -> None:
         """Refuse a later table whose first row lacks what the first table gives: nothing above it holds for it."""
-        headed = [header for (_, header), text in zip(self.here, row.texts, strict=False) if text]
-        headed += [self.columns[at][1] for at in self.given]
-        roles = {role for header in headed for role in header.roles if role in BY_NAME and BY_NAME[role].part}
-        told = {role if BY_NAME[role].part == "load" else BY_NAME[role].part for role in roles}
-        if any(turns_in(cell.text) for cell, _ in self.here):
-            told.add("count")
+        headers = [header for (_, header), text in zip(self.here, row.texts, strict=False) if text]
+        told = {role for header in headers for role in header.roles} | set(self.given)
+        if not self.tables:
+            self.told = told & {*known.FILLED_DOWN, *TIMINGS} - {"torque"}
+        self.tables.append(len(self.runs))
         if any("position" in header.roles for _, header in self.here):
             told.add("position")  # blank in a run without a weight
-        if not self.tables:
-            self.told = told
-        self.tables.append(len(self.runs))
-        if lost := sorted(self.told - told - {"torque"}):
-            name = {"count": "turns", "timing": "time"}.get(lost[0], lost[0])
+        if lost := sorted(self.told - told):
             message = (
-                f"the table below line {self.head.line} has no {name} in its first row, and the first table has one"
+                f"the table below line {self.head.line} has no {lost[0]} in its first row; the first table has one"
             )
-            hint = f'write it there, or in the line above the table, such as "{name} {BY_NAME[name].sample}"; '
+            hint = f'write it there, or in the line above the table, such as "{lost[0]} {BY_NAME[lost[0]].sample}"; '
             hint += "or put # before its lines if they are no runs"
             raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
 
-    def _read_captions(self) -> dict[str, tuple[str, tuple[int, int]]]:
+    def _read_captions(self) -> _Given:
         """Find what the rows of text above a run say of what its columns lack."""
-        found: dict[str, tuple[str, tuple[int, int]]] = {}
+        found: _Given = {}
         lacking = _lacking([header for _, header in self.here]) if self.words else set()
         for row in self.words:
-            said = {role: (text, divmod(row.spot(at), MAX_COLUMNS)) for role, (text, at) in _said(row).items()}
-            said = {role: one for role, one in said.items() if role in lacking}
-            found |= said
-            if said:
+            if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 message = f"line {row.line} says it for the runs below it: {told}"
                 self.faults.add(codes.CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
+                found |= said
             else:
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
         self.words = []
@@ -395,13 +369,23 @@ class _Sheet:
         """Give all runs as one table, and say what was left out."""
         for row in self.words:
             self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
+        for role, (_, spot) in {role: one for *_, given in self.runs for role, one in given.items()}.items():
+            if not any(header.roles == (role,) for _, header in self.columns):
+                place = find_place(self.grid.lines, self.grid.delimiter, spot)
+                self.columns.append((Text(role, *place), Header(role, (role,), None, "")))
         headers = [header for _, header in self.columns]
-        moved = [_moved(row, places, given, len(headers)) for row, places, given in self.runs]
+        moved = [_moved(row, places, given, headers) for row, places, given in self.runs]
         parts = [moved[start:end] for start, end in pairwise([*self.tables, len(moved)])]
         for part in parts:
             if _ends_with_means(part, headers):
                 self._leave_out(codes.SUMMARY_LEFT_OUT, part.pop())
-        self._tell()
+        for code, left in self.left_out.items():
+            if left:
+                lines = span(sorted({row.line for row, _ in left}))
+                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
+                hint = "what holds for the runs goes into a column, or a line such as # position_from: surface"
+                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
+                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
@@ -422,52 +406,34 @@ class _Sheet:
         return Layout(self.grid, [cell for cell, _ in self.columns], headers, rows)
 
     def _check_columns(self, rows: list[Row]) -> None:
-        """Refuse a header that its own comma parts, which shifts the columns behind it."""
+        """Refuse a header that its own comma parts: "period [s], 5 turns"."""
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
-            turns = turns_in(behind.text) if header.unit is None or other.unit is None else ""
-            if turns and not any(row.texts[at : at + 1] for row in rows):  # "period [s], 5 turns"
-                meant = f"time for {turns} turns [s]"
-            elif header.roles and header.unit is None and kinds_of(behind.text) and not other.roles:
-                meant = f"{cell.text} [{behind.text}]"
-            else:
-                continue
-            message = f'"{behind.text}" stands alone in its cell: is it a part of "{cell.text}"?'
-            raise _TableError(codes.HEADER_PARTED_BY_COMMA, message, f'write "{meant}", without a comma', behind)
-
-    def _tell(self) -> None:
-        """Say which rows were left out."""
-        for code, template in _LEFT_OUT.items():
-            rows = sorted(((row, at) for why, row, at in self.left_out if why == code), key=lambda one: one[0].line)
-            if not rows:
-                continue
-            shown = listing([f'"{row.texts[at]}"' for row, at in rows], 4)
-            hint = ""
-            if code == codes.ROW_IS_ONLY_A_TITLE:
-                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
-            for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in rows)):
-                hint = f'if positions count from the {origin}, write "# position_from: {origin}" above the header'
-            message = f"{span(sorted({row.line for row, _ in rows}))}: {template.format(shown)}"
-            self.faults.add(code, message, hint, self.grid.cell(*rows[0]))
+            turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
+            if turns and not any(row.texts[at : at + 1] for row in rows):
+                message = f'"{behind.text}" stands alone in its cell: is it a part of "{cell.text}"?'
+                hint = f'write one name without a comma, as "time for {turns} turns [s]"'
+                raise _TableError(codes.HEADER_PARTED_BY_COMMA, message, hint, behind)
 
 
-def _is_same(column: _Column, cell: Text, header: Header) -> bool:
-    """Tell whether a column of another table has the same name, or means the same."""
-    other = column[1]
-    named = cell.text and squeeze(column[0].text) == squeeze(cell.text)
-    return bool(named) or (len(other.roles) == 1 and (other.roles, other.number) == (header.roles, header.number))
+def _is_same(one: _Column, other: _Column) -> bool:
+    """Tell whether columns of two tables have the same name, or mean the same."""
+    named = squeeze(one[0].text) == squeeze(other[0].text) != ""
+    return named or (len(one[1].roles) == 1 and (one[1].roles, one[1].number) == (other[1].roles, other[1].number))
 
 
-def _moved(row: Row, places: list[int], given: _Given, width: int) -> Row:
+def _moved(row: Row, places: list[int], given: _Given, headers: list[Header]) -> Row:
     """Put the cells of a row where the columns of the whole are, with what its caption gives."""
+    width = len(headers)
     if not given and places == list(range(width)):
         return row
-    cells = dict(given)
-    for at, text in enumerate(row.texts):
-        place = places[at] if at < len(places) else width + at - len(places)
-        if text:
-            cells[place] = text, row.origin[at] if row.origin else (row.line, at)
-    filled = [cells.get(at, ("", (row.line, 0))) for at in range(max(cells, default=-1) + 1)]
-    return Row(row.line, [text for text, _ in filled], tuple(where for _, where in filled))
+    roles = [header.roles for header in headers]
+    cells = {roles.index((role,)): one for role, one in given.items()}
+    places = [*places, *range(width, width + len(row.texts))]
+    cells |= {
+        place: (text, row.spot(at)) for at, (place, text) in enumerate(zip(places, row.texts, strict=False)) if text
+    }
+    filled = [cells.get(at, ("", row.spot(0))) for at in range(max(cells, default=-1) + 1)]
+    return Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled))
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
@@ -509,29 +475,20 @@ _COPY = re.compile(r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$")
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 
-def _blocks(grid: Grid, rows: list[Row]) -> list[list[Row]]:
+def _blocks(rows: list[Row]) -> list[list[Row]]:
     """Put whole tables that stand side by side below each other; each begins with its header."""
     head = rows[0]
-    names = [squeeze(_COPY.sub("", text)) for text in head.texts if text]
-    period = next((n for n in range(2, len(names) // 2 + 1) if _repeats(names, n)), 0)
-    if not period:
+    names = "".join(f"{squeeze(_COPY.sub('', text))}\n" for text in head.texts if text)
+    match = re.match(r"((?:.+\n){2,}?)\1+", names)
+    names_of_one = match[1].split() if match else []
+    if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
         return [rows]
-    roles = {role for name in head.texts for role in parse_header(_COPY.sub("", name)).roles}
-    if not (roles & {"mass", "torque", "force"} and roles.intersection(TIMINGS)):
-        shown = listing([text for text in head.texts if text])
-        hint = "put the blocks below each other, with a column for what differs (such as mass [g])"
-        raise _TableError(codes.BLOCKS_SIDE_BY_SIDE, f"blocks stand side by side: {shown}", hint, grid.cell(head, 0))
     blocks = []
-    for start, end in pairwise([*_filled(head)[::period], len(head.texts)]):
+    for start, end in pairwise([*_filled(head)[:: len(names_of_one)], len(head.texts)]):
         block = []
         for row in rows:
             texts = [_COPY.sub("", text) if row is head else text for text in row.texts[start:end]]
             if any(texts):
-                block.append(Row(row.line, texts, tuple((row.line, at) for at in range(start, end))))
+                block.append(Row(row.line, texts, tuple(row.spot(at) for at in range(start, end))))
         blocks.append(block)
     return blocks
-
-
-def _repeats(names: list[str], period: int) -> bool:
-    block, whole = names[:period], len(names) // period * period
-    return len(set(block)) == period and names[:whole] == block * (len(names) // period)

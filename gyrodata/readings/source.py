@@ -18,15 +18,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from xml.etree import ElementTree
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
 from gyrodata.errors import printable
-from gyrodata.readings import other_tables
 from gyrodata.readings.cells import find_in_row
-from gyrodata.readings.lablog import Faults, Place, Text, listing, span
+from gyrodata.readings.lablog import Faults, Place, Text, listing
 from gyrodata.readings.roles import CONSTANTS, is_word
 
 if TYPE_CHECKING:
@@ -47,19 +47,11 @@ _OTHER_FILES = {
     "a PDF": rb"%PDF",
     "a rich-text document": rb"\{\\rtf",
     "an old Office file (.xls or .doc)": rb"\xd0\xcf\x11\xe0",
-    "an archive": rb"7z\xbc\xaf|Rar!|BZh|\xfd7zXZ",
+    "an archive (gyro grade reads the zip of a class)": rb"PK\x03\x04|7z\xbc\xaf|Rar!",
     "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg))",
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """How files begin that are no tables."""
-_MARKS = {
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF32_LE: "utf-32",
-    codecs.BOM_UTF32_BE: "utf-32",
-    codecs.BOM_UTF16_LE: "utf-16",
-    codecs.BOM_UTF16_BE: "utf-16",
-}
-"""Byte-order marks; one of UTF-32 begins like one of UTF-16."""
 _CODE_PAGES = ("cp1252", "cp1251", "cp1250")
 """What Excel writes as CSV in the West, with Cyrillic letters, and in the East of Europe."""
 
@@ -67,7 +59,6 @@ _CODE_PAGES = ("cp1252", "cp1251", "cp1250")
 class Document(Struct, frozen=True):
     """A log as text, before anything in it is understood."""
 
-    name: str
     sha256: str
     text: str
     faults: Faults
@@ -80,9 +71,9 @@ class Document(Struct, frozen=True):
 def load(source: Source, name: str | None) -> Document:
     """Read and decode a log."""
     if is_frame(source):
-        shown = name or "<table>"
         text, floats = _frame_text(source)
-        return Document(shown, hashlib.sha256(text.encode()).hexdigest(), text, Faults(shown, text), "\t", floats)
+        faults = Faults(name or "<table>", text)
+        return Document(hashlib.sha256(text.encode()).hexdigest(), text, faults, "\t", floats)
     shown, data = _read(source, name)
     faults = Faults(shown)
     digest = hashlib.sha256(data).hexdigest()
@@ -95,16 +86,9 @@ def load(source: Source, name: str | None) -> Document:
     if len(data) > MAX_BYTES:
         raise faults.refuse(codes.FILE_TOO_LARGE, "the file is larger than 10 MB", _SMALL)
     kind = next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")
-    sheets: dict[str, str] = {}
-    if data.startswith(b"PK\x03\x04"):
-        sheets = _workbook_sheets(data, faults)
-    elif kind == "a web page":
-        sheets = _texts_of({"": other_tables.web_page_rows(decode(data, faults)[0])})
-    if sheets:
-        # The name of a sheet is a title of what is on it.
-        titled = (text if len(sheets) == 1 else f"sheet {title}\n{text}" for title, text in sheets.items())
-        text = "\n".join(titled) + "\n"
-        return Document(shown, digest, text, Faults(shown, text), "\t")
+    if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
+        text = _workbook_text(data, faults)
+        return Document(digest, text, Faults(shown, text), "\t")
     if kind:
         raise faults.refuse(codes.OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
     text, page = decode(data, faults)
@@ -114,7 +98,7 @@ def load(source: Source, name: str | None) -> Document:
     if page:
         message = f"the file is not UTF-8; it was read as {page}"
         faults.add(codes.CODE_PAGE_GUESSED, message, "save it as UTF-8 to be sure")
-    return Document(shown, digest, text, faults)
+    return Document(digest, text, faults)
 
 
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
@@ -136,11 +120,9 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        hint = f"there is no folder {str(path.parent)!r} either"
-        if path.parent.is_dir():
-            names = sorted(entry.name for entry in path.parent.iterdir())[:2000]
-            close = difflib.get_close_matches(path.name, names, n=3)
-            hint = f"did you mean {listing(close)}?" if close else ""
+        names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
+        close = difflib.get_close_matches(path.name, names, n=3)
+        hint = f"did you mean {listing(close)}?" if close else ""
         raise Faults(shown).refuse(codes.FILE_NOT_FOUND, f"there is no file {str(path)!r}", hint) from None
     except (OSError, ValueError) as error:
         message = f"{str(path)!r} cannot be opened: {getattr(error, 'strerror', '') or error}"
@@ -149,10 +131,10 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
     """Decode by byte-order mark, as UTF-8, or in the code page that gives most known words, whose name is given too."""
-    encoding = next((encoding for mark, encoding in _MARKS.items() if data.startswith(mark)), "")
     page = ""
     try:
-        text = data.decode(encoding, "replace") if encoding else data.decode("utf-8")
+        is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        text = data.decode("utf-16" if is_utf16 else "utf-8-sig")
     except UnicodeDecodeError:
         page = max(_CODE_PAGES, key=lambda page: _known_letters(data[:20_000].decode(page, "replace")))
         text = data.decode(page, "replace")
@@ -220,35 +202,24 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
-def _texts_of(sheets: Mapping[str, Iterable[Iterable[Any]]]) -> dict[str, str]:
-    """Write each sheet that has a filled cell."""
-    texts = {title: "\n".join(_table_lines(rows)).rstrip("\n") for title, rows in sheets.items()}
-    return {title: text for title, text in texts.items() if text}
-
-
-def _workbook_sheets(data: bytes, faults: Faults) -> dict[str, str]:
-    """Give the text of each filled sheet of a workbook by its name."""
+def _workbook_text(data: bytes, faults: Faults) -> str:
+    """Write the filled sheets of a workbook below each other as tab-separated text."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            sizes = {member.filename: member.file_size for member in archive.infolist()}
-    except Exception:  # a damaged archive can fail in any way inside the library
-        sizes = {}
-    if sizes.keys().isdisjoint(("xl/workbook.xml", "content.xml")):
-        hint = "save the table as CSV and give that file; gyro grade reads a zip of a whole class"
-        raise faults.refuse(codes.OTHER_KIND_OF_FILE, "this is a zip archive, not a table", hint)
-    if sum(sizes.values()) > _MAX_UNPACKED:
-        raise faults.refuse(codes.FILE_TOO_LARGE, "the workbook unpacks to more than 100 MB", _SMALL)
-    try:
-        if "xl/workbook.xml" in sizes:
-            sheets = _texts_of(_excel_rows(data))
-        else:
-            sheets = _texts_of(other_tables.opendocument_rows(data, MAX_ROWS + 10, MAX_COLUMNS + 10))
-    except Exception as error:  # so can a damaged workbook
+            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
+                raise ValueError("it unpacks to more than 100 MB")
+            is_excel = "xl/workbook.xml" in archive.namelist()
+            rows = _excel_rows(data) if is_excel else _opendocument_rows(archive.read("content.xml"))
+            texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
+            filled = {title: text for title, text in texts.items() if text}
+    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
         message = f"the workbook cannot be read ({f'{type(error).__name__}: {error}'[:80]})"
         raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, message, "save the table as CSV") from None
-    if not sheets:
+    if not filled:
         raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, "the workbook is empty", "save the log's sheet as CSV")
-    return sheets
+    # The name of a sheet is a title of what is on it.
+    titled = (text if len(filled) == 1 else f"sheet {title}\n{text}" for title, text in filled.items())
+    return "\n".join(titled) + "\n"
 
 
 def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
@@ -279,10 +250,38 @@ def _typed(row: Iterable[Any]) -> list[Any]:
         elif isinstance(value, time | timedelta):
             if isinstance(value, time):
                 value = timedelta(minutes=value.minute, seconds=value.second, microseconds=value.microsecond)
-            minutes, seconds = divmod(value.total_seconds(), 60)
-            value = f"{int(minutes):02d}:{seconds:05.2f}"
+            seconds = value.total_seconds()
+            value = f"{int(seconds // 60):02d}:{seconds % 60:05.2f}"
         values.append(value)
     return values
+
+
+_OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
+
+
+def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
+    """Give the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
+    if b"<!DOCTYPE" in content:
+        raise ValueError("it declares entities")
+    sheets: dict[str, Iterable[list[Any]]] = {}
+    for sheet in ElementTree.fromstring(content).iter(_OPEN % ("table", "table")):
+        rows: list[list[Any]] = []
+        for row in sheet.iter(_OPEN % ("table", "table-row")):
+            cells: list[Any] = []
+            for cell in row:
+                shown = " ".join("".join(part.itertext()) for part in cell.iter(_OPEN % ("text", "p")))
+                number = cell.get(_OPEN % ("office", "value"), "")
+                if cell.get(_OPEN % ("office", "value-type")) == "float":
+                    plain = shown.replace(",", ".")
+                    same = re.fullmatch(r"-?[0-9]+\.?[0-9]*", plain) and float(plain) == float(number)
+                    shown = plain if same else number
+                # A file says "this cell 16,384 times" in one line.
+                times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
+                cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
+            times = int(row.get(_OPEN % ("table", "number-rows-repeated"), "1"))
+            rows += [cells] * min(times, MAX_ROWS + 10 - len(rows))
+        sheets[sheet.get(_OPEN % ("table", "name"), "")] = rows
+    return sheets
 
 
 # --- from text to rows of cells: delimiter, quotes, # lines and limits -------------------------------------------
@@ -295,13 +294,12 @@ class Row(Struct, frozen=True):
     """Where it begins."""
     texts: list[str]
     """Its cells, without quotes and without blanks around them; blank ones at the end are cut off."""
-    origin: tuple[tuple[int, int], ...] | None = None
-    """Line and number of each cell in the file, if they are not those of this row."""
+    origin: tuple[int, ...] = ()
+    """Number of each cell in the file, if the cells are not those of this line."""
 
     def spot(self, at: int) -> int:
         """Number a cell of the file."""
-        line, column = self.origin[at] if self.origin is not None and at < len(self.origin) else (self.line, at)
-        return line * MAX_COLUMNS + column
+        return self.origin[at] if at < len(self.origin) else self.line * MAX_COLUMNS + at
 
 
 class Grid(Struct, frozen=True):
@@ -348,18 +346,9 @@ def make_grid(document: Document) -> Grid:
         message = f"{len(body) - 1} rows; at most 100 000 are read"
         raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
     if body and not document.delimiter:
-        delimiter = _find_delimiter(lines, body)
-        if delimiter is None:
-            hint = "put a comma, a semicolon or a tab between the columns"
-            cell = Text(lines[body[0]], body[0] + 1, 1)
-            raise faults.refuse(codes.NO_DELIMITER, "no delimiter between the columns was found", hint, cell)
-        grid = replace(grid, delimiter=delimiter)
-    grid.rows.extend(row for row in _split_rows(grid, body, faults) if not _read_key(row, grid, faults))
-    width = len(grid.rows[0].texts) if grid.rows else 0
-    commented = (c for c in grid.comments if width > 2 and c.text.count(grid.delimiter) == width - 1)
-    if hidden := [c.line for c in commented if c.text[:1].isdigit()]:
-        message = f"{span(hidden)}: begins with # and is left out"
-        faults.add(codes.ROW_TAKEN_OUT, message, "", Place(hidden[0], 1))
+        grid = replace(grid, delimiter=_find_delimiter(lines, body, faults))
+    rows = _split_rows(grid, body, faults)
+    grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
     return grid
 
 
@@ -381,19 +370,18 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
     Tell whether the row contained nothing else.
     """
-    if row.texts[0] == "#":
-        return False  # the reader of the rows says that it is left out
     if found := find_in_row(row.texts):
         at, answer = found
         grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=answer)))
         del row.texts[at:]
         while row.texts and not row.texts[-1]:
             row.texts.pop()
+        return not row.texts
     filled = [text for text in row.texts if text]
     match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
     if match is None or key not in CONSTANTS:
-        return not filled
+        return False
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = match[2].replace("\t", " ")
     grid.metadata.append((key, replace(cell, text=value)))
@@ -409,7 +397,7 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
     return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
-def _find_delimiter(lines: list[str], body: list[int]) -> str | None:
+def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
     """Take the delimiter that cuts most lines into equally many cells; a tab takes the place of blanks that align."""
     bare = [re.sub(r'"[^"]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     shares = {}
@@ -417,13 +405,17 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str | None:
         counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
         shares[delimiter] = counts.most_common(1)[0][1] / len(bare) if counts else 0.0
     best = max(shares.values())
-    words = [re.split(r"\s{2,}", lines[i].strip()) for i in body]
-    usual, often = Counter(map(len, words)).most_common(1)[0]
-    if usual >= 4 and often > best * len(body):
-        for i in body:
-            lines[i] = re.sub(r"(?<=\S)\s{2,}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
-        return "\t"
-    return next((delimiter for delimiter, share in shares.items() if share and share >= best - 0.3), None)
+    for gap in (r"\s{2,}", r"\s+"):
+        usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
+        if usual >= 4 and often > best * len(body):
+            for i in body:
+                lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
+            return "\t"
+    if not best:
+        hint = "put a comma, a semicolon or a tab between the columns"
+        cell = Text(lines[body[0]], body[0] + 1, 1)
+        raise faults.refuse(codes.NO_DELIMITER, "no delimiter between the columns was found", hint, cell)
+    return next(delimiter for delimiter, share in shares.items() if share and share >= best - 0.3)
 
 
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
@@ -437,14 +429,15 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         if (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
             grid.lines[index] = bare
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
+        if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
+            message = "a cell of more than 10 000 characters: no more are read"
+            raise faults.refuse(codes.CELL_TOO_LONG, message, "", Place(index + 1, 1))
         try:
             texts = [text.strip(_UNSEEN + "\n") for text in next(reader)]
-        except csv.Error as error:
+        except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
-            if "limit" in str(error):
-                raise faults.refuse(codes.CELL_TOO_LONG, _TOO_LONG, "", place) from None
-            hint = 'close it with ", or take the quote away'
             message = "a quoted cell begins here and is never closed"
+            hint = 'close it with ", or take the quote away'
             raise faults.refuse(codes.QUOTE_NEVER_CLOSED, message, hint, place) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
@@ -454,13 +447,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             message = f"{len(texts)} columns; at most {MAX_COLUMNS} are read"
             hint = "a lab log has about ten; is this another table?"
             raise faults.refuse(codes.TOO_MANY_COLUMNS, message, hint, Place(index + 1, 1))
-        if max(map(len, texts), default=0) > MAX_CELL:
-            raise faults.refuse(codes.CELL_TOO_LONG, _TOO_LONG, "", Place(index + 1, 1))
         if texts:
             yield Row(index + 1, texts)
-
-
-_TOO_LONG = "a cell of more than 10 000 characters: no more are read"
 
 
 def _lines_from(lines: list[str], index: int) -> Iterator[str]:

@@ -133,14 +133,7 @@ def test_marks_that_no_editor_shows_are_left_out():
     assert [reading.text for reading in readings.columns["spin"].readings] == ["406"]
 
 
-@pytest.mark.parametrize(("steps", "sensor"), [([1] * 20, False), ([1] * 40, True), ([10] * 24 + [16] * 6, False)])
-def test_record_of_a_sensor_is_many_even_steps(steps, sensor):
-    times = [sum(steps[:i]) for i in range(len(steps) + 1)]
-    log = "time [s];angle [deg];x\n" + "".join(f"{one};1;2\n" for one in times)
-    assert ("G144" in codes(read_log(log))) is sensor
-
-
 def test_file_that_is_missing_is_proposed_by_a_name_like_it(tmp_path):
     (tmp_path / "notes.txt").write_text("x")
     assert refusal(tmp_path / "note.txt").hint == "did you mean notes.txt?"
-    assert refusal(tmp_path / "gone" / "data.csv").hint.startswith("there is no folder ")
+    assert refusal(tmp_path / "gone" / "data.csv").code == "G101"

@@ -241,8 +241,8 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      if '("13,06")' in hint else ""),
     ("G230", written([PERIOD_HEAD, *TABLE[1:]]),
      lambda hint: (written([PERIOD_HEAD, *TABLE[1:]]), {"mapping": {"time": named(hint, r'--map time="([^"]+)"')}})),
-    ("G232", written([[*TABLE[0][:3], "time [s]", " 1/3 turn"], *(row[:4] for row in TABLE[1:3])]),
-     lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:3])])),
+    ("G232", written([[*TABLE[0][:3], "time [s]", " 1/3 turn"], *(row[:4] for row in TABLE[1:7])]),
+     lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:7])])),
     ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
      then_good("take one column out")),
@@ -268,7 +268,7 @@ def test_a_hint_of_the_reader_gives_the_truth(code: str, log: str | bytes, mend:
 def test_a_file_that_is_not_there_is_proposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("lab.csv").write_text(GOOD, encoding="utf-8")
-    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "give the file in it")):
+    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "if it is a folder, give the file in it")):
         with pytest.raises(GyroError) as caught:
             gyrodata.analyze(name)
         assert caught.value.diagnostics[0].hint == hint

@@ -28,8 +28,8 @@ from gyrodata.readings.source import Grid, Row, find_place
 from gyrodata.units import kinds_of
 
 _HINT = (
-    "turn the table if its names stand at the side (in a spreadsheet: Paste special, Transpose); the first row names "
-    "the columns, without # before it, such as: mass [g], position [cm], spin [rpm], time [s], turns"
+    "write one row for each run (in a spreadsheet, Paste special, Transpose turns a table), and above them the names "
+    "of the columns, without # before them, such as: mass [g], position [cm], spin [rpm], time [s], turns"
 )
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
@@ -383,8 +383,10 @@ class _Sheet:
             if left:
                 lines = span(sorted({row.line for row, _ in left}))
                 message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
-                hint = "what holds for the runs goes into a column, or a line such as # position_from: surface"
+                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
                 hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
+                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
+                    hint = f'if positions count from the {origin}, write "# position_from: {origin}" above'
                 self.faults.add(code, message, hint, self.grid.cell(*left[0]))
         if not self.runs:
             hint = "write one row for each timed run"

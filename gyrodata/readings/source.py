@@ -52,8 +52,8 @@ _OTHER_FILES = {
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """How files begin that are no tables."""
-_CODE_PAGES = ("cp1252", "cp1251", "cp1250")
-"""What Excel writes as CSV in the West, with Cyrillic letters, and in the East of Europe."""
+_CODE_PAGES = ("cp1252", "cp1251", "cp1250", "cp932", "gb18030", "cp949")
+"""What Excel writes as CSV in the West, with Cyrillic letters, in the East of Europe, in Japan, China and Korea."""
 
 
 class Document(Struct, frozen=True):
@@ -126,7 +126,8 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         raise Faults(shown).refuse(codes.FILE_NOT_FOUND, f"there is no file {str(path)!r}", hint) from None
     except (OSError, ValueError) as error:
         message = f"{str(path)!r} cannot be opened: {getattr(error, 'strerror', '') or error}"
-        raise Faults(shown).refuse(codes.FILE_CANNOT_BE_OPENED, message) from None
+        hint = "if it is a folder, give the file in it"
+        raise Faults(shown).refuse(codes.FILE_CANNOT_BE_OPENED, message, hint) from None
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -405,9 +406,9 @@ def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
         counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
         shares[delimiter] = counts.most_common(1)[0][1] / len(bare) if counts else 0.0
     best = max(shares.values())
-    for gap in (r"\s{2,}", r"\s+"):
+    for gap, least in ((r"\s{2,}", 2), (r"\s+", 4)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
-        if usual >= 4 and often > best * len(body):
+        if usual >= least and often > best * len(body):
             for i in body:
                 lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
             return "\t"

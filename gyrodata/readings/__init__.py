@@ -81,10 +81,8 @@ def read_log(
     insist_on_type("name", name, str | None, "the name to call the log by")
     for argument, options in (("settings", settings), ("mapping", mapping)):
         insist_on_type(argument, options, Mapping, "a mapping, such as a dict")
-        for key in options:
-            insist_on_type(f"a key of {argument}", key, str, "a word")
-    for header in mapping.values():
-        insist_on_type("a header in mapping", header, str, "the header as it is written")
+    for text in (*settings, *mapping, *mapping.values()):
+        insist_on_type("a key of settings or mapping, or a header", text, str, "a text")
     insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
     stated = read_options(settings, mapping, config)
     document = load(source, name)
@@ -95,8 +93,9 @@ def read_log(
     warn_of_notes(grid, faults)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
-    name, text = document.name, document.text
-    log = Readings(name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=text)
+    log = Readings(
+        faults.name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=document.text
+    )
     if layout := find_layout(grid, faults):
         log = _read_table(layout, mapping, given, faults, log)
     return replace(log, diagnostics=faults.all_told())

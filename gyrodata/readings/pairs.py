@@ -13,7 +13,7 @@ from gyrodata.quantities import fold_number
 from gyrodata.readings.headers import Header, clock_word, parse_header
 from gyrodata.readings.lablog import Faults
 from gyrodata.readings.layout import Layout
-from gyrodata.readings.source import MAX_COLUMNS, Row
+from gyrodata.readings.source import Row
 
 _PAIR = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
 _CLOCK = re.compile(r"(?:([0-9]{1,2}):)?([0-9]{1,2}):([0-9]{2}(?:[.,][0-9]+)?)|([0-9]+(?:[.,][0-9]+)?)")
@@ -123,7 +123,7 @@ def _with_column(layout: Layout, at: int, header: Header, texts: Sequence[str], 
     rows, places = [], (*range(len(layout.cells)), at)
     for row, text in zip(layout.rows, texts, strict=True):
         written = [row.texts[k] if k < len(row.texts) else "" for k in places]
-        rows.append(Row(row.line, [*written[:-1], text], tuple(divmod(row.spot(k), MAX_COLUMNS) for k in places)))
+        rows.append(Row(row.line, [*written[:-1], text], tuple(row.spot(k) for k in places)))
     headers = [*layout.headers, replace(header, text=layout.headers[at].text)]
     cells = [*layout.cells, layout.cells[at]]
     return replace(layout, cells=cells, headers=headers, rows=rows, combined=layout.combined | used)

@@ -70,7 +70,6 @@ def test_headers_in_many_languages_and_styles(header: str) -> None:
 
 
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
-TEX = ("$m$ [g]", "$x$ [cm]", "$f$ [rpm]", "$t$ [s]", "$N$")
 BY_WEIGHT = "".join(
     f"Mass:,{mass},g\n" + table(rows=[row[1:] for row in ROWS if row[0] == mass], head=HEAD[1:]) + "\n"
     for mass in ("20.1", "40.3", "60.2")
@@ -83,7 +82,6 @@ FORMS = {
     "Markdown": table(" | ", [["---"] * 5, *ROWS], frame="| {} |\n"),
     "pipes": table("|"),
     "a frame of signs": "+-----+-----+\n" + table(" | ", frame="| {} |\n") + "+-----+-----+\n",
-    "LaTeX": "\\begin{tabular}{lllll}\n\\toprule\n" + table(" & ", head=TEX, frame="{} \\\\\n") + "\\end{tabular}\n",
     "aligned by blanks": table("   ", head=WIDE),
     "one blank": table(" ", head=["m[g]", "x[cm]", "f[rpm]", "t[s]", "N"]),
     "constants above": "g = 9.80665\nBall diameter: 101.6 mm\n" + table(),

@@ -7,16 +7,18 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
-from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
+from gyrodata import diagnostics
 from gyrodata.errors import InputError
-from gyrodata.quantities import Quantity, parse_quantity
-from gyrodata.readings.cells import PREFIX, CellError, read_cell
+from gyrodata.quantities import CellError, Quantity, parse_quantity, read_cell
+from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings, header_of
-from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
+from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
+
+_Columns = list[tuple[str, list[str]]]
+"""Header and cells of each column."""
 
 
 def write_log(readings: Readings) -> str:
@@ -33,11 +35,11 @@ def write_log(readings: Readings) -> str:
         CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
         headers are those of the new file).
     """
-    return _sheet(readings, "").text()
+    return _text(*_parts(_joined(readings)))
 
 
 def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
-    """Write a log as it was understood, with blanks where it was not, and list these.
+    """Write a log as it was understood, and list what was not.
 
     Parameters
     ----------
@@ -47,58 +49,51 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     Returns
     -------
     text : str
-        CSV text, as `write_log` gives it. A cell that could not be read is blank, or ``?`` if a blank cell would
-        repeat the one above. Columns and ``#`` lines that were not understood are as in the file if the log contains
-        an error; else such columns are left out.
+        CSV text, as `write_log` gives it. A cell that could not be read is ``?``. Columns and ``#`` lines that were
+        not understood are as in the file if the log contains an error; else such columns are left out.
     left : tuple of str
         What is left for the author of the log; empty if the log contains no error.
     """
-    sheet = _sheet(readings, "?")
     readings = _joined(readings)
+    head, columns = _parts(readings)
     errors = [one for one in readings.diagnostics if one.severity == "error"]
     if not errors:
-        return sheet.text(), ()
-    left = [one.message for one in errors if one.line is None]
+        return _text(head, columns), ()
+    left = {one.message: None for one in errors if one.line is None}
     wrong = {one.line for one in errors}
     for number, line in enumerate(readings.source_text.splitlines(), 1):
         if number in wrong and line.startswith("#"):
-            sheet.head.append(line)
-            left.append(f"the line {line}")
+            head.append(line)
+            left[f"the line {line}"] = None
     for header, texts in readings.unread:
-        sheet.columns.append((header, [texts[row[0]] for row in sheet.rows]))
-        left.append(f'the column "{header}": its name, or its unit')
-    repeated = any(len(row) > 1 for row in sheet.rows)
-    for row in sheet.rows:
-        for role, column in readings.columns.items():
-            for k, run in enumerate(row if role == "time" else row[:1], 1):
-                reading, name = column.readings[run], f"time_{k}" if role == "time" and repeated else role
-                if reading.text and reading.value is None:
-                    written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
-                    left.append(f"{name} of run {_label(readings, row)}{written}")
-    return sheet.text(), tuple(left or [one.message for one in errors])
+        columns.append((header, [texts[row[0]] for row in _rows(readings)]))
+        left[f'the column "{header}": its name, or its unit'] = None
+    for role, column in readings.columns.items():
+        # One cell may be the reading of several runs.
+        for run in {spot: run for run, spot in reversed([*enumerate(column.spots)])}.values():
+            reading = column.readings[run]
+            if reading.text and reading.value is None:
+                written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
+                left[f"{role} of run {readings.runs[run]}{written}"] = None
+    return _text(head, columns), tuple(left or [one.message for one in errors])
 
 
-class _Sheet(Struct):
-    """The parts of a log."""
-
-    head: list[str]
-    """The lines above the table."""
-    columns: list[tuple[str, list[str]]]
-    """Header and cells."""
-    rows: list[list[int]]
-    """The runs of each row."""
-
-    def text(self) -> str:
-        lines = [[header for header, _ in self.columns], *zip(*(texts for _, texts in self.columns), strict=True)]
-        return "\n".join([*self.head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
+def _text(head: list[str], columns: _Columns) -> str:
+    lines = [[header for header, _ in columns], *zip(*(texts for _, texts in columns), strict=True)]
+    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
 
 
-def _sheet(readings: Readings, unread: str) -> _Sheet:
-    """Write each part of a log; `unread` is for a cell that was not read, if a blank one would repeat another."""
-    readings = _joined(readings)
+def _quoted(text: str) -> str:
+    if re.search(r'[",;\t]|^[\s#]|\s$', text):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+def _parts(readings: Readings) -> tuple[list[str], _Columns]:
+    """Write the lines above the table, and its columns."""
     rows = _rows(readings)
     head = _head(readings)
-    columns: list[tuple[str, list[str]]] = []
+    columns: _Columns = []
     for role in sorted(readings.columns, key=ROLES.index):
         column = readings.columns[role]
         if role == "time":
@@ -107,16 +102,26 @@ def _sheet(readings: Readings, unread: str) -> _Sheet:
                 texts = [_cell_text(column, row[k]) if k < len(row) else "" for row in rows]
                 columns.append((header_of("time" if most == 1 else f"time_{k + 1}", column.unit), texts))
         else:
-            mark = "" if readings.ok or role not in FILLED_DOWN else unread
-            texts, shared = _column_texts(column, rows, mark)
-            head += [f"# {role}: {shared}"] if shared else []
-            columns += [(header_of(role, column.unit), texts)] if any(texts) or not shared else []
+            texts = [_cell_text(column, row[0]) for row in rows]
+            spots = [column.spots[row[0]] for row in rows]
+            same = [one == other for one, other in pairwise([None, *spots])]
+            if -1 in spots:
+                # What one line gave for the whole log becomes one line again.
+                alone, kind = texts[spots.index(-1)], kind_of_role(role)
+                head.append(f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip())
+                texts = ["" if spot == -1 else text for spot, text in zip(spots, texts, strict=True)]
+            elif BY_NAME[role].part == "spin" and 2 * sum(same) >= len(rows):
+                # One reading of several runs is written once; if nearly every run has its own, a blank is an error.
+                texts = ["" if again else text for again, text in zip(same, texts, strict=True)]
+            columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in spots else []
         texts = _uncertainty_texts(readings, column, rows)
         columns += [(header_of(f"u_{role}", SI[kind_of_role(role)]), texts)] if any(texts) else []
-    columns.append(("run", [_label(readings, row) for row in rows]))
+    labels = [readings.runs[row[0]] for row in rows]
+    repeats = zip(labels, rows, strict=True)
+    columns.append(("run", [label.rpartition(".")[0] if len(row) > 1 else label for label, row in repeats]))
     if any(readings.notes):
         columns.append(("note", [readings.notes[row[0]] for row in rows]))
-    return _Sheet(head, columns, rows)
+    return head, columns
 
 
 def _head(readings: Readings) -> list[str]:
@@ -169,15 +174,10 @@ def _rows(readings: Readings) -> list[list[int]]:
     return rows
 
 
-def _label(readings: Readings, row: list[int]) -> str:
-    label = readings.runs[row[0]]
-    return label.rpartition(".")[0] if len(row) > 1 else label
-
-
-def _read(text: str, column: Column) -> Quantity | None:
-    """Read a text as a cell of a column; "none" is a weight, and no number."""
+def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
+    """Read a text as a cell; "none" is a weight, and not a number."""
     try:
-        return read_cell(text, kind_of_role(column.role), column.unit or None)
+        return read_cell(text, kind, unit) if text else None
     except CellError:
         return None
 
@@ -186,87 +186,33 @@ def _cell_text(column: Column, run: int) -> str:
     """Give what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
     value, text = column.readings[run].value, column.readings[run].text
     if value is None:
-        return ""
-    if text:
+        return "?" if text else ""
+    kind, unit = kind_of_role(column.role), column.unit or None
+    read = _read(text, kind, unit)
+    # A header may count halves or thirds of a turn, and the new one does not.
+    if text and (read is None or column.role not in COUNTS or math.isclose(read.value, value)):
         # Between other commas, a decimal comma may be taken for one that parts thousands.
-        with_point = text.replace(",", ".")
-        if with_point != text and (read := _read(with_point, column)) and read.value == value:
-            return with_point
-        # A header may count halves or thirds of a turn, and the new one does not.
-        read = _read(text, column) if column.role in COUNTS else None
-        if read is None or math.isclose(read.value, value):
-            return text
-    return repr(from_si(value, column.unit, kind_of_role(column.role)) if column.unit else value)
-
-
-def _column_texts(column: Column, rows: list[list[int]], mark: str) -> tuple[list[str], str]:
-    """Write the cells of a column, with a mark where one was not read, and the text that all blank ones share."""
-    ids = [column.spots[row[0]] for row in rows]
-    # What was merged is merged again; what one line gave for the whole log becomes one line again.
-    fills = column.role in FILLED_DOWN and column.role not in COUNTS and not column.header.startswith(("#", "--"))
-    if BY_NAME[column.role].part == "spin" and 2 * sum(one == next_one for one, next_one in pairwise(ids)) < len(ids):
-        fills = False  # a blank cell is an error if nearly every run has its own spin
-    shared = _shared(ids, fills, [column.readings[row[0]].value is not None for row in rows])
-    texts: list[str] = []
-    for i, row in enumerate(rows):
-        reading = column.readings[row[0]]
-        if ids[i] == shared or (i > 0 and fills and shared is None and ids[i] == ids[i - 1]):
-            texts.append("")
-        else:
-            texts.append(mark if mark and reading.text and reading.value is None else _cell_text(column, row[0]))
-    if shared is None:
-        return texts, ""
-    return texts, _line_text(_cell_text(column, rows[ids.index(shared)][0]), column)
-
-
-def _line_text(text: str, column: Column) -> str:
-    """Write a cell's text so that it stands by itself: with its unit, and without a comma that may part thousands."""
-    with_point = text.replace(",", ".")
-    for line in (text, f"{text} {column.unit}", with_point):
-        try:
-            read_cell(line, kind_of_role(column.role), None, ask=True)
-        except CellError:
-            continue
-        return line
-    return f"{with_point} {column.unit}"
-
-
-def _shared(ids: list[int], fills: bool, there: list[bool]) -> int | None:
-    """Find the reading that stands in rows which filling down cannot reach."""
-    last: dict[int, int] = {}
-    for i, identity in enumerate(ids):
-        if identity in last and there[i] and (not fills or last[identity] != i - 1):
-            return identity
-        last[identity] = i
-    return None
+        pointed = _read(text.replace(",", "."), kind, unit)
+        return text.replace(",", ".") if read and pointed and read.value == pointed.value else text
+    return repr(from_si(value, unit, kind) if unit else value)
 
 
 def _uncertainty_texts(readings: Readings, column: Column, rows: list[list[int]]) -> list[str]:
-    """Write the uncertainty of each reading that stands neither in its cell nor above the table."""
-    common = stated_u(column.role, readings.uncertainties)
+    """Write the uncertainty of each reading that is neither in its cell nor above the table."""
+    common, kind = stated_u(column.role, readings.uncertainties), kind_of_role(column.role)
     texts: list[str] = []
     for reading in (column.readings[row[0]] for row in rows):
-        own = _read(reading.text, column) if reading.u else None
+        own = _read(reading.text, kind, column.unit or None) if reading.u else None
         told = reading.u is None or reading.u == common or (own is not None and reading.u == own.uncertainty)
-        texts.append("" if told or reading.u is None else _uncertainty_text(reading.u, kind_of_role(column.role)))
+        texts.append("" if told or reading.u is None else _uncertainty_text(reading.u, kind))
     return texts
 
 
-def _uncertainty_text(uncertainty: Uncertainty, kind: str) -> str:
+def _uncertainty_text(u: Uncertainty, kind: str) -> str:
     # The shortest percentage that gives exactly this share when it is read.
-    percent = uncertainty.relative * 100
-    short = round(percent, 12)
-    share = f"{short if short / 100 == uncertainty.relative else percent!r} %"
-    absolute = f"{uncertainty.absolute!r} {SI[kind]}".strip()
-    if not uncertainty.absolute:
-        return share
-    return f"{share} + {absolute}" if uncertainty.relative else absolute
-
-
-def _quoted(text: str) -> str:
-    if re.search(r'[",;\t]|^[\s#]|\s$', text):
-        return '"' + text.replace('"', '""') + '"'
-    return text
+    percent = next((short for short in (round(u.relative * 100, 12),) if short / 100 == u.relative), u.relative * 100)
+    terms = [f"{percent!r} %"] * (u.relative > 0 or not u.absolute)
+    return " + ".join([*terms, *[f"{u.absolute!r} {SI[kind]}".strip()] * (u.absolute > 0)])
 
 
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
@@ -351,7 +297,7 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
 
 def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
     """Write the values of an option in one unit, with at least so many digits."""
-    code, shown = TEMPLATE_VALUE_CANNOT_BE_READ, []
+    code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
     if not texts:
         example = "20g,40g,60g" if kind == "mass" else "200,400,600rpm"
         raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {example}")

@@ -27,7 +27,8 @@ MOST_DIGITS = 7
 LONG = 600.0
 """So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
 
-NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
+_SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
+NUMBER = rf"[-+]?{_SIZE}"
 PLAIN = re.compile(NUMBER)
 """A number and nothing else."""
 
@@ -36,14 +37,15 @@ _UNIT = r"(?:1/)?[^\d\s.,;:+±()%\-][^±;%]*?"
 _FRACTION = r"[-+]?(?:[0-9]{1,9}\s+)?[0-9]{1,9}\s*/\s*[0-9]{1,9}"
 _POWER = r"[eE][-+]?[0-9]{1,3}"
 _QUANTITY = (
-    rf"(?P<open>\(\s*)?(?P<number>{_FRACTION}|{NUMBER})(?:\((?P<digits>{NUMBER})\)(?P<power>{_POWER})?)?"
-    rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{NUMBER})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
+    rf"(?P<open>\(\s*)?(?P<number>{_FRACTION}|{NUMBER})(?:\((?P<digits>{_SIZE})\)(?P<power>{_POWER})?)?"
+    rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
 """``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``: all that `_USUAL` brings the other ways of writing to."""
 
-_NAME = r"^[^\W\d][\w ]{0,30}=\s*"
-_ABOUT = r"(?i)^(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+_ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
+"""A name and "about" in front of a number."""
 _SAID = (
     r"(?i)(?<=\S)\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
     r"(?:u(?:\s*\([^()]*\)|_?[^\W\d]{0,4})|σ|sigma|uncertainty|error|±)"
@@ -82,10 +84,7 @@ _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)\s*[x×*·](?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 _SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
-_SENSES = {
-    **dict.fromkeys(("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), 1.0),
-    **dict.fromkeys(("cw", "clockwise", "-1"), -1.0),
-}
+_CCW, _CW = ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), ("cw", "clockwise", "-1")
 
 _MONTHS = {word: int(number) for number, words in vocabulary.MONTHS.items() for word in words.split()}
 _DATES = (
@@ -105,7 +104,7 @@ _INSTEAD = (
      "write in each row the value that it stands for, with its unit, such as 20.1 g"),
     (r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", "is not a number",
      "write it without marks between the thousands"),
-    (r"(?i:[0-9]+\s*(?:º|ª|st|nd|rd|th|er|e|ème|ой|ый|я)\.?)", "is an ordinal, not a number",
+    (r"(?i:[0-9]+\s*(?:a|st|nd|rd|th|er|e|ème|ой|ый|я)\.?)", "is an ordinal, not a number",
      "write how many, as 1, 2.5 or 1/3"),
 )  # fmt: skip
 """What students write in the place of a number, what to say of it, and what to type."""
@@ -143,8 +142,6 @@ class Written(Struct, frozen=True):
     """Its own unit, if it has one."""
     coverage: float = 1.0
     """What it is to be divided by to become a standard uncertainty."""
-    named: bool = False
-    """Whether a name was in front: ``I = 4.4e-3 kg m^2``."""
 
 
 class Quantity(Struct, frozen=True):
@@ -158,6 +155,8 @@ class Quantity(Struct, frozen=True):
     """Standard uncertainty, if one is written."""
     unit: str
     """Unit that was used, in a spelling that is read back."""
+    u_step: float | None = None
+    """One step of the last digit of the uncertainty [SI unit of its kind]; None if it is in %."""
 
 
 def fold_number(text: str) -> str:
@@ -165,11 +164,8 @@ def fold_number(text: str) -> str:
     if text.isascii():
         return text.strip()
     text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
-    spelled = "".join(
-        f" {folded}" if unicodedata.category(c) == "No" and "⁄" in (folded := unicodedata.normalize("NFKC", c)) else c
-        for c in text
-    )
-    return fold_letters(spelled).translate(_MINUS).replace("⁄", "/").strip()
+    text = re.sub("[¼-¾⅐-⅞]", r" \g<0>", text)
+    return fold_letters(text).translate(_MINUS).strip()
 
 
 def to_float(number: str) -> float:
@@ -213,8 +209,7 @@ def take_apart(text: str) -> Written | None:
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
     # Of many blanks in a row two are left: the patterns would try all ways to part them.
     plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
-    unnamed = re.sub(_ABOUT, "", re.sub(_NAME, "", plain))
-    bare, coverage = _without_coverage(unnamed)
+    bare, coverage = _without_coverage(plain)
     for way, usual in _USUAL:
         bare = re.sub(way, usual, bare)
     match = re.fullmatch(_QUANTITY, bare)
@@ -233,19 +228,21 @@ def take_apart(text: str) -> Written | None:
         spread = f"{digits}e{last_place(number)}" if digits.isdigit() else digits + power
     elif spread and not percent:
         spread += power
+        if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
+            number = number.replace(",", "")  # "46,300 ± 600"
     spread_unit, unit = last if unit and not percent else None, unit or last or behind
     value, step = _value_of(number)
-    return Written(number, value, step, unit, spread, percent, spread_unit, coverage, plain != unnamed)
+    return Written(number, value, step, unit, spread, percent, spread_unit, coverage)
 
 
 def _value_of(number: str) -> tuple[float, float | None]:
     """Give the value of a number or a fraction, and one step of its last digit."""
     if "/" not in number:
         return to_float(number), float(f"1e{last_place(number)}")
-    *whole, over, under = re.findall("[0-9]+", number)
-    if int(under) == 0:
-        return math.inf, None
-    value = float(sum(map(int, whole)) + Fraction(int(over), int(under)))
+    try:
+        value = float(sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split())))
+    except ZeroDivisionError:
+        value = math.inf
     return -value if number.startswith("-") else value, None
 
 
@@ -260,14 +257,15 @@ def _without_coverage(text: str) -> tuple[str, float]:
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
     """Bring a quantity taken apart into SI; `unit` holds if none is written."""
-    own, uncertainty = written.unit or unit or "", None
-    known = parse_unit(own, kind)
+    own = written.unit or unit or ""
+    known, uncertainty, u_step = parse_unit(own, kind), None, None
     if written.spread is not None:
-        u = abs(to_float(written.spread)) / written.coverage
         factor = parse_unit(written.spread_unit or own, kind).factor
+        u = to_float(written.spread) / written.coverage
         uncertainty = Uncertainty(0.0, u / 100) if written.percent else Uncertainty(u * factor)
+        u_step = None if written.percent else 10.0 ** last_place(written.spread) * factor
     step = None if written.step is None else written.step * known.factor
-    return Quantity(written.value * known.factor, step, uncertainty, known.text)
+    return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 
 
 def doubtful_comma(written: Written, value: float, kind: str) -> str:
@@ -305,10 +303,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     """
     plain = fold_number(text)
     if kind == "sign":
-        sense = _SENSES.get(plain.lower().replace(" ", "").replace("-c", "c"))
-        if sense is None:
+        sense = plain.lower().replace(" ", "").replace("-c", "c")
+        if sense not in _CCW + _CW:
             raise CellError("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
-        return Quantity(sense, None, None, "")
+        return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
     if kind in ("mass", "force") and (several := re.fullmatch(_SEVERAL, text)):
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
@@ -316,10 +314,10 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
     if clock := spoken or re.fullmatch(_CLOCK, plain):
         return _read_clock(clock, kind, unit)
-    if kind != "number" and re.fullmatch(_SPACED, text):
-        text = "".join(text.split())  # "1 198 rpm"
-    written = take_apart(text)
-    if written is None or written.named or (written.unit or "").translate(_MISTYPED).isdigit():
+    # "1 198 rpm" below such a header
+    joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
+    written = take_apart(joined)
+    if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
         raise _not_a_number(text, kind, CellError("is not a number"))
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
@@ -343,13 +341,11 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
 
 def _check_size(written: Written) -> None:
     """Refuse what divides by zero, or what a number of sixteen digits cannot be."""
-    if math.isinf(written.value) and "/" in written.number:
-        raise CellError("divides by zero", "write the fraction as it was meant")
     for number in (written.number, written.spread or "0"):
-        value = 1.0 if "/" in number else to_float(number)
-        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE]", number)[0])):
-            size = "large" if value else "small"
-            raise CellError(f"is too {size} for a number", "write the value as it was read")
+        value = written.value if "/" in number else to_float(number)
+        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])):
+            fault = "divides by zero" if "/" in number else "is too large or too small for a number"
+            raise CellError(fault, "write the value as it was read")
 
 
 def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
@@ -390,7 +386,7 @@ def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
         hint = f"did you mean {meant}? " if meant else ""
         hint += "A spreadsheet makes dates of such numbers: make the cells text first"
         return CellError("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
-    mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(_ABOUT, "", plain).translate(_MISTYPED)).rstrip(".,;")
+    mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)).rstrip(".,;")
     bare = take_apart(mended) if mended != plain else None
     if bare and bare.unit is None and bare.spread is None:
         return CellError("is not a number", f"did you mean {mended}?")

@@ -17,13 +17,13 @@ from typing import Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import quantities, vocabulary
+from gyrodata import diagnostics, quantities, vocabulary
 from gyrodata.quantities import CellError as CellError
 from gyrodata.quantities import read_cell as read_cell
 from gyrodata.quantities import to_float
 from gyrodata.readings.headers import name_roles, turns_in, words_of_turns
 from gyrodata.readings.roles import BY_NAME, kind_of_role
-from gyrodata.units import KINDS, LIMITS, SI, UnitError, kinds_of, parse_unit
+from gyrodata.units import KINDS, LIMITS, SI, kinds_of
 
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})
 """What is written if nothing was measured."""
@@ -99,9 +99,12 @@ def check_value(role: str, value: float) -> tuple[str, str]:
 
 PREFIX = "reported_"
 REPORTED_KINDS = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
-"""Kind of quantity of what a lab's report usually states; of anything else, the unit written tells it."""
+"""Kind of quantity of what is read of a lab's report."""
 
 Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+_FAULTS: dict[str, Fault] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
+_HUGE = 1e30
+"""A number above this, or below one over it, is not a quantity of a lab [SI]."""
 
 
 class Reported(Struct, frozen=True):
@@ -114,8 +117,8 @@ class Reported(Struct, frozen=True):
     text : str
         As written.
     value : float or None
-        [SI unit of its kind]; if no unit is written, the number taken as SI. None if the number or its unit cannot be
-        read.
+        [SI unit of its kind]; if its unit is missing, or is one of another kind, the number taken as SI: the unit is
+        judged by itself. None if it cannot be read.
     u : float or None
         Its standard uncertainty [SI unit of its kind], that is what is stated divided by a k written behind it; None
         if none is stated.
@@ -148,9 +151,6 @@ class Reported(Struct, frozen=True):
     line: int | None = None
 
 
-_LARGEST = 1e100
-
-
 def canonical_key(key: str) -> str:
     """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
     bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
@@ -160,36 +160,26 @@ def canonical_key(key: str) -> str:
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(canonical_key(key), text.strip(), line=line)
-    shown, written = f'"{read.text[:60]}"', quantities.take_apart(read.text)
-    if written is None or not (abs(written.value) <= _LARGEST and 0 <= to_float(written.spread or "0") <= _LARGEST):
-        problem = f"{shown} is not a number with its unit and its uncertainty"
-        return replace(read, fault="unreadable", problem=problem)
-    unit, spread = written.unit or "", written.spread
-    kind = REPORTED_KINDS.get(read.key) or next((kind for kind in SI if kind in kinds_of(unit)), "")
-    if not kind and unit:
-        return read  # nothing that this tool knows; the text says it all
-    kind = kind or "number"
+    kind = REPORTED_KINDS.get(read.key)
+    if kind is None:
+        return read  # whoever asked for it knows what it is
+    bare = re.sub(quantities.IN_FRONT, "", read.text)
+    written = quantities.take_apart(bare)
     try:
-        quantity = quantities.in_si(written, kind, SI[kind])
-    except UnitError as error:
-        return replace(read, fault="wrong unit", problem=str(error))
-    if ask and (ways := quantities.doubtful_comma(written, quantity.value, kind)):
-        return replace(read, fault="unreadable", problem=f"{shown} can mean {ways}")
-    read = replace(
-        read,
-        value=quantity.value,
-        u=quantity.uncertainty and quantity.uncertainty.at(quantity.value),
-        digits=_digits(written.number) if written.step else None,
-        u_digits=_digits(spread) if spread else None,
-        step=quantity.step,
-    )
-    if spread and not written.percent:
-        factor = parse_unit(written.spread_unit or unit or SI[kind], kind).factor
-        read = replace(read, u_step=10.0 ** quantities.last_place(spread) * factor)
-    if SI[kind] and not unit:
-        problem = f"{shown} has no unit: write one behind it, such as {KINDS[kind].examples}"
-        read = replace(read, fault="no unit", problem=problem)
-    return read
+        quantity = read_cell(bare, kind, None, ask)
+    except CellError as error:
+        fault = _FAULTS.get(error.code, "unreadable")
+        read = replace(read, fault=fault, problem=f'"{read.text[:60]}"{error.joint}{error}')
+        if written is None or fault == "unreadable":
+            return read
+        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=None), kind)
+    u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
+    if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
+    if written is None or quantity.step is None:
+        return read  # a fraction has no digits that could be counted
+    return replace(read, digits=_digits(written.number), u_digits=written.spread and _digits(written.spread))
 
 
 def _digits(number: str) -> int:
@@ -199,80 +189,12 @@ def _digits(number: str) -> int:
     return len(digits if re.search("[.,]", mantissa) else digits.rstrip("0")) or 1
 
 
-_HUGE = 1e30  # a number above this, or below one over it, is not a moment of inertia [kg*m^2]
-
-
-def usable_inertia(reported: Reported | None) -> Reported | None:
-    """Take the number of a report without a usable unit as kg·m²: the unit is judged once, by itself."""
-    if reported is None:
-        return None
-    if reported.fault == "wrong unit" and (written := quantities.take_apart(reported.text)):
-        again = quantities.in_si(replace(written, unit=SI["inertia"], spread_unit=None), "inertia")
-        u = again.uncertainty and again.uncertainty.at(again.value)
-        reported = replace(reported, value=again.value, u=u, step=again.step)
-    if all(1 / _HUGE <= abs(size) <= _HUGE for size in (reported.value, reported.u) if size):
-        return reported
-    return replace(reported, value=None, problem=f'"{reported.text[:60]}" is far from any moment of inertia')
-
-
-_ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
-_OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
-_CUTS = r"[,;.)|]?\s+|[.,;|]*$"
-_LONGEST_ANSWER = 300
-_PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
-
-
-def find_inertia(line: str) -> str:
-    """Find I_zz in a line of a report, ``Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2``; "" where there is none.
-
-    Its name must stand before it, and its unit behind it; "I_zz" and "moment of inertia" alone do without.
-    """
-    if len(line) > _LONGEST_ANSWER or not re.search(r"\d", line):
-        return ""
-    for mark in re.finditer(_ANSWER_FOLLOWS, line):
-        before, rest = line[: mark.start()], line[mark.end() :]
-        if re.search(_OF_OTHERS, before):
-            return ""
-        if unit := re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before):
-            before = before[: unit.start()]
-        words = re.findall(r"[^\W\d][\w'’]*", before.translate(_PLAIN_WORDS))
-        names = (" ".join(words[-count:]) for count in (3, 2, 1) if len(words) >= count)
-        name, roles = next(((name, roles) for name in names if (roles := name_roles(name)[0])), ("", ()))
-        if roles != ("inertia",):
-            continue
-        whole = rest.strip(" \t*_`$|")
-        if unit and kinds_of(unit[1]) and (plain := quantities.take_apart(whole)) and not plain.unit:
-            whole = f"{whole} {unit[1]}"
-        for cut in reversed(list(re.finditer(_CUTS, whole))):
-            answer = whole[: cut.start()].rstrip(" *`$_")
-            if read_reported("inertia", answer).fault is None:
-                return answer
-        if len(name) > 1 and read_reported("inertia", whole).fault == "no unit":
-            return whole
-    return ""
-
-
-def find_in_row(cells: Sequence[str]) -> tuple[int, str] | None:
+def find_in_row(texts: Sequence[str]) -> tuple[int, str] | None:
     """Find I_zz in a row of a table, "I_zz", "4.4e-3 ± 0.1e-3 kg m^2" or both in one cell: where, and the value."""
-    for at, cell in enumerate(cells):
-        if cell[:1].isalpha():
-            alone = "=" in cell or ":" in cell
-            if not alone and at == len(cells) - 1:
-                break
-            if answer := find_inertia(cell if alone else f"{cell}: {' '.join(filter(None, cells[at + 1 :]))}"):
-                return at, answer
+    for at, text in enumerate(texts):
+        name, _, value = text.replace("=", ":").partition(":")
+        value = (value or " ".join(texts[at + 1 :])).strip()
+        named = text[:1].isalpha() and value and canonical_key(name.strip()) == "inertia"
+        if named and read_reported("inertia", value).fault is None:
+            return at, value
     return None
-
-
-def one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | None:
-    """Take what all places of a report, each named, give for I_zz; two that differ are no answer."""
-    # The one that says most of it, where several give one value.
-    places = sorted(found, key=lambda one: (one[1].u is None, one[1].fault is not None))
-    if not places:
-        return None
-    place, first = places[0]
-    for other, reported in places[1:]:
-        if (reported.value, reported.u or first.u) != (first.value, first.u):
-            problem = f'two values are found: "{first.text}" in {place} and "{reported.text}" in {other}'
-            return place, Reported("inertia", first.text, fault="given twice", problem=problem, line=first.line)
-    return place, first

@@ -24,8 +24,11 @@ def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Fau
         missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
     texts = [cell.text for cell in choice.unplaced if cell.text]
-    for role in missing:
-        _add_missing(role, missing, texts, choice, faults)
+    told = [_missing(role, missing, texts, choice) for role in missing]
+    if len(told) >= SEVERAL:
+        told = [("; ".join(message for message, _ in told), "\n".join(hint for _, hint in told))]
+    for message, hint in told:
+        faults.add(codes.QUANTITY_MISSING, message, hint)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
@@ -52,7 +55,12 @@ def _missing_roles(columns: Mapping[str, Column], unread: set[str]) -> list[str]
     return missing
 
 
-def _add_missing(role: str, missing: list[str], texts: list[str], choice: Choice, faults: Faults) -> None:
+SEVERAL = 4
+"""So many quantities that are missing are told of together."""
+
+
+def _missing(role: str, missing: list[str], texts: list[str], choice: Choice) -> tuple[str, str]:
+    """Say what is missing, and every way to supply it."""
     unit, known = DISPLAY[kind_of_role(role)], BY_NAME[role]
     sample = known.sample or f"1 {unit}"
     quoted = f'"{sample}"' if " " in sample else sample
@@ -66,8 +74,7 @@ def _add_missing(role: str, missing: list[str], texts: list[str], choice: Choice
         # The lab sheet calls the spin so too.
         header = rate[0].header.text
         hint = f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
-    said = role == "turns" and "time" in missing
-    faults.add(codes.QUANTITY_MISSING, message, hint if said else advise(role, texts) + hint)
+    return message, hint if role == "turns" and "time" in missing else advise(role, texts) + hint
 
 
 def _check_runs(table: Readings, faults: Faults) -> None:

@@ -117,17 +117,16 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     """
     settings = Settings()
     seen: dict[str, Text] = {}
-    answers: list[tuple[str, cells.Reported]] = []
+    answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
         if known.startswith(cells.PREFIX):
             _enter_reported(settings, key, text, faults, ask)
-        elif known not in KEYS or known in (*TEXTS, "inertia"):
+        elif cells.canonical_key(key) == "inertia":
+            answers.append((key, text))
+        elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
-            if answer := cells.find_inertia(f"{key}: {text.text}"):
-                answers.append((f"line {text.line}", cells.read_reported("inertia", answer, text.line, ask)))
-            else:
-                _warn_if_misspelt(settings, key, text, faults)
+            _warn_if_misspelt(settings, key, text, faults)
         elif (known == "time" and ":" in text.text) or not text.text:
             # The hour of the day, not a stopwatch; or a line of a template that was left blank.
             settings.metadata[key] = text.text
@@ -136,27 +135,13 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             faults.add(codes.KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
         else:
             seen[known] = text
-            try:
-                _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
-            except CellError as error:
-                settings.unread |= {known} & set(roles.ROLES)
-                message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-                faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, error.hint or _how_to_write(known), text)
+            _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
-    if "inertia" not in settings.reported and (one := cells.one_inertia(answers)):
-        settings.reported["inertia"] = one[1]
+    for key, text in answers if "inertia" not in settings.reported else ():
+        _enter_reported(settings, key, text, faults, ask)
     for item in options:
-        try:
-            _enter(settings, item, True, faults)
-        except CellError as error:
-            message, hint = f'{item.label}: "{item.text[:60]}"{error.joint}{error}', error.hint
-            again = Faults(faults.name)
-            raise again.refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint or _how_to_write(item.key)) from None
+        _enter(settings, item, True, faults)
     return settings
-
-
-def _how_to_write(key: str) -> str:
-    return quantities.how_to_write(kind_of_role(key))
 
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
@@ -220,7 +205,19 @@ _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
 
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
-    """Understand one value and enter it."""
+    """Enter one value; an option that cannot be read is refused at once."""
+    try:
+        _understand(settings, item, ask, faults)
+    except CellError as error:
+        message = f'{item.label}: "{item.text[:60]}"{error.joint}{error}'
+        hint = error.hint or quantities.how_to_write(kind_of_role(item.key))
+        if item.place is None:
+            raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
+        settings.unread |= {item.key} & set(roles.ROLES)
+        faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, hint, item.place, len(item.text))
+
+
+def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     key, word = item.key, item.text.strip().lower()
     if key in roles.BALANCE:
         setattr(settings, key, _read_balance(item))
@@ -316,6 +313,8 @@ def _read_balance(item: Given) -> tuple[float, ...]:
         numbers = tuple(map(quantities.parse_quantity, match.groups(), ("angle", "time", "rate")))
     except UnitError as error:
         raise CellError(f"is not understood: {error}", error.hint or hint) from None
-    for role, number in zip(("time", "spin"), numbers[1:], strict=False):
-        _refuse_beyond(role, number if role == "time" else abs(number))
+    for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
+        fault, _ = cells.check_value(role, number if role == "time" or number == 0 else abs(number))
+        if fault and (number or role != "angle"):
+            raise CellError(fault, hint)
     return numbers

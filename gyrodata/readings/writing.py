@@ -59,23 +59,19 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     errors = [one for one in readings.diagnostics if one.severity == "error"]
     if not errors:
         return _text(head, columns), ()
-    left = {one.message: None for one in errors if one.line is None}
+    left = [one.message for one in errors if one.line is None]
     wrong = {one.line for one in errors}
-    for number, line in enumerate(readings.source_text.splitlines(), 1):
-        if number in wrong and line.startswith("#"):
-            head.append(line)
-            left[f"the line {line}"] = None
-    for header, texts in readings.unread:
-        columns.append((header, [texts[row[0]] for row in _rows(readings)]))
-        left[f'the column "{header}": its name, or its unit'] = None
+    lines = [line for at, line in enumerate(readings.source_text.splitlines(), 1) if at in wrong and line[:1] == "#"]
+    left += [f"the line {line}" for line in lines]
+    left += [f'the column "{header}": its name, or its unit' for header, _ in readings.unread]
     for role, column in readings.columns.items():
-        # One cell may be the reading of several runs.
-        for run in {spot: run for run, spot in reversed([*enumerate(column.spots)])}.values():
-            reading = column.readings[run]
-            if reading.text and reading.value is None:
-                written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
-                left[f"{role} of run {readings.runs[run]}{written}"] = None
-    return _text(head, columns), tuple(left or [one.message for one in errors])
+        for run, again in enumerate(_repeated(column)):
+            text = column.readings[run].text
+            if text and column.readings[run].value is None and not again:
+                written = f', written "{text}"' if text != TOLD_BLANK else ""
+                left.append(f"{role} of run {readings.runs[run]}{written}")
+    columns += [(header, [*texts]) for header, texts in readings.unread]
+    return _text([*head, *lines], columns), tuple(left or [one.message for one in errors])
 
 
 def _text(head: list[str], columns: _Columns) -> str:
@@ -89,38 +85,35 @@ def _quoted(text: str) -> str:
     return text
 
 
+def _repeated(column: Column) -> list[bool]:
+    """Tell of each run whether its reading is that of the run above: one cell of the file."""
+    return [spot == above for above, spot in pairwise([None, *column.spots])]
+
+
 def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     """Write the lines above the table, and its columns."""
-    rows = _rows(readings)
     head = _head(readings)
     columns: _Columns = []
     for role in sorted(readings.columns, key=ROLES.index):
-        column = readings.columns[role]
-        if role == "time":
-            most = max((len(row) for row in rows), default=1)
-            for k in range(most):
-                texts = [_cell_text(column, row[k]) if k < len(row) else "" for row in rows]
-                columns.append((header_of("time" if most == 1 else f"time_{k + 1}", column.unit), texts))
-        else:
-            texts = [_cell_text(column, row[0]) for row in rows]
-            spots = [column.spots[row[0]] for row in rows]
-            same = [one == other for one, other in pairwise([None, *spots])]
-            if -1 in spots:
-                # What one line gave for the whole log becomes one line again.
-                alone, kind = texts[spots.index(-1)], kind_of_role(role)
-                head.append(f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip())
-                texts = ["" if spot == -1 else text for spot, text in zip(spots, texts, strict=True)]
-            elif BY_NAME[role].part == "spin" and 2 * sum(same) >= len(rows):
-                # One reading of several runs is written once; if nearly every run has its own, a blank is an error.
-                texts = ["" if again else text for again, text in zip(same, texts, strict=True)]
-            columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in spots else []
-        texts = _uncertainty_texts(readings, column, rows)
-        columns += [(header_of(f"u_{role}", SI[kind_of_role(role)]), texts)] if any(texts) else []
-    labels = [readings.runs[row[0]] for row in rows]
-    repeats = zip(labels, rows, strict=True)
-    columns.append(("run", [label.rpartition(".")[0] if len(row) > 1 else label for label, row in repeats]))
-    if any(readings.notes):
-        columns.append(("note", [readings.notes[row[0]] for row in rows]))
+        column, kind, part = readings.columns[role], kind_of_role(role), BY_NAME[role].part
+        texts, again = [_cell_text(column, run) for run in range(len(readings.runs))], _repeated(column)
+        if -1 in column.spots:
+            # What one line gave for the whole log becomes one line again.
+            alone = texts[column.spots.index(-1)]
+            head.append(f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip())
+            texts = ["" if spot == -1 else text for spot, text in zip(column.spots, texts, strict=True)]
+        elif part == "load" or (part == "spin" and 2 * sum(again) >= len(texts)):
+            # What was one cell becomes one again; if nearly every run has its own spin, a blank one is an error.
+            texts = ["" if one else text for one, text in zip(again, texts, strict=True)]
+        columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in column.spots else []
+        common = stated_u(role, readings.uncertainties)
+        texts = [
+            "" if u is None or u in (common, _own_u(text, kind, column.unit)) else _uncertainty_text(u, kind)
+            for u, text in ((reading.u, reading.text) for reading in column.readings)
+        ]
+        columns += [(header_of(f"u_{role}", SI[kind]), texts)] if any(texts) else []
+    columns.append(("run", [*readings.runs]))
+    columns += [("note", [*readings.notes])] if any(readings.notes) else []
     return head, columns
 
 
@@ -157,23 +150,6 @@ def _joined(readings: Readings) -> Readings:
     return replace(readings, runs=runs, lines=lines, notes=notes, columns=columns, unread=unread, unmoved=None)
 
 
-def _rows(readings: Readings) -> list[list[int]]:
-    """Group the runs that were repeats of one row (``3.1``, ``3.2``)."""
-    rows: list[list[int]] = []
-    turns = readings.columns.get("turns")
-    for run, label in enumerate(readings.runs):
-        base, _, number = label.rpartition(".")
-        first = rows[-1][0] if rows else run
-        of_one_row = (readings.runs[first], readings.lines[first]) == (f"{base}.1", readings.lines[run])
-        # Times of other turns are no repeats of one setting.
-        alike = turns is None or turns.values[first] == turns.values[run]
-        if rows and of_one_row and alike and number == str(len(rows[-1]) + 1):
-            rows[-1].append(run)
-        else:
-            rows.append([run])
-    return rows
-
-
 def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
     """Read a text as a cell; "none" is a weight, and not a number."""
     try:
@@ -197,15 +173,9 @@ def _cell_text(column: Column, run: int) -> str:
     return repr(from_si(value, unit, kind) if unit else value)
 
 
-def _uncertainty_texts(readings: Readings, column: Column, rows: list[list[int]]) -> list[str]:
-    """Write the uncertainty of each reading that is neither in its cell nor above the table."""
-    common, kind = stated_u(column.role, readings.uncertainties), kind_of_role(column.role)
-    texts: list[str] = []
-    for reading in (column.readings[row[0]] for row in rows):
-        own = _read(reading.text, kind, column.unit or None) if reading.u else None
-        told = reading.u is None or reading.u == common or (own is not None and reading.u == own.uncertainty)
-        texts.append("" if told or reading.u is None else _uncertainty_text(reading.u, kind))
-    return texts
+def _own_u(text: str, kind: str, unit: str) -> Uncertainty | None:
+    read = _read(text, kind, unit or None)
+    return read.uncertainty if read else None
 
 
 def _uncertainty_text(u: Uncertainty, kind: str) -> str:
@@ -213,6 +183,9 @@ def _uncertainty_text(u: Uncertainty, kind: str) -> str:
     percent = next((short for short in (round(u.relative * 100, 12),) if short / 100 == u.relative), u.relative * 100)
     terms = [f"{percent!r} %"] * (u.relative > 0 or not u.absolute)
     return " + ".join([*terms, *[f"{u.absolute!r} {SI[kind]}".strip()] * (u.absolute > 0)])
+
+
+_EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
 
 
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
@@ -299,16 +272,14 @@ def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int)
     """Write the values of an option in one unit, with at least so many digits."""
     code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
     if not texts:
-        example = "20g,40g,60g" if kind == "mass" else "200,400,600rpm"
-        raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {example}")
+        raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {_EXAMPLES[kind]}")
     for text in dict.fromkeys(texts):
         try:
             value = from_si(parse_quantity(text, kind), unit, kind)
         except UnitError as error:
-            several = "" if kind == "length" else "; part several with commas"
-            raise InputError.of(code, f"{option}: {error}", f"{error.hint}{several}") from None
+            raise InputError.of(code, f"{option}: {error}", f"{error.hint}; part several with commas") from None
         if kind != "length" and value <= 0:
-            hint = "the run without a weight is in every log" if kind == "mass" else "write it without its sign"
+            hint = "write values above zero; the run without a weight is in every log"
             raise InputError.of(code, f'{option}: "{text}" is not above zero', hint)
         short = f"{value:.10g}"
         shown.append(short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}")

@@ -65,12 +65,11 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     left += [f"the line {line}" for line in lines]
     left += [f'the column "{header}": its name, or its unit' for header, _ in readings.unread]
     for role, column in readings.columns.items():
-        for run, again in enumerate(_repeated(column)):
-            text = column.readings[run].text
-            if text and column.readings[run].value is None and not again:
+        for run, text in enumerate(_without_repeats([one.text for one in column.readings], column.spots)):
+            if text and column.readings[run].value is None:
                 written = f', written "{text}"' if text != TOLD_BLANK else ""
                 left.append(f"{role} of run {readings.runs[run]}{written}")
-    columns += [(header, [*texts]) for header, texts in readings.unread]
+    columns += [(header, _without_repeats(texts, readings.lines)) for header, texts in readings.unread]
     return _text([*head, *lines], columns), tuple(left or [one.message for one in errors])
 
 
@@ -85,9 +84,9 @@ def _quoted(text: str) -> str:
     return text
 
 
-def _repeated(column: Column) -> list[bool]:
-    """Tell of each run whether its reading is that of the run above: one cell of the file."""
-    return [spot == above for above, spot in pairwise([None, *column.spots])]
+def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:
+    """Leave blank what is the same cell as that above."""
+    return ["" if cell == above else text for text, (above, cell) in zip(texts, pairwise([None, *cells]), strict=True)]
 
 
 def _parts(readings: Readings) -> tuple[list[str], _Columns]:
@@ -96,15 +95,16 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     columns: _Columns = []
     for role in sorted(readings.columns, key=ROLES.index):
         column, kind, part = readings.columns[role], kind_of_role(role), BY_NAME[role].part
-        texts, again = [_cell_text(column, run) for run in range(len(readings.runs))], _repeated(column)
+        texts = [_cell_text(column, run) for run in range(len(readings.runs))]
+        once = _without_repeats(texts, column.spots)
         if -1 in column.spots:
             # What one line gave for the whole log becomes one line again.
             alone = texts[column.spots.index(-1)]
             head.append(f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip())
             texts = ["" if spot == -1 else text for spot, text in zip(column.spots, texts, strict=True)]
-        elif part == "load" or (part == "spin" and 2 * sum(again) >= len(texts)):
+        elif part == "load" or (part == "spin" and 2 * once.count("") >= len(texts)):
             # What was one cell becomes one again; if nearly every run has its own spin, a blank one is an error.
-            texts = ["" if one else text for one, text in zip(again, texts, strict=True)]
+            texts = once
         columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in column.spots else []
         common = stated_u(role, readings.uncertainties)
         texts = [

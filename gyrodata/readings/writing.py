@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -216,34 +217,16 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     masses = _shown(weights, "mass", "g", "--weights", 2)
     [arm] = _shown([position], "length", "cm", "--position", 1)
     aims = _shown(spins, "rate", "rpm", "--spins", 0)
-    lines = [
-        "# station: ",
-        "# ball_mass: ",
-        "# ball_diameter: ",
-        "# latitude: ",
-        "# balanced: ",
-        "# Write balanced yes if the ball, without weight or spin, stays where it is put (step 2); else no.",
-        "# Write the ball's mass and diameter and your latitude with a unit, such as 4.31 kg, 10.16 cm, 52.5 deg.",
-        "# Fill in spin, time and turns of each run: the spin as read at half time, the turns as 1/3, 2/3 or 1.",
-        "# Keep this order: the weights take turns, so that a balance that drifts meets all of them alike.",
-        "# Write masses and positions anew, with every digit that the scale and the ruler show.",
-        "# Positions count from the centre of the ball to the middle of the weight.",
-        "# Write ccw or cw, seen from above, in the row without a weight and in one with a weight.",
-        "# If the rod does not move without a weight, time 2 minutes and write 0 turns.",
-        "# More runs: more rows. A run that was not timed: leave its time blank.",
-        "# A row that is filled in: 20.05,14.9,203,20.31,1,ccw,",
-        "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense,note",
-    ]
-    taken = [0] * len(masses)
-    order = _in_turn(len(masses), len(aims))
-    for place, weight in enumerate(order, 1):
+    lines = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8").splitlines()
+    hung = [0] * len(masses)
+    for weight in _in_turn(len(masses), len(aims)):
         if weight is None:
             lines.append(f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
             continue
         # Each weight begins with another spin, so that the spins take turns too.
-        aim = aims[(weight + taken[weight]) % len(aims)]
-        taken[weight] += 1
-        again = "the first run once more; " if place == len(order) else ""
+        aim = aims[(weight + hung[weight]) % len(aims)]
+        hung[weight] += 1
+        again = "the first run once more; " if hung[weight] > len(aims) else ""
         lines.append(f"{masses[weight]},{arm},,,,,{again}aim at {aim} rpm")
     return "\n".join(lines) + "\n"
 
@@ -251,21 +234,12 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
 def _in_turn(weights: int, times: int) -> list[int | None]:
     """Order the runs: each weight so many times, none (None) in the middle, the first once more at the end.
 
-    No weight comes twice in a row, and the mean place of each is the middle, as nearly as that can be.
+    The second half is the first one backwards, so that the mean place of each weight is near the middle.
     """
-    count = weights * times + 2
-    middle = count // 2
-    order: list[int | None] = [0] * count
-    order[middle] = None
-    late = [0.0] * weights
-    todo = set(range(1, weights))
-    for place in (place for place in range(1, count - 1) if place != middle):
-        todo = todo or set(range(weights))
-        weight = max(todo - {order[place - 1]} or todo, key=lambda one: (late[one], -one))
-        order[place] = weight
-        late[weight] += place - (count - 1) / 2
-        todo.discard(weight)
-    return order
+    half = [*range(weights)] * (times // 2)
+    middle: list[int | None] = [0, *range(1, weights), 0] if times % 2 else [0]
+    middle.insert((len(middle) + 1) // 2, None)
+    return [*half, *middle, *reversed(half)]
 
 
 def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:

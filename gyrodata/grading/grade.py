@@ -38,7 +38,6 @@ from gyrodata.grading.yardsticks import (
 )
 from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
 from gyrodata.readings import Readings, read_reported
-from gyrodata.readings.cells import usable_inertia
 from gyrodata.reporting import factor_text
 
 if TYPE_CHECKING:
@@ -368,7 +367,7 @@ def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
-    own, reported = own_runs(analysis, rubric.accept), usable_inertia(answers.inertia)
+    own, reported = own_runs(analysis, rubric.accept), answers.inertia
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,

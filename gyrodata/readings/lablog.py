@@ -59,10 +59,6 @@ class Reading(Struct, frozen=True):
     """As typed."""
 
 
-TOLD_BLANK = "(blank)"
-"""Text of a reading whose blank cell is an error already."""
-
-
 class Column(Struct, frozen=True, dict=True):
     """One role's readings in SI, one for each of the n runs."""
 
@@ -95,6 +91,12 @@ class Column(Struct, frozen=True, dict=True):
     def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
         """Run and uncertainty of each reading of which the log says one."""
         return tuple([(i, reading.u) for i, reading in enumerate(self.readings) if reading.u is not None])
+
+    def select(self, rows: Sequence[int]) -> Column:
+        """Give some of the readings."""
+        return replace(
+            self, readings=tuple([self.readings[i] for i in rows]), spots=tuple([self.spots[i] for i in rows])
+        )
 
     def place(self, run: int) -> Place | None:
         """Where a reading stands; None for what an option gave, or a simulation."""
@@ -183,18 +185,13 @@ class Readings(Struct, frozen=True, dict=True):
 
     def select(self, runs: Sequence[int]) -> Readings:
         """Give some of the runs."""
-
-        def part(column: Column) -> Column:
-            spots, readings = tuple(column.spots[i] for i in runs), tuple(column.readings[i] for i in runs)
-            return replace(column, readings=readings, spots=spots)
-
         return replace(
             self,
             runs=tuple(self.runs[i] for i in runs),
             lines=tuple(self.lines[i] for i in runs),
             notes=tuple(self.notes[i] for i in runs),
-            columns={role: part(column) for role, column in self.columns.items()},
-            others=tuple(part(column) for column in self.others),
+            columns={role: column.select(runs) for role, column in self.columns.items()},
+            others=tuple(column.select(runs) for column in self.others),
             unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
         )
 

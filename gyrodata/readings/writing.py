@@ -14,7 +14,7 @@ from gyrodata.diagnostics import TEMPLATE_VALUE_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, parse_quantity
 from gyrodata.readings.cells import PREFIX, CellError, read_cell
-from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings, header_of
+from gyrodata.readings.lablog import Column, Readings, header_of
 from gyrodata.readings.roles import BY_NAME, COUNTS, FILLED_DOWN, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
@@ -73,7 +73,7 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
             for k, run in enumerate(row if role == "time" else row[:1], 1):
                 reading, name = column.readings[run], f"time_{k}" if role == "time" and repeated else role
                 if reading.text and reading.value is None:
-                    written = f', written "{reading.text}"' if reading.text != TOLD_BLANK else ""
+                    written = f', written "{reading.text}"'
                     left.append(f"{name} of run {_label(readings, row)}{written}")
     return sheet.text(), tuple(left or [one.message for one in errors])
 

@@ -14,7 +14,7 @@ from gyrodata import diagnostics as codes
 from gyrodata.quantities import NUMBER, Quantity, fold_number, parse_uncertainty, to_float
 from gyrodata.readings import cells, roles
 from gyrodata.readings.cells import BLANKS, CellError, read_cell
-from gyrodata.readings.columns import Choice, Chosen
+from gyrodata.readings.columns import TWO_READINGS, Choice, Chosen
 from gyrodata.readings.headers import clock_word, origin_in, parse_header, part_counted
 from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, span
 from gyrodata.readings.layout import Layout, is_number
@@ -25,7 +25,7 @@ from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, par
 
 _BLANK = Reading()
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
-_CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}(?:[.,][0-9]+)?")
+_CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Doubt about rounded turns, as a share of them, that no run notices."""
 _ORIGINS = {
@@ -328,6 +328,8 @@ class TableReader:
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Give the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = self._texts(chosen.at)
+        if chosen.part:
+            texts = [match[chosen.part] for text in texts if (match := TWO_READINGS.fullmatch(fold_number(text)))]
         if chosen.role == "mass":
             # A dash without a position is no weight; in many rows it says "as above".
             places = self.choice.used.get("position")
@@ -452,8 +454,8 @@ class TableReader:
                 spreads = self._spreads(role, None, unit or None, self.faults)
                 readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
                 columns[role] = Column(role, given.label, unit, readings, spots, given.place)
-            elif column and given.place and given.cell and {*column.values} != {given.cell.value}:
-                if _CONSTANT not in column.spots:
+            elif column and given.place and given.cell and _CONSTANT not in column.spots:
+                if {*column.values} != {given.cell.value}:
                     message = f'"{given.label}: {given.text}" is not used: each run has its own in "{column.header}"'
                     self.faults.add(codes.COLUMN_NOT_USED, message, "take the line or the column away", given.place)
 
@@ -462,9 +464,9 @@ class TableReader:
         for role, many in self.stating.items():
             if role == "turns" and (given := columns.get("turns") or columns.get("angle")):
                 self._compare_stated(given, timed)
-            if role in columns or (role == "turns" and "angle" in columns):
-                continue
             ones = timed if role == "turns" else many[:1] * count
+            if not ones or role in columns or (role == "turns" and "angle" in columns):
+                continue
             read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
             u, line = stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else _BLANK for one in ones]

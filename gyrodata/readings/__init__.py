@@ -24,7 +24,7 @@ from gyrodata.readings.meaning import check_meaning, warn_of_notes
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
-from gyrodata.readings.table import TableReader, with_time
+from gyrodata.readings.table import TableReader
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -103,7 +103,6 @@ def read_log(
 
 def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults, log: Readings) -> Readings:
     """Read the runs, and say what they lack."""
-    layout = layout if mapping else with_time(layout, faults)
     choice = choose(layout, mapping, given, faults)
     log, unmoved = TableReader(layout, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():

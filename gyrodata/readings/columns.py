@@ -84,7 +84,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
     for column in sorted(columns, key=lambda one: (is_of_means(one.cell.text), _is_letter(one.header))):
         at, header = column.at, column.header
         texts = [row.texts[at] if at < len(row.texts) else "" for row in layout.rows]
-        if at in mapped or at in layout.combined:
+        if at in mapped:
             continue
         name = squeeze(split_unit(header.text)[0])
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"

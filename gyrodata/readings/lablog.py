@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from itertools import groupby
 from typing import NamedTuple
 
 from msgspec import Struct, field
@@ -279,13 +280,8 @@ def header_of(role: str, unit: str) -> str:
 
 def span(lines: list[int]) -> str:
     """Write line numbers shortly: ``lines 3-5, 7``."""
-    parts: list[str] = []
-    start = previous = lines[0]
-    for line in [*lines[1:], -1]:
-        if line == previous + 1:
-            previous = line
-            continue
-        parts.append(str(start) if start == previous else f"{start}-{previous}")
-        start = previous = line
-    word = "line" if len(lines) == 1 else "lines"
-    return f"{word} {listing(parts)}"
+    parts = []
+    for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
+        block = [line for _, line in group]
+        parts.append(f"{block[0]}-{block[-1]}" if len(block) > 1 else str(block[0]))
+    return f"{'line' if len(lines) == 1 else 'lines'} {listing(parts)}"

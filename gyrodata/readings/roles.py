@@ -126,15 +126,9 @@ SPIN_SETS = (
 CONSTANTS = {
     "g": "acceleration",
     "latitude": "angle",
-    "ball_diameter": "length",
-    "ball_mass": "mass",
-    "rod_length": "length",
-    "bore_diameter": "length",
-    "bore_depth": "length",
-    "rod_mass": "mass",
-    "rod_diameter": "length",
-    "disk_mass": "mass",
-    "disk_diameter": "length",
+    **dict.fromkeys(("ball_diameter", "rod_length", "bore_diameter", "bore_depth"), "length"),
+    **dict.fromkeys(("rod_diameter", "disk_diameter"), "length"),
+    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass"), "mass"),
 }
 """Kinds of the constants of a log that are no role."""
 
@@ -262,26 +256,20 @@ def is_word(text: str) -> bool:
 
 _HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
 _ALTERED, _USUAL, _CORRECTED = (
-    f"(?i){left}(?:{vocabulary.words(key, '|')}){right}".replace("HANGER", _HANGER).replace("HALF", _HALF)
-    for key, left, right in (
-        ("altered", r"(?<!\w)", r"(?!\w)"),
-        ("usual", r"(?<!\w)", ""),
-        ("corrected", r"(?<!\w)", ""),
-    )
+    rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace("HANGER", _HANGER).replace("HALF", _HALF)
+    for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
 """Words of a note that say that a reading is not what is typed; what is usual in this lab; and what takes it back."""
 
 
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if it says so of none."""
-    if not re.search(_ALTERED, note) or re.search(_CORRECTED, note):
-        return ""
-    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
+    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
         for match in re.finditer(_ALTERED, clause):
             before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
-            words = (*match[0].split(), *before[-5:], *after[:5])
-            if role := next(filter(None, map(_role_of_word, words)), ""):
-                return role
+            for word in (*match[0].split(), *before[-5:], *after[:5]):
+                if role := _role_of_word(word):
+                    return role
     return ""
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from decimal import Decimal
 from functools import partial
 
 from msgspec.structs import replace
@@ -15,8 +14,8 @@ from gyrodata.quantities import NUMBER, Quantity, fold_number, parse_uncertainty
 from gyrodata.readings import cells, roles
 from gyrodata.readings.cells import BLANKS, CellError, read_cell
 from gyrodata.readings.columns import TWO_READINGS, Choice, Chosen
-from gyrodata.readings.headers import clock_word, origin_in, parse_header, part_counted
-from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, span
+from gyrodata.readings.headers import origin_in, part_counted
+from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, Text, span
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import TEXTS, kind_of_role, stated_u, u_keys
 from gyrodata.readings.settings import Settings
@@ -38,38 +37,6 @@ _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 _PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
 """Spot of the value that holds for the whole log."""
-
-
-def with_time(layout: Layout, faults: Faults) -> Layout:
-    """Compute the time of each run from a clock that was read at its start and at its stop, if there is no time."""
-    clocks = {}
-    for at, header in enumerate(layout.headers):
-        if {"time", "precession_period"}.intersection(header.roles):
-            return layout
-        if header.unit in (None, "s") and not any(role.startswith("spin_") for role in header.roles):
-            clocks[clock_word(header.text)] = at
-    if not {"start", "stop"} <= set(clocks):
-        return layout
-    start, stop = clocks["start"], clocks["stop"]
-    rows = []
-    for row in layout.rows:
-        read = [fold_number(text).replace(",", ".") for text in row.texts]
-        if not all(
-            at < len(read) and re.fullmatch(r"(?:[0-9]+:)*[0-9]+(?:\.[0-9]+)?", read[at]) for at in (start, stop)
-        ):
-            return layout
-        early, late = (
-            sum(Decimal(part) * 60**k for k, part in enumerate(read[at].split(":")[::-1])) for at in (start, stop)
-        )
-        if late < early:
-            return layout
-        rows.append(replace(row, texts=[*row.texts[:stop], f"{late - early:f}", *row.texts[stop + 1 :]]))
-    names = f'"{layout.cells[stop].text}" minus "{layout.cells[start].text}"'
-    message = f"{names} is read as the time of each run, in s"
-    faults.add(codes.HEADER_READ_AS, message, "if it is not, write a column time [s]", layout.cells[start])
-    headers = list(layout.headers)
-    headers[stop] = replace(parse_header("time [s]"), text=headers[stop].text)
-    return replace(layout, headers=headers, rows=rows, combined=frozenset((start,)))
 
 
 class TableReader:
@@ -175,18 +142,15 @@ class TableReader:
         is_run = [not BLANKS.issuperset(row) for row in zip(*texts, strict=True)]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            first = left_out[0]
-            cell = self.grid.cell(first, next(at for at, text in enumerate(first.texts) if text))
             message = f"{span([row.line for row in left_out])}: left out, because there is no time"
-            self.faults.add(codes.ROW_WITHOUT_TIME, message, "", cell)
+            self.faults.add(codes.ROW_WITHOUT_TIME, message, "", Place(left_out[0].line, 1))
         return is_run
 
     def _read_columns(self, is_run: list[bool]) -> None:
         """Read all columns of numbers but the times."""
-        # What it weighs says where to fill, and whether the rod may stay.
-        load = next((role for role in _PULLS if role in self.choice.used), "")
-        for role in sorted(self.choice.used, key=lambda r: r != load):
-            if role == "time" or role in TEXTS or role[:2] == "u_" or role in self.replaced:
+        # The mass is the first: it says where to fill, and whether the rod may stay.
+        for role in roles.ROLES:
+            if role == "time" or role not in self.choice.used or role in TEXTS or role in self.replaced:
                 continue
             chosen, strict = self.choice.used[role][0], role not in self.derived
             if (column := self._read_column(chosen, strict)) is None:
@@ -261,11 +225,11 @@ class TableReader:
         place = given.place if given else None
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
-    def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults) -> None:
+    def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults, cell: Text | None = None) -> None:
         hint, unit = error.hint, chosen.header.unit or ""
         if chosen.role == "mass" and "force" in kinds_of(unit):
             hint = f'a weight in newtons is a force: write the header as "force [{unit}]"'
-        faults.add(code, f'{chosen.role}, column "{chosen.cell.text}": {error}', hint, chosen.cell)
+        faults.add(code, f'{chosen.role}, column "{chosen.cell.text}": {error}', hint, cell or chosen.cell)
 
     def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
         kind, name = kind_of_role(chosen.role), chosen.header.text[:60]
@@ -379,10 +343,7 @@ class TableReader:
         """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
         common, kind = stated_u(role, self.settings.uncertainties), kind_of_role(role)
         if chosen is not None and chosen.header.spread:
-            try:
-                common = parse_uncertainty(chosen.header.spread, kind, unit or "")
-            except UnitError as error:
-                self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, chosen, error, faults)
+            common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", chosen.cell, faults)
         spreads = [common] * len(self.rows)
         key = next((key for key in u_keys(role) if key in self.choice.used and key not in self.replaced), None)
         if key is None:
@@ -393,20 +354,23 @@ class TableReader:
             self._ask_for_unit(column, faults)
             return spreads
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
-        try:
-            parse_uncertainty(f"0{percent}", own_kind, own_unit)
-        except UnitError as error:
-            self._refuse(codes.UNIT_UNKNOWN, column, error, faults)
+        if self._uncertainty(column, f"0{percent}", own_kind, own_unit, column.cell, faults) is None:
             return spreads
         for i, text in enumerate(self._texts(column.at)):
-            try:
-                if text not in BLANKS:
-                    spread = parse_uncertainty(text if "%" in text else text + percent, own_kind, own_unit, ask=False)
-                    spreads[i] = roles.as_u_of(role, key, spread)
-            except UnitError as error:
-                cell = self.grid.cell(self.rows[i], column.at)
-                faults.add(codes.UNCERTAINTY_CANNOT_BE_READ, f'{key} "{text[:60]}": {error}', error.hint, cell)
+            if text not in BLANKS:
+                text, cell = text if "%" in text else text + percent, self.grid.cell(self.rows[i], column.at)
+                if (u := self._uncertainty(column, text, own_kind, own_unit, cell, faults)) is not None:
+                    spreads[i] = roles.as_u_of(role, key, u)
         return spreads
+
+    def _uncertainty(
+        self, column: Chosen, text: str, kind: str, unit: str, cell: Text, faults: Faults
+    ) -> Uncertainty | None:
+        try:
+            return parse_uncertainty(text, kind, unit, ask=False)
+        except UnitError as error:
+            self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, column, error, faults, cell)
+            return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], faults: Faults) -> Column:
         """Give blank cells the value above; never across a run without a weight, never upwards."""
@@ -437,10 +401,8 @@ class TableReader:
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
-            row = self.rows[filled[0]]
-            place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
             message = f"{role} is blank in {self._span(filled)}: the value above was taken"
-            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", place)
+            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", Place(self.rows[filled[0]].line, 1))
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _span(self, rows: list[int]) -> str:
@@ -454,42 +416,37 @@ class TableReader:
                 spreads = self._spreads(role, None, unit or None, self.faults)
                 readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
                 columns[role] = Column(role, given.label, unit, readings, spots, given.place)
-            elif column and given.place and given.cell and _CONSTANT not in column.spots:
-                if {*column.values} != {given.cell.value}:
-                    message = f'"{given.label}: {given.text}" is not used: each run has its own in "{column.header}"'
-                    self.faults.add(codes.COLUMN_NOT_USED, message, "take the line or the column away", given.place)
+            elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
+                message = f'"{given.label}: {given.text}" is not used: each run has its own in "{column.header}"'
+                self.faults.add(codes.COLUMN_NOT_USED, message, "take the line or the column away", given.place)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
-        """Give each time the turns that its header states, if no column and no option gives them."""
+        """Give each time the turns that its header states; ask if a column gives others."""
         for role, many in self.stating.items():
-            if role == "turns" and (given := columns.get("turns") or columns.get("angle")):
-                self._compare_stated(given, timed)
             ones = timed if role == "turns" else many[:1] * count
-            if not ones or role in columns or (role == "turns" and "angle" in columns):
+            if not ones:
                 continue
             read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
             u, line = stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else _BLANK for one in ones]
             header = next(one.cell.text for one in many if one.turns)
-            spots = tuple(Row(line, []).spot(one.at) for one in ones)
-            columns[role] = Column(role, header, "", tuple(readings), spots, None, self.find)
-            message = "; ".join(f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns)
-            self.faults.add(codes.TURNS_IN_HEADER, message, "", many[0].cell)
-
-    def _compare_stated(self, given: Column, timed: list[Chosen]) -> None:
-        """Ask if a header states other turns than their column gives."""
-        full = 1.0 if given.role == "turns" else 2 * math.pi
-        for run, one in enumerate(timed):
-            value = given.values[run]
-            if not one.turns or value is None or given.header.startswith("--"):
-                continue
-            stated = read_cell(one.turns, "number", "").value
-            if abs(value / full - stated) > 0.02 * stated:
-                message = f'"{one.cell.text}" covers {one.turns} turns, and "{given.header}" says '
-                hint = f"correct one of the two, or say which holds with --set turns={one.turns}"
-                place = given.place(run)
-                self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message + given.readings[run].text, hint, place)
-                return
+            stated = tuple(Row(line, []).spot(one.at) for one in ones)
+            given = columns.get(role) or (columns.get("angle") if role == "turns" else None)
+            if given is None:
+                columns[role] = Column(role, header, "", tuple(readings), stated, None, self.find)
+                message = "; ".join(
+                    f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns
+                )
+                self.faults.add(codes.TURNS_IN_HEADER, message, "", many[0].cell)
+            elif role == "turns" and not given.header.startswith("--"):
+                full = 2 * math.pi if given.role == "angle" else 1.0
+                for run, (value, reading) in enumerate(zip(given.values, readings, strict=True)):
+                    if value and reading.value and abs(value / full - reading.value) > 0.02 * reading.value:
+                        message = f'"{ones[run].cell.text}" covers {reading.text} turns, and "{given.header}" says '
+                        hint = f"correct one of the two, or say which holds with --set turns={reading.text}"
+                        message, place = message + given.readings[run].text, given.place(run)
+                        self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, place)
+                        break
 
     def _warn_of_rounded_turns(self, turns: Column | None) -> None:
         """Warn of 0.33, which is no third."""
@@ -557,7 +514,7 @@ class TableReader:
         """Collect the columns of which no reading is in the table, and no text."""
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
-        used |= {one.at for one in self.choice.others} | self.layout.combined
+        used |= {one.at for one in self.choice.others}
         heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.layout.cells) if at not in used]
         unread = [(head, tuple(self._text(i, at) for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))

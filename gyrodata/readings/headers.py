@@ -196,7 +196,7 @@ def _modified(name: str) -> tuple[str, ...]:
     # Small words may belong to a name: "tiempo de giro".
     named = " ".join(token for token, low in zip(tokens, lower, strict=True) if low not in small)
     left = " ".join(token for token in named.split() if squeeze(token).lower() not in roles.NOISE_WORDS)
-    before, after = ("".join(affix[k] for affix in affixes) for k in (1, 2))
+    before, after = "".join(one for _, one, _ in affixes), "".join(one for _, _, one in affixes)
     modified = (f"{before}{role}{after}" for role in (_known(left) or _known(named) if left else ()))
     return tuple(role for role in modified if role in roles.ROLES or role in roles.UNCERTAINTIES)
 

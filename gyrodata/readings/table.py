@@ -19,7 +19,7 @@ from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, T
 from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import TEXTS, kind_of_role, stated_u, u_keys
 from gyrodata.readings.settings import Settings
-from gyrodata.readings.source import MAX_COLUMNS, Row, decimal_signs, find_place
+from gyrodata.readings.source import MAX_COLUMNS, decimal_signs, find_place
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
 
 _BLANK = Reading()
@@ -47,23 +47,25 @@ class TableReader:
         self.grid, self.rows = layout.grid, layout.rows
         self.signs, self.expected_signs = decimal_signs(self.grid, by_delimiter=False), decimal_signs(self.grid)
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
-        self.replaced: set[str] = set()
-        """Keys of the columns that an option replaces."""
+        self.replaced: set[int] = set()
+        """Columns that an option replaces."""
         for given in (*settings.roles.values(), *settings.given_uncertainties.values()):
             if given.place is None and given.key in choice.used:
-                self.replaced.add(given.key)
-                message = f'{given.label} takes the place of the column "{choice.used[given.key][0].header.text}"'
+                columns = choice.used.pop(given.key)
+                self.replaced |= {one.at for one in columns}
+                message = f'{given.label} takes the place of the column "{columns[0].cell.text}"'
                 faults.add(codes.OPTION_REPLACES_COLUMN, message)
-        stating = {key: choice.used.get(role, []) for key, role in _COUNTS.items() if role not in self.replaced}
-        self.stating = {key: many for key, many in stating.items() if any(one.turns for one in many)}
+        stating = [role for role in _COUNTS if any(one.turns for one in choice.used.get(_COUNTS[role], ()))]
+        self.stating = {role: choice.used[_COUNTS[role]] for role in stating}
         """The times whose headers state their turns, by the role of these turns."""
         self.there = {*choice.used, *settings.roles, *self.stating} - TEXTS
         self.derived = roles.derived_roles(self.there)
         self.columns: dict[str, Column] = {}
         """One reading for each row of the table; the times are not among them."""
-        self.floats: dict[str, bool] = {}
-        """Roles without a stated uncertainty that a DataFrame has as floats, and whether their digits tell a step."""
+        self.floats: list[str] = []
+        """Roles without a stated uncertainty that a DataFrame has as floats."""
         self.unmoved: set[int] = set()
+        """Rows in which the rod did not move, without a weight."""
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
         """Put the readings into a log; name the runs in which the rod did not move."""
@@ -127,7 +129,7 @@ class TableReader:
                 self.faults.add(codes.NOTE_IS_ONLY_A_NUMBER, message, hint, self.grid.cell(row, count - 1))
 
     def _read_times(self) -> list[tuple[Chosen, Column]]:
-        times = [] if "time" in self.replaced else self.choice.used.get("time", [])
+        times = self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
             # A time whose turns nobody tells says nothing; its repeats would count one period several times.
@@ -150,15 +152,15 @@ class TableReader:
         """Read all columns of numbers but the times."""
         # The mass is the first: it says where to fill, and whether the rod may stay.
         for role in roles.ROLES:
-            if role == "time" or role not in self.choice.used or role in TEXTS or role in self.replaced:
-                continue
-            chosen, strict = self.choice.used[role][0], role not in self.derived
-            if (column := self._read_column(chosen, strict)) is None:
-                continue
-            # A constant of the log is in the blank cells already.
-            if role in roles.FILLED_DOWN and role not in self.settings.roles:
-                column = self._fill_down(column, chosen.at, is_run, self.faults if strict else Faults(self.faults.name))
-            self.columns[role] = column
+            if role != "time" and role in self.there and role in self.choice.used:
+                chosen, strict = self.choice.used[role][0], role not in self.derived
+                column = self._read_column(chosen, strict)
+                # A constant of the log is in the blank cells already.
+                if column is not None and role in roles.FILLED_DOWN and role not in self.settings.roles:
+                    faults = self.faults if strict else Faults(self.faults.name)
+                    column = self._fill_down(column, chosen.at, is_run, faults)
+                if column is not None:
+                    self.columns[role] = column
 
     def _read_other(self, chosen: Chosen) -> Column | None:
         """Read a further column of a role for comparison."""
@@ -205,13 +207,9 @@ class TableReader:
         for one in read.values():
             if one.step is not None:
                 finest[one.unit] = min(one.step, finest.get(one.unit, math.inf))
-        if strict and read and spots[0] % MAX_COLUMNS in self.grid.floats:
-            # A float does so too: 15.0 cm may be 15 or 15.00 cm, and nobody reads 0.15 m to 0.01 m.
-            whole = all(re.fullmatch(r"-?[0-9]+(?:\.0)?(?: .*)?", text) for text in read)
-            if whole or min(finest.values(), default=0.0) > 0.02 * max(abs(one.value) for one in read.values()):
-                finest = {}
-            if KINDS[kind].si and None in spreads:
-                self.floats[role] = bool(finest)
+        if strict and spots[0] % MAX_COLUMNS in self.grid.floats and KINDS[kind].si and None in spreads:
+            finest = {}  # a float drops them too: 15.0 cm may be 15 or 15.00 cm
+            self.floats.append(role)
         readings = []
         for i, (text, spread) in enumerate(zip(texts, spreads, strict=True)):
             if quantity := read.get(text):
@@ -345,7 +343,7 @@ class TableReader:
         if chosen is not None and chosen.header.spread:
             common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", chosen.cell, faults)
         spreads = [common] * len(self.rows)
-        key = next((key for key in u_keys(role) if key in self.choice.used and key not in self.replaced), None)
+        key = next((key for key in u_keys(role) if key in self.choice.used), None)
         if key is None:
             return spreads
         column, own_kind = self.choice.used[key][0], kind_of_role(key)
@@ -430,22 +428,20 @@ class TableReader:
             u, line = stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else _BLANK for one in ones]
             header = next(one.cell.text for one in many if one.turns)
-            stated = tuple(Row(line, []).spot(one.at) for one in ones)
+            spots = tuple(line * MAX_COLUMNS + one.at for one in ones)
             given = columns.get(role) or (columns.get("angle") if role == "turns" else None)
             if given is None:
-                columns[role] = Column(role, header, "", tuple(readings), stated, None, self.find)
-                message = "; ".join(
-                    f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns
-                )
-                self.faults.add(codes.TURNS_IN_HEADER, message, "", many[0].cell)
+                columns[role] = Column(role, header, "", tuple(readings), spots, None, self.find)
+                told = (f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns)
+                self.faults.add(codes.TURNS_IN_HEADER, "; ".join(told), "", many[0].cell)
             elif role == "turns" and not given.header.startswith("--"):
                 full = 2 * math.pi if given.role == "angle" else 1.0
                 for run, (value, reading) in enumerate(zip(given.values, readings, strict=True)):
                     if value and reading.value and abs(value / full - reading.value) > 0.02 * reading.value:
-                        message = f'"{ones[run].cell.text}" covers {reading.text} turns, and "{given.header}" says '
+                        said = f'"{given.header}" says {given.readings[run].text}'
+                        message = f'"{ones[run].cell.text}" covers {reading.text} turns, and {said}'
                         hint = f"correct one of the two, or say which holds with --set turns={reading.text}"
-                        message, place = message + given.readings[run].text, given.place(run)
-                        self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, place)
+                        self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, given.place(run))
                         break
 
     def _warn_of_rounded_turns(self, turns: Column | None) -> None:
@@ -473,21 +469,18 @@ class TableReader:
         key, share, sample, what = _ORIGINS[origin]
         length = self.settings.constants.get(key)
         if length is None:
-            message = (
-                f"positions count from the {origin}, and the torque needs the distance from the centre of the ball"
-            )
+            message = f"positions count from the {origin}, and the torque needs them from the centre of the ball"
             hint = f'write "# {key}: {sample}" above the header, or --set {key}="{sample}", with {what}'
             hint += "" if stated else '; if they count from the centre: "# position_from: centre"'
             self.faults.add(codes.POSITION_ORIGIN_UNKNOWN, message, hint, position.place(0))
             return 0.0
         shift = share * length
-        moved = []
-        for reading in position.readings:
-            value = reading.value
+        moved = list(position.readings)
+        for run, value in enumerate(position.values):
             if value is not None:
                 # A negative distance is on the counterweight's side.
                 value = shift - value if origin == "tip" else value + math.copysign(shift, value)
-            moved.append(replace(reading, value=value))
+                moved[run] = replace(moved[run], value=value)
         columns["position"] = replace(position, readings=tuple(moved))
         done = f"{100 * shift:.4g} cm is added to" if origin == "surface" else f"{100 * shift:.4g} cm less"
         message = f"positions count from the {origin}: {done} each, so that all count from the centre of the ball"
@@ -497,24 +490,20 @@ class TableReader:
 
     def _note_unused(self, columns: dict[str, Column]) -> None:
         """Name each uncertainty that belongs to no reading, and the digits that a DataFrame does not contain."""
-        heard = {key for role in columns for key in u_keys(role)} | self.replaced
+        heard = {key for role in columns for key in u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
                 base = key.removeprefix("u_")
                 self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
-        words = {True: "the finest digit counts as the last one read of ", False: "no rounding error is included for "}
-        told = [
-            words[how] + ", ".join(names) for how in words if (names := [r for r, k in self.floats.items() if k is how])
-        ]
-        if told:
-            message = f"floats do not contain the digits that were read: {'; '.join(told)}"
+        if self.floats:
+            message = f"floats do not contain the digits that were read: no rounding error of {', '.join(self.floats)}"
             self.faults.add(codes.FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
 
     def _unread(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """Collect the columns of which no reading is in the table, and no text."""
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
-        used |= {one.at for one in self.choice.others}
+        used |= self.replaced.union(one.at for one in self.choice.others)
         heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.layout.cells) if at not in used]
         unread = [(head, tuple(self._text(i, at) for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))

@@ -157,7 +157,7 @@ class TestFix:
         ("before", "after", "left", "was", "correct"),
         [
             ("402;14,8", "4O2;14,8", 'spin of run 2, written "4O2"', "20.1,14.8,?,", "20.1,14.8,402,"),
-            ("402;14,8", ";14,8", "spin of run 2\n", "20.1,14.8,?,", "20.1,14.8,402,"),
+            ("402;14,8", ";14,8", "line 4: no spin\n", "20.1,14.8,,", "20.1,14.8,402,"),
             ("40,3;400", "4O,3;400", 'mass of run 4, written "4O,3"', "?,14.8,400", "40.3,14.8,400"),
             ("13,09", "13,O9", 'time_1 of run 2, written "13,O9"', "402,,13.01", "402,13.09,13.01"),
             ("spin [rpm]", "spin [rmp]", 'the column "spin [rmp]": its name, or its unit', "[rmp]", "[rpm]"),

@@ -26,6 +26,10 @@ _BY_UNIT = {
     "time": roles.TIMINGS,
 }
 """What a column without a known name can be by its unit alone, if none of these roles is there."""
+_TIMED = (*(("time", count) for count in roles.COUNTS), *((role,) for role in roles.ONE_TURN))
+_LOADED = (("torque",), ("position", "mass"), ("position", "force"))
+_ENOUGH = {"spin": roles.SPIN_SETS[:3], "timing": _TIMED, "count": _TIMED, "load": _LOADED}
+"""Sets of roles that give a part of a run."""
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS
 
 
@@ -130,12 +134,11 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
     found: dict[int, Chosen] = {}
     texts = [cell.text for cell in layout.cells]
     for key, wanted in mapping.items():
-        exact = [at for at, text in enumerate(texts) if text == wanted.strip()]
-        loose = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
-        if not (exact or loose):
+        same = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
+        if not same:
             hint = f"""the headers are: {listing([f'"{t}"' for t in texts if t], 40)}"""
             raise faults.refuse(codes.MAPPED_HEADER_UNKNOWN, f"--map {key}={wanted!r}: there is no such header", hint)
-        at = (exact or loose)[0]
+        at = next((at for at in same if texts[at] == wanted.strip()), same[0])
         if at in found:
             message = f"--map gives the header {wanted!r} two roles, {found[at].role} and {key}"
             hint = f"leave --map {key}=… out, or give it another header"
@@ -210,14 +213,8 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 
 
 def _may_be_needed(left: list[str], there: set[str]) -> bool:
-    timing = not there.isdisjoint(roles.ONE_TURN) or ("time" in there and not there.isdisjoint(roles.COUNTS))
-    served = {
-        "spin": any(there.issuperset(one) for one in roles.SPIN_SETS[:3]),
-        "timing": timing,
-        "count": timing,
-        "load": "torque" in there or ("position" in there and not there.isdisjoint(("mass", "force"))),
-    }
-    return any(role.startswith("u_") or not served.get(roles.BY_NAME[role].part, False) for role in left)
+    served = {part for part, sets in _ENOUGH.items() if any(there.issuperset(one) for one in sets)}
+    return any(role[:2] == "u_" or roles.BY_NAME[role].part not in served for role in left)
 
 
 def _serve_by_unit(columns: list[Chosen], choice: Choice, faults: Faults) -> None:

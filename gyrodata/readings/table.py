@@ -323,7 +323,11 @@ class TableReader:
         """Read 10:06 as 10.06 s if another row shows that it is no clock; below a header in s alone, ask."""
         header, repeats = chosen.header.text, self.choice.used.get(chosen.role, [chosen])
         meant = {text: ".".join(text.rsplit(":", 1)) for text in texts if re.fullmatch(_CLOCK, fold_number(text))}
-        if not meant or re.search("[a-z]:[a-z]", header.lower()):
+        if stated := re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
+            hours = stated[1].startswith("h")
+            three = [text for text in meant if text.count(":") == 2 and stated[2]]
+            return {text: text.removeprefix("00:") if hours else meant[text] for text in three}
+        if not meant:
             return {}
         every = (text for one in repeats for text in self._texts(one.at) if re.fullmatch(_CLOCK, text))
         first, proof = next(iter(meant)), next((text for text in every if int(text[-2:]) >= 60), "")
@@ -331,7 +335,7 @@ class TableReader:
             message = f'"{proof}" is not minutes and seconds, so in "{header}" the last colon is a point: '
             faults.add(codes.COLONS_ARE_POINTS, f"{message}{first} is {meant[first]}", "", chosen.cell)
             return meant
-        message = f'{chosen.role} "{first}" in a column in seconds can be {meant[first]} or minutes and seconds'
+        message = f'{chosen.role} "{first}" in a column in seconds can be {meant[first]} s or minutes and seconds'
         hint = f"if the last colon is a point, write {meant[first]}, and so in every row; "
         hint += f'if not, write the header as "{header.partition("[")[0].strip()} [min:s]"'
         faults.add(codes.COLON_BELOW_SECONDS, message, hint, self.grid.cell(self.rows[texts.index(first)], chosen.at))
@@ -496,7 +500,9 @@ class TableReader:
                 base = key.removeprefix("u_")
                 self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
         if self.floats:
-            message = f"floats do not contain the digits that were read: no rounding error of {', '.join(self.floats)}"
+            message = (
+                f"floats do not contain the digits that were read: no rounding error is in {', '.join(self.floats)}"
+            )
             self.faults.add(codes.FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
 
     def _unread(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:

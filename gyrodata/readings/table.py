@@ -20,7 +20,7 @@ from gyrodata.readings.layout import Layout, is_number
 from gyrodata.readings.roles import TEXTS, kind_of_role, stated_u, u_keys
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.source import MAX_COLUMNS, decimal_signs, find_place
-from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, kinds_of, parse_unit
+from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
 
 _BLANK = Reading()
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
@@ -45,6 +45,7 @@ class TableReader:
     def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.layout, self.choice, self.settings, self.faults = layout, choice, settings, faults
         self.grid, self.rows = layout.grid, layout.rows
+        self.texts = [[*row.texts, *[""] * (len(layout.cells) - len(row.texts))] for row in layout.rows]
         self.signs, self.expected_signs = decimal_signs(self.grid, by_delimiter=False), decimal_signs(self.grid)
         self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[int] = set()
@@ -94,7 +95,7 @@ class TableReader:
             log,
             runs=self._labels(rows),
             lines=tuple(self.rows[i].line for i in rows),
-            notes=tuple(self._text(i, notes[0].at) if notes else "" for i in rows),
+            notes=tuple(self.texts[i][notes[0].at] if notes else "" for i in rows),
             columns=columns,
             others=tuple(others),
             position_from=self.settings.position_from,
@@ -103,12 +104,8 @@ class TableReader:
         )
         return log, unmoved
 
-    def _text(self, i: int, at: int) -> str:
-        texts = self.rows[i].texts
-        return texts[at] if at < len(texts) else ""
-
     def _texts(self, at: int) -> list[str]:
-        return [self._text(i, at) for i in range(len(self.rows))]
+        return [row[at] for row in self.texts]
 
     def _note(self, chosen: Chosen, what: str) -> None:
         self.faults.add(codes.COLUMN_NOT_USED, f'the column "{chosen.cell.text}" {what}', "", chosen.cell)
@@ -224,10 +221,8 @@ class TableReader:
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
     def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults, cell: Text | None = None) -> None:
-        hint, unit = error.hint, chosen.header.unit or ""
-        if chosen.role == "mass" and "force" in kinds_of(unit):
-            hint = f'a weight in newtons is a force: write the header as "force [{unit}]"'
-        faults.add(code, f'{chosen.role}, column "{chosen.cell.text}": {error}', hint, cell or chosen.cell)
+        message = f'{chosen.role}, column "{chosen.cell.text}": {error}'
+        faults.add(code, message, error.hint, cell or chosen.cell)
 
     def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
         kind, name = kind_of_role(chosen.role), chosen.header.text[:60]
@@ -345,7 +340,7 @@ class TableReader:
         """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
         common, kind = stated_u(role, self.settings.uncertainties), kind_of_role(role)
         if chosen is not None and chosen.header.spread:
-            common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", chosen.cell, faults)
+            common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", faults)
         spreads = [common] * len(self.rows)
         key = next((key for key in u_keys(role) if key in self.choice.used), None)
         if key is None:
@@ -356,21 +351,21 @@ class TableReader:
             self._ask_for_unit(column, faults)
             return spreads
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
-        if self._uncertainty(column, f"0{percent}", own_kind, own_unit, column.cell, faults) is None:
+        if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:
             return spreads
         for i, text in enumerate(self._texts(column.at)):
             if text not in BLANKS:
-                text, cell = text if "%" in text else text + percent, self.grid.cell(self.rows[i], column.at)
-                if (u := self._uncertainty(column, text, own_kind, own_unit, cell, faults)) is not None:
-                    spreads[i] = roles.as_u_of(role, key, u)
+                u = self._uncertainty(column, text if "%" in text else text + percent, own_kind, own_unit, faults, i)
+                spreads[i] = None if u is None else roles.as_u_of(role, key, u)
         return spreads
 
     def _uncertainty(
-        self, column: Chosen, text: str, kind: str, unit: str, cell: Text, faults: Faults
+        self, column: Chosen, text: str, kind: str, unit: str, faults: Faults, row: int | None = None
     ) -> Uncertainty | None:
         try:
             return parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
+            cell = column.cell if row is None else self.grid.cell(self.rows[row], column.at)
             self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, column, error, faults, cell)
             return None
 
@@ -511,7 +506,7 @@ class TableReader:
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
         used |= self.replaced.union(one.at for one in self.choice.others)
         heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.layout.cells) if at not in used]
-        unread = [(head, tuple(self._text(i, at) for i in rows)) for at, head in heads]
+        unread = [(head, tuple(self.texts[i][at] for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
@@ -519,7 +514,7 @@ class TableReader:
         column = self.choice.used.get("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):
-            name = (self._text(i, column[0].at) if column else "") or str(number)
+            name = (self.texts[i][column[0].at] if column else "") or str(number)
             for k in range(1, times + 1):
                 label = name if times == 1 else f"{name}.{k}"
                 while label in labels:

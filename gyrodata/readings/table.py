@@ -399,7 +399,9 @@ class TableReader:
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             message = f"{role} is blank in {self._span(filled)}: the value above was taken"
-            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", Place(self.rows[filled[0]].line, 1))
+            row = self.rows[filled[0]]
+            place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
+            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", place)
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _span(self, rows: list[int]) -> str:

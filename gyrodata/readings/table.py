@@ -147,9 +147,9 @@ class TableReader:
 
     def _read_columns(self, is_run: list[bool]) -> None:
         """Read all columns of numbers but the times."""
-        # The mass is the first: it says where to fill, and whether the rod may stay.
-        for role in roles.ROLES:
-            if role != "time" and role in self.there and role in self.choice.used:
+        # The load is the first: it says where to fill, and whether the rod may stay.
+        for role in sorted(self.choice.used, key=lambda role: role not in _PULLS):
+            if role in roles.BY_NAME and role != "time" and role not in TEXTS:
                 chosen, strict = self.choice.used[role][0], role not in self.derived
                 column = self._read_column(chosen, strict)
                 # A constant of the log is in the blank cells already.

@@ -235,7 +235,6 @@ class TableReader:
         role, kind, at = chosen.role, kind_of_role(chosen.role), chosen.at
         read: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
-        bare = False
         for text in dict.fromkeys(texts):
             if text in BLANKS:
                 continue
@@ -248,9 +247,10 @@ class TableReader:
                 meant = cells.said_otherwise(text, role) if role in cells.SPOKEN else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except CellError as error:
-                bare = bare or error.code == codes.UNIT_MISSING
-                if error.code != codes.UNIT_MISSING:
-                    faulty[text] = error.code, f'{role} "{text[:60]}"{error.joint}{error}', error.hint
+                if error.code == codes.UNIT_MISSING:
+                    self._ask_for_unit(chosen, faults)
+                    break
+                faulty[text] = error.code, f'{role} "{text[:60]}"{error.joint}{error}', error.hint
                 continue
             fault, hint = cells.check_value(role, read[text].value)
             if fault:
@@ -267,8 +267,6 @@ class TableReader:
             message = "; ".join(f'{role} "{text}" is {cells.fraction_of_date(text)}' for text in dates[:4])
             cell = self.grid.cell(self.rows[texts.index(dates[0])], at)
             self.faults.add(codes.DATE_IS_A_FRACTION, f"{message}: a spreadsheet made a date of it", "", cell)
-        if bare:
-            self._ask_for_unit(chosen, faults)
         return read
 
     def _in_turns(self, chosen: Chosen, read: dict[str, Quantity], faults: Faults) -> dict[str, Quantity]:

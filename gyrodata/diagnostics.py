@@ -147,11 +147,6 @@ BLANK_TAKES_VALUE_ABOVE = _note(
     LOG + "20,15.0,406,13.06,1/3\n,,598,19.2,1/3\n",
     "write another value there if the one above is not meant",
 )
-BLANK_SPIN = _error(
-    "G218",
-    "a blank spin where nearly every run has its own",
-    LOG + "20,15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n20,15.0,,13.1,1/3\n",
-)
 VALUE_BELOW_ITS_FIRST_ROW = _error(
     "G219", "a value below the first row it belongs to", LOG + ",15.0,406,13.06,1/3\n20,15.0,406,13.06,1/3\n"
 )

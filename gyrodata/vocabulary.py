@@ -13,6 +13,8 @@ UNITS = LANGUAGES.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
 MONTHS = LANGUAGES.pop("months")
 """What the names of the months begin with, by number."""
+SYMBOLS = LANGUAGES.pop("symbols")
+"""Symbols by the role, or the roles, that they mean, separated by blanks."""
 
 
 def words(key: str, separator: str = " ") -> str:

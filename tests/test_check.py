@@ -151,7 +151,7 @@ class TestFix:
         ("before", "after", "left", "was", "correct"),
         [
             ("402;14,8", "4O2;14,8", 'spin of run 2.1, written "4O2"', "20.1,14.8,?,", "20.1,14.8,402,"),
-            ("402;14,8", ";14,8", "spin of run 2.1\n", "20.1,14.8,?,", "20.1,14.8,402,"),
+            ("402;14,8", ";14,8", "line 4: no spin\n", "20.1,14.8,,", "20.1,14.8,402,"),
             ("40,3;400", "4O,3;400", 'mass of run 4.1, written "4O,3"', "?,14.8,400", "40.3,14.8,400"),
             ("13,09", "13,O9", 'time of run 2.1, written "13,O9"', "402,?,", "402,13.09,"),
             ("spin [rpm]", "spin [rmp]", 'the column "spin [rmp]": its name, or its unit', "[rmp]", "[rpm]"),

@@ -229,8 +229,6 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      lambda hint: written(TABLE[:7]) + "\n" + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER),
     ("G215", written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
      lambda hint: written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]]) if "left blank" in hint else ""),
-    ("G218", changed(3, 2, ""),
-     lambda hint: written([*TABLE[:3], [named(hint, r"put (#) before the line"), *TABLE[3]], *TABLE[4:]])),
     ("G219", changed(1, 0, ""), then_good("in the first row that it belongs to")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
     ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),

@@ -15,17 +15,17 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import diagnostics as codes
 from gyrodata.errors import insist_on_type
-from gyrodata.readings.cells import CellError, Reported, check_value, read_cell, read_reported, rounded_turns
+from gyrodata.quantities import CellError, read_cell
+from gyrodata.readings.cells import Reported, check_value, read_reported, rounded_turns
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, warn_of_notes
-from gyrodata.readings.pairs import combine
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
-from gyrodata.readings.table import Builder
+from gyrodata.readings.table import TableReader
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -103,9 +103,8 @@ def read_log(
 
 def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults, log: Readings) -> Readings:
     """Read the runs, and say what they lack."""
-    layout = layout if mapping else combine(layout, faults)
     choice = choose(layout, mapping, given, faults)
-    log, unmoved = Builder(layout, choice, given, faults).build(log)
+    log, unmoved = TableReader(layout, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
         faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)

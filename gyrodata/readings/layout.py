@@ -45,8 +45,6 @@ class Layout(Struct, frozen=True):
     headers: list[Header]
     """What each of them says, with the unit of a second header row."""
     rows: list[Row]
-    combined: frozenset[int] = frozenset()
-    """Columns whose readings are in other columns too, and which are not used themselves."""
 
 
 _Column = tuple[Text, Header]

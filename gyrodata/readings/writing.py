@@ -14,7 +14,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.quantities import CellError, Quantity, parse_quantity, read_cell
 from gyrodata.readings.cells import PREFIX
-from gyrodata.readings.lablog import TOLD_BLANK, Column, Readings, header_of
+from gyrodata.readings.lablog import Column, Readings, header_of
 from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
@@ -68,8 +68,7 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     for role, column in readings.columns.items():
         for run, text in enumerate(_without_repeats([one.text for one in column.readings], column.spots)):
             if text and column.readings[run].value is None:
-                written = f', written "{text}"' if text != TOLD_BLANK else ""
-                left.append(f"{role} of run {readings.runs[run]}{written}")
+                left.append(f'{role} of run {readings.runs[run]}, written "{text}"')
     columns += [(header, _without_repeats(texts, readings.lines)) for header, texts in readings.unread]
     return _text([*head, *lines], columns), tuple(left or [one.message for one in errors])
 

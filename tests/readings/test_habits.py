@@ -87,7 +87,7 @@ def test_runs_copied_below_with_a_column_more_are_refused() -> None:
 def test_a_line_that_every_run_overrules_is_named() -> None:
     analysis = analyze(f"# turns: 2\n{ONCE}".encode())
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")
-    assert told.message == '"# turns: 2" is not used: each run has its own in the column "turns"'
+    assert told.message == '"# turns: 2" is not used: each run has its own in "turns"'
     assert told.line == 1
 
 

@@ -441,14 +441,13 @@ def _moved(row: Row, places: list[int], given: _Given, headers: list[Header]) ->
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
     """Find a last row that has fewer cells than the runs, and the mean of their times: a mean that has no name."""
     times = [at for at, header in enumerate(headers) if "time" in header.roles]
-    if len(rows) < 3 or len(_filled(rows[-1])) >= min(len(_filled(row)) for row in rows[:-1]):
+    if len(rows) < 3 or not times or len(_filled(rows[-1])) >= min(len(_filled(row)) for row in rows[:-1]):
         return False
     try:
         columns = [[to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    means = [(fmean(runs), last) for *runs, last in columns]
-    return bool(means) and all(abs(mean - last) < 1e-3 * abs(mean) for mean, last in means)
+    return all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------

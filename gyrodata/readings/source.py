@@ -258,7 +258,8 @@ def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
                 shown = " ".join("".join(part.itertext()) for part in cell.iter(_OPEN % ("text", "p")))
                 if cell.get(_OPEN % ("office", "value-type")) == "float":
                     number, shown = cell.get(_OPEN % ("office", "value"), ""), shown.replace(",", ".")
-                    shown = shown if shown.startswith(number) else number
+                    is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
+                    shown = shown if is_plain and float(shown) == float(number) else number
                 # A file says "this cell 16,384 times" in one line.
                 times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
                 cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))

@@ -157,7 +157,7 @@ COLUMN_NOT_USED = _note(
     "nothing, if the column is not needed; else name it with --map",
 )
 HEADER_UNKNOWN = _note("G221", "headers that name nothing known", HEAD + ",moon\n20,15.0,406,13.06,1/3,full\n")
-NO_DELIMITER = _error("G222", "no delimiter between the columns", "mass position spin time\n20 15.0 560 13.06\n")
+NO_DELIMITER = _error("G222", "no delimiter between the columns", "mass_position_spin_time\n20_15.0_560_13.06\n")
 TOO_MANY_ROWS = _error(
     "G223",
     "more than 100 000 rows",

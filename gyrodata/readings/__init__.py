@@ -24,7 +24,7 @@ from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, warn_of_notes
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, value_text
 from gyrodata.readings.table import TableReader
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
@@ -85,17 +85,13 @@ def read_log(
         insist_on_type("a key of settings or mapping, or a header", text, str, "a text")
     insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
     stated = read_options(settings, mapping, config)
-    document = load(source, name)
-    faults = document.faults
-    grid = make_grid(document)
+    grid, faults = load(source, name)
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     warn_of_notes(grid, faults)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
-    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
-    log = Readings(
-        faults.name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=document.text
-    )
+    whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))
     if layout := find_layout(grid, faults):
         log = _read_table(layout, mapping, given, faults, log)
     return replace(log, diagnostics=faults.all_told())
@@ -124,11 +120,8 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
 
 def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:
     """Add uncertainties, by the keys of their lines, where a log states nothing of its own; give the keys of those."""
-    known = {
-        key: u
-        for key, u in given.items()
-        if not any(one in readings.uncertainties for one in u_keys(key.removeprefix("u_")))
-    }
+    stated = readings.uncertainties.keys()
+    known = {key: u for key, u in given.items() if stated.isdisjoint(u_keys(key.removeprefix("u_")))}
     if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
         known.pop("u_imbalance", None)
     columns = dict(readings.columns)

@@ -158,6 +158,7 @@ _AMOUNT = rf"(?:[0-9]{{1,2}}\s*[x×*·]\s*)?{NUMBER}(?:\([0-9]+\)|\s*(?:±|\+/-|
 _UNIT = r"[^\W\d_][\w/^*·]*"
 _QUANTITY = rf"(?<![\w.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
+_MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})|{_any_of('not_timed')}"
@@ -174,12 +175,14 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     end = 0
     for match in re.finditer(_QUANTITY, whole):
-        beside = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
+        words = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
+        beside = {squeeze(word).lower() for word in words}
+        beside -= {"to"} if beside & _MOVED else set()
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and origin_in(whole) else role
-        if role and known.NOT_THE_WEIGHT.isdisjoint(squeeze(word).lower() for word in beside):
+        if role and not beside & known.NOT_THE_WEIGHT:
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
     name, _, rest = whole.partition(" ")
@@ -290,7 +293,12 @@ class _Sheet:
         is_first, self.fresh = self.fresh, False
         if is_first:
             self._begin_runs()
-        self.given = self.given | self._read_captions()
+        typed = {role for (_, header), text in zip(self.here, row.texts, strict=False) if text for role in header.roles}
+        self.given = {role: one for role, one in self.given.items() if role not in typed}
+        if self.words:
+            # "moved to 10.0 cm" between the runs holds for the blank cells below it, until another value is typed.
+            blank = set() if is_first else {"mass", "position"} - typed
+            self.given |= self._read_captions(blank | _lacking([header for _, header in self.here]))
         if self.skipped:
             return
         width = len(self.places)
@@ -348,10 +356,9 @@ class _Sheet:
             hint += "or put # before its lines if they are no runs"
             raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
 
-    def _read_captions(self) -> _Given:
-        """Find what the rows of text above a run say of what its columns lack."""
+    def _read_captions(self, lacking: set[str]) -> _Given:
+        """Find what the rows of text above a run say of what is lacking in it."""
         found: _Given = {}
-        lacking = _lacking([header for _, header in self.here]) if self.words else set()
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
@@ -384,14 +391,15 @@ class _Sheet:
                 hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
                 hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
                 for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
-                    hint = f'if positions count from the {origin}, write "# position_from: {origin}" above'
+                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
+                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
                 self.faults.add(code, message, hint, self.grid.cell(*left[0]))
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
         seen: set[tuple[str, ...]] = set()
         for part in parts:
-            texts = [tuple(row.texts) for row in part]
+            texts = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in texts) > 1:
                 message = f"the table with line {part[0].line} repeats runs that stand above"
                 hint = "a run counts once: delete this table, or put # before its lines"
@@ -439,14 +447,13 @@ def _moved(row: Row, places: list[int], given: _Given, headers: list[Header]) ->
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
     """Find a last row that has fewer cells than the runs, and the mean of their times: a mean that has no name."""
     times = [at for at, header in enumerate(headers) if "time" in header.roles]
-    if len(rows) < 3 or len(_filled(rows[-1])) >= min(len(_filled(row)) for row in rows[:-1]):
+    if len(rows) < 3 or not times or len(_filled(rows[-1])) >= min(len(_filled(row)) for row in rows[:-1]):
         return False
     try:
         columns = [[to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    means = [(fmean(runs), last) for *runs, last in columns]
-    return bool(means) and all(abs(mean - last) < 1e-3 * abs(mean) for mean, last in means)
+    return all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------

@@ -56,24 +56,11 @@ _CODE_PAGES = ("cp1252", "cp1251", "cp1250", "cp932", "gb18030", "cp949")
 """What Excel writes as CSV in the West, with Cyrillic letters, in the East of Europe, in Japan, China and Korea."""
 
 
-class Document(Struct, frozen=True):
-    """A log as text, before anything in it is understood."""
-
-    sha256: str
-    text: str
-    faults: Faults
-    delimiter: str | None = None
-    """Known beforehand if this module wrote the text itself."""
-    floats: frozenset[int] = frozenset()
-    """Columns of a DataFrame whose numbers are floats: these do not contain the digits that were read."""
-
-
-def load(source: Source, name: str | None) -> Document:
-    """Read and decode a log."""
+def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
+    """Read and decode a log, and split it into cells."""
     if is_frame(source):
         text, floats = _frame_text(source)
-        faults = Faults(name or "<table>", text)
-        return Document(hashlib.sha256(text.encode()).hexdigest(), text, faults, "\t", floats)
+        return _grid(hashlib.sha256(text.encode()).hexdigest(), Faults(name or "<table>", text), "\t", floats)
     shown, data = _read(source, name)
     faults = Faults(shown)
     digest = hashlib.sha256(data).hexdigest()
@@ -85,11 +72,9 @@ def load(source: Source, name: str | None) -> Document:
             raise faults.refuse(codes.COMPRESSED_FILE_DAMAGED, "the .gz file is damaged", hint) from None
     if len(data) > MAX_BYTES:
         raise faults.refuse(codes.FILE_TOO_LARGE, "the file is larger than 10 MB", _SMALL)
-    kind = next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        text = _workbook_text(data, faults)
-        return Document(digest, text, Faults(shown, text), "\t")
-    if kind:
+        return _grid(digest, Faults(shown, _workbook_text(data, faults)), "\t")
+    if kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), ""):
         raise faults.refuse(codes.OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
     text, page = decode(data, faults)
     if not text.strip():
@@ -98,7 +83,7 @@ def load(source: Source, name: str | None) -> Document:
     if page:
         message = f"the file is not UTF-8; it was read as {page}"
         faults.add(codes.CODE_PAGE_GUESSED, message, "save it as UTF-8 to be sure")
-    return Document(digest, text, faults)
+    return _grid(digest, faults)
 
 
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
@@ -271,11 +256,10 @@ def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
             cells: list[Any] = []
             for cell in row:
                 shown = " ".join("".join(part.itertext()) for part in cell.iter(_OPEN % ("text", "p")))
-                number = cell.get(_OPEN % ("office", "value"), "")
                 if cell.get(_OPEN % ("office", "value-type")) == "float":
-                    plain = shown.replace(",", ".")
-                    same = re.fullmatch(r"-?[0-9]+\.?[0-9]*", plain) and float(plain) == float(number)
-                    shown = plain if same else number
+                    number, shown = cell.get(_OPEN % ("office", "value"), ""), shown.replace(",", ".")
+                    is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
+                    shown = shown if is_plain and float(shown) == float(number) else number
                 # A file says "this cell 16,384 times" in one line.
                 times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
                 cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
@@ -316,7 +300,9 @@ class Grid(Struct, frozen=True):
     comments: list[Text]
     """``#`` lines that say no ``key: value``."""
     floats: frozenset[int] = frozenset()
-    """As in `Document`."""
+    """Columns of a DataFrame whose numbers are floats: these do not contain the digits that were read."""
+    sha256: str = ""
+    """Of the bytes that were read."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Give one cell with its place, which only a fault asks for."""
@@ -332,11 +318,12 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _MOST_LINES_OF_A_CELL = 100
 
 
-def make_grid(document: Document) -> Grid:
-    """Split a log into cells."""
-    faults = document.faults
+def _grid(
+    sha256: str, faults: Faults, delimiter: str = "", floats: frozenset[int] = frozenset()
+) -> tuple[Grid, Faults]:
+    """Split a log into cells; its delimiter is known if this module wrote the text."""
     lines = list(faults.lines)
-    grid = Grid(lines, document.delimiter or ",", [], [], [], document.floats)
+    grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
         if re.match(r'[ "\t]*#(?!\s*[;,\t])', line):
@@ -346,11 +333,11 @@ def make_grid(document: Document) -> Grid:
     if len(body) - 1 > MAX_ROWS:  # without the header
         message = f"{len(body) - 1} rows; at most 100 000 are read"
         raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
-    if body and not document.delimiter:
+    if body and not delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body, faults))
     rows = _split_rows(grid, body, faults)
     grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
-    return grid
+    return grid, faults
 
 
 def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:

@@ -217,8 +217,7 @@ _COUNTED = (
     r"(?i)(?<![0-9.,/])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
     rf"(?:(?:of|de|d'|precession|full|complete|an?|one|the|einer?)\s+){{0,3}}{_TURN}"
 )
-_MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
-_FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
+_MIXED = rf"(?i)[1-9]\s+[1-9]/[2-9]\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
 _ALONE = r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
@@ -228,11 +227,8 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states in so many words: "1/3", "1", "2.5"; "" if it states none."""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
-    if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
-        return ""  # no count is read of "1 tour et demi"
-    if mixed := re.search(_MIXED, plain):
-        # "Time 1 1/3 turn" may be the first of several.
-        return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
+    if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain) or re.search(_MIXED, plain):
+        return ""  # no count is read of "1 tour et demi", and "Time 1 1/3 turn" may be the first of several
     if match := re.search(_COUNTED, plain) or re.match(_ALONE, plain) or re.match(_PERIODS, plain):
         return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
     match = re.search(_ANGLE, plain)

@@ -203,9 +203,12 @@ def _modified(name: str) -> tuple[str, ...]:
 
 def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
-    name = squeeze(re.split(r"[\[(]", split_unit(header)[0])[0]).lower()
-    close = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.75) if len(name) > 2 else []
-    return NAMES[close[0]][0] if close else ""
+    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    key = squeeze(name).lower()
+    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
+        return NAMES[close[0]][0]
+    match = re.fullmatch(_INDEX, name)  # "T_P_1"
+    return next(iter(name_roles(match[1])[0]), "") if match else ""
 
 
 AND, _FILLERS = (tuple(vocabulary.words(key).split()) for key in ("and", "filler"))
@@ -217,7 +220,8 @@ _COUNTED = (
     r"(?i)(?<![0-9.,/])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
     rf"(?:(?:of|de|d'|precession|full|complete|an?|one|the|einer?)\s+){{0,3}}{_TURN}"
 )
-_MIXED = rf"(?i)[1-9]\s+[1-9]/[2-9]\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
+_MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
+_FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
@@ -227,8 +231,11 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states in so many words: "1/3", "1", "2.5"; "" if it states none."""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
-    if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain) or re.search(_MIXED, plain):
-        return ""  # no count is read of "1 tour et demi", and "Time 1 1/3 turn" may be the first of several
+    if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
+        return ""  # no count is read of "1 tour et demi"
+    if mixed := re.search(_MIXED, plain):
+        # "Time 1 1/3 turn" may be the first of several.
+        return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
     if match := re.search(_COUNTED, plain) or re.match(_ALONE, plain) or re.match(_PERIODS, plain):
         return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
     match = re.search(_ANGLE, plain)

@@ -203,9 +203,12 @@ def _modified(name: str) -> tuple[str, ...]:
 
 def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
-    name = squeeze(re.split(r"[\[(]", split_unit(header)[0])[0]).lower()
-    close = difflib.get_close_matches(name, NAMES, n=1, cutoff=0.75) if len(name) > 2 else []
-    return NAMES[close[0]][0] if close else ""
+    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    key = squeeze(name).lower()
+    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
+        return NAMES[close[0]][0]
+    match = re.fullmatch(_INDEX, name)  # "T_P_1"
+    return next(iter(name_roles(match[1])[0]), "") if match else ""
 
 
 AND, _FILLERS = (tuple(vocabulary.words(key).split()) for key in ("and", "filler"))

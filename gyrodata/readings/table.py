@@ -162,9 +162,7 @@ class TableReader:
     def _read_other(self, chosen: Chosen) -> Column | None:
         """Read a further column of a role for comparison."""
         role = chosen.role
-        if role not in self.choice.used:
-            return self._read_column(chosen, strict=False)
-        used = self.choice.used[role][0].header
+        used = self.choice.used.get(role, [chosen])[0].header
         if role in TEXTS or role[:2] == "u_":
             self._note(chosen, f'is not used: {role} is read from "{used.text}"')
             return None
@@ -174,7 +172,7 @@ class TableReader:
             self.faults.add(codes.HEADER_STANDS_TWICE, message, hint, chosen.cell)
             return None
         column = self._read_column(chosen, strict=False)
-        if column is not None and role != "inertia":
+        if column is not None and used is not chosen.header:
             self._note(chosen, f'is only compared: {role} is read from "{used.text}"')
         return column
 
@@ -182,19 +180,17 @@ class TableReader:
         """Read one column, with the value of the whole log in blank cells; None if it cannot be used."""
         role, kind, given = chosen.role, kind_of_role(chosen.role), self.settings.roles.get(chosen.role)
         faults, unit = self.faults if strict else Faults(self.faults.name), chosen.header.unit
-        read: dict[str, Quantity] = {}
+        texts: list[str] = []
         try:
             unit = parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
+            texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
             ambiguous = error.reason == "ambiguous"
             self._refuse(codes.PER_SECOND_IS_AMBIGUOUS if ambiguous else codes.UNIT_UNKNOWN, chosen, error, faults)
-            if strict:
-                return None
-        else:
-            texts = self._meant_texts(chosen, unit, faults)
-            read = self._read_texts(chosen, texts, unit, faults)
+        read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
             self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
+        if not texts or (not strict and faults.found):
             return None
         spreads = self._spreads(role, chosen, unit, faults)
         spots = [row.spot(chosen.at) for row in self.rows]
@@ -314,7 +310,7 @@ class TableReader:
 
     def _without_colons(self, chosen: Chosen, texts: list[str], faults: Faults) -> dict[str, str]:
         """Read 10:06 as 10.06 s if another row shows that it is no clock; below a header in s alone, ask."""
-        header, repeats = chosen.header.text, self.choice.used.get(chosen.role, [chosen])
+        header = chosen.header.text
         meant = {text: ".".join(text.rsplit(":", 1)) for text in texts if re.fullmatch(_CLOCK, fold_number(text))}
         if stated := re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
             hours = stated[1].startswith("h")
@@ -322,8 +318,7 @@ class TableReader:
             return {text: text.removeprefix("00:") if hours else meant[text] for text in three}
         if not meant:
             return {}
-        every = (text for one in repeats for text in self._texts(one.at) if re.fullmatch(_CLOCK, text))
-        first, proof = next(iter(meant)), next((text for text in every if int(text[-2:]) >= 60), "")
+        first, proof = next(iter(meant)), next((text for text in meant if int(text[-2:]) >= 60), "")
         if proof:
             message = f'"{proof}" is not minutes and seconds, so in "{header}" the last colon is a point: '
             faults.add(codes.COLONS_ARE_POINTS, f"{message}{first} is {meant[first]}", "", chosen.cell)
@@ -371,6 +366,7 @@ class TableReader:
         """Give blank cells the value above; never across a run without a weight, never upwards."""
         role, readings, spots = column.role, list(column.readings), list(column.spots)
         mass = self.columns.get("mass") if role in roles.LOADS else None
+        lines = [row.line for row in self.rows]
         above: dict[int, int] = {}
         early: list[int] = []
         first = last = None
@@ -390,20 +386,17 @@ class TableReader:
             above = {i: j for i, j in above.items() if i not in filled}
             filled = []
         if early and first is not None:
-            message = f"{role} is blank in {self._span(early)}, above its first value"
+            message = f"{role} is blank in {span([lines[i] for i in early])}, above its first value"
             hint = "write each value in the first row that it belongs to"
             faults.add(codes.VALUE_BELOW_ITS_FIRST_ROW, message, hint, self.grid.cell(self.rows[first], at))
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
-            message = f"{role} is blank in {self._span(filled)}: the value above was taken"
+            message = f"{role} is blank in {span([lines[i] for i in filled])}: the value above was taken"
             row = self.rows[filled[0]]
             place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
             faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", place)
         return replace(column, readings=tuple(readings), spots=tuple(spots))
-
-    def _span(self, rows: list[int]) -> str:
-        return span([self.rows[i].line for i in rows])
 
     def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
         """Add the values that hold for the whole log; name a line whose value no run has, because of a column."""

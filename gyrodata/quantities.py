@@ -66,14 +66,11 @@ _USUAL = (
 )
 """Ways of writing, and the usual one to put in their place."""
 
-_K = r"\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*"
-_COVERAGES = (
-    rf"(.*?)\s*[(,;]?{_K}\)?()",
-    rf"(.*)\({_K}\)(.*)",
-    r"(.*±.*?)\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?()",
-    r"(.*±.*)[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]](.*)",
+_COVERAGE = (
+    r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]])"
 )
-"""A coverage factor or a level with what stands before and behind it: ``(k = 2)``, ``2σ``, ``(95 %)``."""
+"""A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
 _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
@@ -248,11 +245,10 @@ def _value_of(number: str) -> tuple[float, float | None]:
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
-    for pattern in _COVERAGES:
-        match = re.fullmatch(pattern, text, re.IGNORECASE)
-        if match and ((number := to_float(match[2])) < 10 or number in _LEVELS):
-            return f"{match[1]} {match[3]}".strip(), _LEVELS.get(number, number)
-    return text, 1.0
+    match = re.search(_COVERAGE, text)
+    number = to_float(match[match.lastindex or 0]) if match and ("±" in text or match[1]) else 0.0
+    factor = _LEVELS.get(number, number if number < 10 else 0.0)
+    return (f"{text[: match.start()]} {text[match.end() :]}".strip(), factor) if match and factor else (text, 1.0)
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:

@@ -160,9 +160,7 @@ def canonical_key(key: str) -> str:
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(canonical_key(key), text.strip(), line=line)
-    kind = REPORTED_KINDS.get(read.key)
-    if kind is None:
-        return read  # whoever asked for it knows what it is
+    kind = REPORTED_KINDS[read.key]
     bare = re.sub(quantities.IN_FRONT, "", read.text)
     written = quantities.take_apart(bare)
     try:

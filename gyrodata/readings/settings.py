@@ -26,6 +26,7 @@ from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
+_REPORTED = tuple(f"{cells.PREFIX}{name}" for name in cells.REPORTED_KINDS)
 
 
 class Given(Struct, frozen=True):
@@ -120,9 +121,10 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
-        if known.startswith(cells.PREFIX):
+        reported = cells.canonical_key(key)
+        if known.startswith(cells.PREFIX) and reported in cells.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)
-        elif cells.canonical_key(key) == "inertia":
+        elif reported == "inertia":
             answers.append((key, text))
         elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
@@ -150,16 +152,13 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in cells.BLANKS or (before is not None and before.text == text.text):
         return
-    close = difflib.get_close_matches(name, cells.REPORTED_KINDS, n=1, cutoff=0.75)
-    if close and close[0] != name:
-        _add_remark(key, f"{cells.PREFIX}{close[0]}: {text.text}", text, faults)
     reported = cells.read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
         reported = cells.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
-        hint = "write it like 4.40e-3 ± 0.05e-3 kg m^2" if name == "inertia" else ""
+        hint = "write value, uncertainty and unit, such as 4.40e-3 ± 0.05e-3 kg m^2 of I_zz"
         message = f"{cells.PREFIX}{name}: {reported.problem}"
         faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
 
@@ -173,7 +172,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
     """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
     for comment in comments:
         match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and (match[1].lower() in KEYS or match[1].lower().startswith(cells.PREFIX)):
+        if match and match[1].lower() in (*KEYS, *_REPORTED):
             _add_remark(comment.text, f"{match[1].lower()}: {match[2]}", comment, faults)
 
 
@@ -193,7 +192,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
 @lru_cache(maxsize=1024)
 def _nearest(key: str) -> list[str]:
     # Kept, because a class writes the same remarks a thousand times.
-    return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
+    return difflib.get_close_matches(key, (*KEYS, *_REPORTED), n=1, cutoff=0.8) if len(key) > 2 else []
 
 
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {

@@ -92,19 +92,6 @@ _DATES = (
 )
 _DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
 _TWO = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
-_INSTEAD = (
-    (r"(?i:nan|na|n/a|#n/a|none|null|-?inf|infinity|#div/0!|#value!)", "is not a number",
-     "write the number, 0 for no weight; or put # before the line of a run that was not measured"),
-    (r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})", "is not a number",
-     r"write it as \1:\2.\3: minutes:seconds.hundredths"),
-    (r"[A-ZА-Я][1-9]?|[mM]_?[1-9]", "is the name of a weight or a place, not a number",
-     "write in each row the value that it stands for, with its unit, such as 20.1 g"),
-    (r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", "is not a number",
-     "write it without marks between the thousands"),
-    (r"(?i:[0-9]+\s*(?:a|st|nd|rd|th|er|e|ème|ой|ый|я)\.?)", "is an ordinal, not a number",
-     "write how many, as 1, 2.5 or 1/3"),
-)  # fmt: skip
-"""What students write in the place of a number, what to say of it, and what to type."""
 
 
 class CellError(UnitError):
@@ -114,10 +101,7 @@ class CellError(UnitError):
         super().__init__(message, hint)
         self.code = code
 
-    @property
-    def joint(self) -> str:
-        """What parts the text from the message: nothing before a colon."""
-        return "" if str(self).startswith(":") else " "
+    joint = " "
 
 
 class Written(Struct, frozen=True):
@@ -325,7 +309,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         quantity = in_si(written, kind, unit)
     except UnitError as error:
         code = diagnostics.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else diagnostics.UNIT_UNKNOWN
-        told = CellError(f": {error}", error.hint, code)
+        told = CellError(f"cannot be read: {error}", error.hint, code)
         raise (told if kinds_of(own or "") else _not_a_number(text, kind, told)) from None
     if ask and (ways := doubtful_comma(written, quantity.value, kind)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
@@ -372,9 +356,9 @@ def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
         return two_readings(kind)
-    for pattern, message, hint in _INSTEAD:
-        if match := re.fullmatch(pattern, plain):
-            return CellError(message, match.expand(hint))
+    for case in vocabulary.NO_NUMBER:
+        if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
+            return CellError(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
@@ -409,7 +393,7 @@ def parse_quantity(text: str, kind: str) -> float:
     try:
         return read_cell(text.strip(), kind, None, ask=True).value
     except CellError as error:
-        raise UnitError(f'"{text.strip()[:40]}"{error.joint}{error}', error.hint or how_to_write(kind)) from None
+        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind)) from None
 
 
 @lru_cache(maxsize=512)
@@ -426,7 +410,7 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
         try:
             quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
         except CellError as error:
-            raise UnitError(f'"{term.strip()[:40]}"{error.joint}{error}', error.hint or share) from None
+            raise UnitError(f'"{term.strip()[:40]}" {error}', error.hint or share) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0

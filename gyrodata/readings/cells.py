@@ -167,7 +167,7 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
         quantity = read_cell(bare, kind, None, ask)
     except CellError as error:
         fault = _FAULTS.get(error.code, "unreadable")
-        read = replace(read, fault=fault, problem=f'"{read.text[:60]}"{error.joint}{error}')
+        read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read
         quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=None), kind)

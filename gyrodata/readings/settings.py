@@ -208,7 +208,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     try:
         _understand(settings, item, ask, faults)
     except CellError as error:
-        message = f'{item.label}: "{item.text[:60]}"{error.joint}{error}'
+        message = f'{item.label}: "{item.text[:60]}" {error}'
         hint = error.hint or quantities.how_to_write(kind_of_role(item.key))
         if item.place is None:
             raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None

@@ -19,8 +19,8 @@ from gyrodata import fitting
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-from gyrodata.quantities import exchanged_digits
 from gyrodata.tables import load_words
+from gyrodata.wrong_cells import exchanged_digits
 
 CHANCE = 0.015
 """A pattern is reported if its chance, corrected for how many were looked for, is below this."""

@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
-from itertools import pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -117,10 +115,8 @@ class Written(Struct, frozen=True):
     """In folded letters; None if there is none."""
     spread: str | None = None
     """Text of what is behind ±, or in the bracket; None if there is none."""
-    percent: bool = False
-    """Whether that is in % of the number."""
     spread_unit: str | None = None
-    """Its own unit, if it has one."""
+    """Its own unit, if it has one; "%" of the number."""
     coverage: float = 1.0
     """What it is to be divided by to become a standard uncertainty."""
 
@@ -158,16 +154,6 @@ def last_place(number: str) -> int:
     """Give the power of ten of the last digit typed."""
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
-
-
-def exchanged_digits(number: str) -> Iterator[str]:
-    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
-    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
-    for one, other in pairwise(digits):
-        signs = [*number]
-        signs[one], signs[other] = number[other], number[one]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)
 
 
 def as_read(value: float, step: float) -> str:
@@ -211,9 +197,9 @@ def take_apart(text: str) -> Written | None:
         spread += power
         if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
             number = number.replace(",", "")  # "46,300 ± 600"
-    spread_unit, unit = last if unit and not percent else None, unit or last or behind
+    spread_unit, unit = "%" if percent else last if unit else None, unit or last or behind
     value, step = _value_of(number)
-    return Written(number, value, step, unit, spread, percent, spread_unit, coverage)
+    return Written(number, value, step, unit, spread, spread_unit, coverage)
 
 
 def _value_of(number: str) -> tuple[float, float | None]:
@@ -239,11 +225,12 @@ def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
     """Bring a quantity taken apart into SI; `unit` holds if none is written."""
     own = written.unit or unit or ""
     known, uncertainty, u_step = parse_unit(own, kind), None, None
-    if written.spread is not None:
+    u = to_float(written.spread or "0") / written.coverage
+    if written.spread_unit == "%":
+        uncertainty = Uncertainty(0.0, u / 100)
+    elif written.spread is not None:
         factor = parse_unit(written.spread_unit or own, kind).factor
-        u = to_float(written.spread) / written.coverage
-        uncertainty = Uncertainty(0.0, u / 100) if written.percent else Uncertainty(u * factor)
-        u_step = None if written.percent else 10.0 ** last_place(written.spread) * factor
+        uncertainty, u_step = Uncertainty(u * factor), 10.0 ** last_place(written.spread) * factor
     step = None if written.step is None else written.step * known.factor
     return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 

@@ -170,7 +170,9 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
         read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read
-        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=None), kind)
+        quantity = quantities.in_si(
+            replace(written, unit=SI[kind], spread_unit="%" if written.spread_unit == "%" else None), kind
+        )
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
     if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
         return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')

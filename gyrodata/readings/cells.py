@@ -82,12 +82,8 @@ def rounded_turns(text: str) -> tuple[str, float]:
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
     known, kind = BY_NAME.get(role), kind_of_role(role)
-    broken = {
-        "above zero": value <= 0,
-        "not zero": value == 0,
-        "not below zero": value < 0,
-        "below 90 degrees": abs(value) >= math.pi / 2,
-    }
+    steep = abs(value) >= math.pi / 2
+    broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
     if known and broken.get(known.bound):
         return f"must be {known.bound}", known.bound_hint
     low, high = LIMITS.get(kind, (0.0, math.inf))
@@ -170,9 +166,8 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
         read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read
-        quantity = quantities.in_si(
-            replace(written, unit=SI[kind], spread_unit="%" if written.spread_unit == "%" else None), kind
-        )
+        spread_unit = "%" if written.spread_unit == "%" else None
+        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=spread_unit), kind)
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
     if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
         return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')

@@ -234,7 +234,9 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind_of_role(key), None, ask)
         if key in roles.CONSTANTS and not cell.value > 0:
             raise CellError("is not above zero")
-        _refuse_beyond(key, cell.value)
+        fault, hint = cells.check_value(key, cell.value)
+        if fault:
+            raise CellError(fault, hint)
         if key not in roles.CONSTANTS:
             settings.roles[key] = replace(item, cell=cell)
             return
@@ -287,12 +289,6 @@ def _read_latitude(text: str, ask: bool) -> float:
     if abs(value) > math.pi / 2 or (match and value < 0):
         raise CellError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
     return -value if match and match[2] in "Ss" else value
-
-
-def _refuse_beyond(key: str, value: float) -> None:
-    fault, hint = cells.check_value(key, value)
-    if fault:
-        raise CellError(fault, hint)
 
 
 _BALANCE = {

@@ -285,7 +285,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
     written = take_apart(joined)
     if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
-        raise _not_a_number(text, kind, CellError("is not a number"))
+        raise _not_a_number(text, kind, CellError("is not a number", how_to_write(kind)))
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
         raise two_readings(kind)
@@ -301,7 +301,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     if ask and (ways := doubtful_comma(written, quantity.value, kind)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > LIMITS[kind][1]:
-        raise CellError("has an uncertainty that is far too large")
+        raise CellError("has an uncertainty that is far too large", "is its unit the one written?")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
     return replace(quantity, step=None) if exact else quantity
 
@@ -397,7 +397,7 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
         try:
             quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
         except CellError as error:
-            raise UnitError(f'"{term.strip()[:40]}" {error}', error.hint or share) from None
+            raise UnitError(f'"{term.strip()[:40]}" {error}', error.hint.replace(how_to_write(kind), share)) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0

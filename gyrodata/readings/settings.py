@@ -140,7 +140,12 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
-        _enter_reported(settings, key, text, faults, ask)
+        read = cells.read_reported(key, text.text)
+        # "I = 3" may be a current, and "I_zz: see the report" is no answer.
+        if read.fault is None or (len(key) > 1 and read.value is not None):
+            _enter_reported(settings, key, text, faults, ask)
+        else:
+            settings.metadata[key] = text.text
     for item in options:
         _enter(settings, item, True, faults)
     return settings

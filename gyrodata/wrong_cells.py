@@ -19,6 +19,7 @@ from gyrodata import fitting
 from gyrodata.fitting import ChosenModel, FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.mistakes import other_units
+from gyrodata.patterns import exchanged_digits
 from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS
@@ -213,13 +214,3 @@ def _that_fits(column: Column, index: int, value: float) -> Iterator[Cell]:
 def _like(number: str, written: str) -> str:
     """Write a number with the decimal comma or point of another one."""
     return number.replace(".", ",") if "," in written else number
-
-
-def exchanged_digits(number: str) -> Iterator[str]:
-    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
-    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
-    for one, other in pairwise(digits):
-        signs = [*number]
-        signs[one], signs[other] = number[other], number[one]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)

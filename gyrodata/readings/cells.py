@@ -30,10 +30,7 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a"
 SPOKEN = ("mass", "turns", "spin_turns")
 """Roles whose numbers are also said in words."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = (
-    r"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|"
-    r"оборот|об|vuelta|volta|obrót|obrot|圈|转)\w*\.?"
-)
+_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:{vocabulary.words('turn', '|')})\w*\.?"
 
 
 @lru_cache(maxsize=4096)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from msgspec import Struct, convert
@@ -219,20 +219,16 @@ _PINT_NAMES = frozenset(
 """Units of pint, with any prefix, that may be written in a log; "hand" and "point" are lengths there too."""
 
 
-@cache
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry()
-
-
 def _from_pint(name: str, kind: str) -> Unit | None:
     """Convert a unit written as a word; None if it is not one of this kind."""
     if kind not in ("mass", "length", "time", "force") or not re.fullmatch("[a-z]{4,20}", name):
         return None
-    if not any(unit in _PINT_NAMES for _, unit, _ in _registry().parse_unit_name(name)):
+    import pint
+
+    registry: Any = pint.application_registry
+    if not any(unit in _PINT_NAMES for _, unit, _ in registry.parse_unit_name(name)):
         return None
-    quantity = _registry().Quantity(1, name)
+    quantity = registry.Quantity(1, name)
     return Unit(name, float(quantity.to(SI[kind]).magnitude)) if quantity.is_compatible_with(SI[kind]) else None
 
 

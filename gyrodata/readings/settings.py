@@ -163,7 +163,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
         reported = cells.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
-        hint = "write value, uncertainty and unit, such as 4.40e-3 ± 0.05e-3 kg m^2 of I_zz"
+        hint = "write value, uncertainty and unit; I_zz like 4.40e-3 ± 0.05e-3 kg m^2"
         message = f"{cells.PREFIX}{name}: {reported.problem}"
         faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
 

@@ -121,11 +121,13 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
-        reported = cells.canonical_key(key)
+        reported, (name, _, value) = cells.canonical_key(key), text.text.partition("=")
         if known.startswith(cells.PREFIX) and reported in cells.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)
         elif reported == "inertia":
             answers.append((key, text))
+        elif known not in KEYS and cells.canonical_key(name.strip()) == "inertia":
+            answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
         elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)

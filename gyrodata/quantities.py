@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
-from itertools import pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -66,14 +64,11 @@ _USUAL = (
 )
 """Ways of writing, and the usual one to put in their place."""
 
-_K = r"\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*"
-_COVERAGES = (
-    rf"(.*?)\s*[(,;]?{_K}\)?()",
-    rf"(.*)\({_K}\)(.*)",
-    r"(.*±.*?)\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?()",
-    r"(.*±.*)[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]](.*)",
+_COVERAGE = (
+    r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]])"
 )
-"""A coverage factor or a level with what stands before and behind it: ``(k = 2)``, ``2σ``, ``(95 %)``."""
+"""A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
 _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
@@ -95,19 +90,6 @@ _DATES = (
 )
 _DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
 _TWO = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
-_INSTEAD = (
-    (r"(?i:nan|na|n/a|#n/a|none|null|-?inf|infinity|#div/0!|#value!)", "is not a number",
-     "write the number, 0 for no weight; or put # before the line of a run that was not measured"),
-    (r"([0-9]{1,2})\.([0-5][0-9])\.([0-9]{2})", "is not a number",
-     r"write it as \1:\2.\3: minutes:seconds.hundredths"),
-    (r"[A-ZА-Я][1-9]?|[mM]_?[1-9]", "is the name of a weight or a place, not a number",
-     "write in each row the value that it stands for, with its unit, such as 20.1 g"),
-    (r"[-+]?[0-9]{1,3}(?:[ .,'][0-9]{3})+(?:[.,][0-9]*)?", "is not a number",
-     "write it without marks between the thousands"),
-    (r"(?i:[0-9]+\s*(?:a|st|nd|rd|th|er|e|ème|ой|ый|я)\.?)", "is an ordinal, not a number",
-     "write how many, as 1, 2.5 or 1/3"),
-)  # fmt: skip
-"""What students write in the place of a number, what to say of it, and what to type."""
 
 
 class CellError(UnitError):
@@ -117,10 +99,7 @@ class CellError(UnitError):
         super().__init__(message, hint)
         self.code = code
 
-    @property
-    def joint(self) -> str:
-        """What parts the text from the message: nothing before a colon."""
-        return "" if str(self).startswith(":") else " "
+    joint = " "
 
 
 class Written(Struct, frozen=True):
@@ -136,10 +115,8 @@ class Written(Struct, frozen=True):
     """In folded letters; None if there is none."""
     spread: str | None = None
     """Text of what is behind ±, or in the bracket; None if there is none."""
-    percent: bool = False
-    """Whether that is in % of the number."""
     spread_unit: str | None = None
-    """Its own unit, if it has one."""
+    """Its own unit, if it has one; "%" of the number."""
     coverage: float = 1.0
     """What it is to be divided by to become a standard uncertainty."""
 
@@ -177,16 +154,6 @@ def last_place(number: str) -> int:
     """Give the power of ten of the last digit typed."""
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
-
-
-def exchanged_digits(number: str) -> Iterator[str]:
-    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
-    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
-    for one, other in pairwise(digits):
-        signs = [*number]
-        signs[one], signs[other] = number[other], number[one]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)
 
 
 def as_read(value: float, step: float) -> str:
@@ -230,9 +197,9 @@ def take_apart(text: str) -> Written | None:
         spread += power
         if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
             number = number.replace(",", "")  # "46,300 ± 600"
-    spread_unit, unit = last if unit and not percent else None, unit or last or behind
+    spread_unit, unit = "%" if percent else last if unit else None, unit or last or behind
     value, step = _value_of(number)
-    return Written(number, value, step, unit, spread, percent, spread_unit, coverage)
+    return Written(number, value, step, unit, spread, spread_unit, coverage)
 
 
 def _value_of(number: str) -> tuple[float, float | None]:
@@ -248,22 +215,22 @@ def _value_of(number: str) -> tuple[float, float | None]:
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
-    for pattern in _COVERAGES:
-        match = re.fullmatch(pattern, text, re.IGNORECASE)
-        if match and ((number := to_float(match[2])) < 10 or number in _LEVELS):
-            return f"{match[1]} {match[3]}".strip(), _LEVELS.get(number, number)
-    return text, 1.0
+    match = re.search(_COVERAGE, text)
+    number = to_float(match[match.lastindex or 0]) if match and ("±" in text or match[1]) else 0.0
+    factor = _LEVELS.get(number, number if number < 10 else 0.0)
+    return (f"{text[: match.start()]} {text[match.end() :]}".strip(), factor) if match and factor else (text, 1.0)
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
     """Bring a quantity taken apart into SI; `unit` holds if none is written."""
     own = written.unit or unit or ""
     known, uncertainty, u_step = parse_unit(own, kind), None, None
-    if written.spread is not None:
+    u = to_float(written.spread or "0") / written.coverage
+    if written.spread_unit == "%":
+        uncertainty = Uncertainty(0.0, u / 100)
+    elif written.spread is not None:
         factor = parse_unit(written.spread_unit or own, kind).factor
-        u = to_float(written.spread) / written.coverage
-        uncertainty = Uncertainty(0.0, u / 100) if written.percent else Uncertainty(u * factor)
-        u_step = None if written.percent else 10.0 ** last_place(written.spread) * factor
+        uncertainty, u_step = Uncertainty(u * factor), 10.0 ** last_place(written.spread) * factor
     step = None if written.step is None else written.step * known.factor
     return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 
@@ -318,7 +285,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
     written = take_apart(joined)
     if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
-        raise _not_a_number(text, kind, CellError("is not a number"))
+        raise _not_a_number(text, kind, CellError("is not a number", how_to_write(kind)))
     _check_size(written)
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
         raise two_readings(kind)
@@ -329,12 +296,12 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         quantity = in_si(written, kind, unit)
     except UnitError as error:
         code = diagnostics.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else diagnostics.UNIT_UNKNOWN
-        told = CellError(f": {error}", error.hint, code)
+        told = CellError(f"cannot be read: {error}", error.hint, code)
         raise (told if kinds_of(own or "") else _not_a_number(text, kind, told)) from None
     if ask and (ways := doubtful_comma(written, quantity.value, kind)):
         raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > LIMITS[kind][1]:
-        raise CellError("has an uncertainty that is far too large")
+        raise CellError("has an uncertainty that is far too large", "is its unit the one written?")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
     return replace(quantity, step=None) if exact else quantity
 
@@ -376,9 +343,9 @@ def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
         return two_readings(kind)
-    for pattern, message, hint in _INSTEAD:
-        if match := re.fullmatch(pattern, plain):
-            return CellError(message, match.expand(hint))
+    for case in vocabulary.NO_NUMBER:
+        if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
+            return CellError(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
@@ -413,7 +380,7 @@ def parse_quantity(text: str, kind: str) -> float:
     try:
         return read_cell(text.strip(), kind, None, ask=True).value
     except CellError as error:
-        raise UnitError(f'"{text.strip()[:40]}"{error.joint}{error}', error.hint or how_to_write(kind)) from None
+        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind)) from None
 
 
 @lru_cache(maxsize=512)
@@ -430,7 +397,7 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
         try:
             quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
         except CellError as error:
-            raise UnitError(f'"{term.strip()[:40]}"{error.joint}{error}', error.hint or share) from None
+            raise UnitError(f'"{term.strip()[:40]}" {error}', error.hint.replace(how_to_write(kind), share)) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0

@@ -11,10 +11,10 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, convert
 from msgspec.structs import replace
 
 from gyrodata import vocabulary
@@ -64,7 +64,7 @@ class Kind(Struct, frozen=True):
     words: str
     """With its article."""
     limits: tuple[float, float] | None = None
-    """Smallest and largest size [SI unit] of what stands on a lab bench, zero apart: far from all ever read."""
+    """Smallest and largest size [SI unit] of what is on a lab bench, zero apart: far from all ever read."""
     examples: str = "the number alone"
     """Units to propose."""
     also: tuple[str, ...] = ()
@@ -76,22 +76,8 @@ class Kind(Struct, frozen=True):
         return f"write one of: {self.examples}" if self.si else "write the number alone"
 
 
-KINDS: dict[str, Kind] = {
-    "mass": Kind("kg", "g", "a mass", (1e-9, 1e4), "g, kg"),
-    "length": Kind("m", "cm", "a length", (1e-9, 1e3), "mm, cm, m"),
-    # The mass of a weight at an arm means its weight.
-    "torque": Kind("N*m", "N*m", "a torque", (1e-12, 1e6), "N*m, mN*m, gf*cm", ("kg*m",)),
-    "force": Kind("N", "N", "a force", (1e-9, 1e6), "N, mN, gf"),
-    "rate": Kind("rad/s", "rpm", "a rotation rate", (1e-6, 1e6), "rpm, Hz, rev/s, rad/s, deg/s", ("rev/s", "1/s")),
-    "time": Kind("s", "s", "a time", (1e-6, 1e7), "s, ms, min", ("s/rev",)),
-    "number": Kind("", "", "a number of turns", (1e-6, 1e6), also=("rev",)),
-    "angle": Kind("rad", "deg", "an angle", (1e-6, 1e7), "deg, rad, rev", ("rev",)),
-    "inertia": Kind("kg*m^2", "kg*m^2", "a moment of inertia", (1e-12, 1e6), "kg*m^2, g*m^2, g*cm^2"),
-    "acceleration": Kind("m/s^2", "m/s^2", "an acceleration", (1e-3, 1e3), "m/s^2, cm/s^2"),
-    "sign": Kind("", "", "a sense of rotation"),
-    "text": Kind("", "", "a text"),
-}
-
+KINDS = convert(vocabulary.KINDS, dict[str, Kind])
+"""Every kind of quantity, by name."""
 SI = {name: kind.si for name, kind in KINDS.items()}
 """Unit in which each kind of quantity is kept inside."""
 DISPLAY = {name: kind.shown for name, kind in KINDS.items()}
@@ -233,20 +219,16 @@ _PINT_NAMES = frozenset(
 """Units of pint, with any prefix, that may be written in a log; "hand" and "point" are lengths there too."""
 
 
-@cache
-def _registry() -> Any:
-    import pint
-
-    return pint.UnitRegistry()
-
-
 def _from_pint(name: str, kind: str) -> Unit | None:
     """Convert a unit written as a word; None if it is not one of this kind."""
     if kind not in ("mass", "length", "time", "force") or not re.fullmatch("[a-z]{4,20}", name):
         return None
-    if not any(unit in _PINT_NAMES for _, unit, _ in _registry().parse_unit_name(name)):
+    import pint
+
+    registry: Any = pint.application_registry
+    if not any(unit in _PINT_NAMES for _, unit, _ in registry.parse_unit_name(name)):
         return None
-    quantity = _registry().Quantity(1, name)
+    quantity = registry.Quantity(1, name)
     return Unit(name, float(quantity.to(SI[kind]).magnitude)) if quantity.is_compatible_with(SI[kind]) else None
 
 

@@ -30,10 +30,7 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a"
 SPOKEN = ("mass", "turns", "spin_turns")
 """Roles whose numbers are also said in words."""
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = (
-    r"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:turn|rev|revolution|rotation|lap|round|circle|cycle|Umdrehung|Umlauf|tour|"
-    r"оборот|об|vuelta|volta|obrót|obrot|圈|转)\w*\.?"
-)
+_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:{vocabulary.words('turn', '|')})\w*\.?"
 
 
 @lru_cache(maxsize=4096)
@@ -82,12 +79,8 @@ def rounded_turns(text: str) -> tuple[str, float]:
 def check_value(role: str, value: float) -> tuple[str, str]:
     """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
     known, kind = BY_NAME.get(role), kind_of_role(role)
-    broken = {
-        "above zero": value <= 0,
-        "not zero": value == 0,
-        "not below zero": value < 0,
-        "below 90 degrees": abs(value) >= math.pi / 2,
-    }
+    steep = abs(value) >= math.pi / 2
+    broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
     if known and broken.get(known.bound):
         return f"must be {known.bound}", known.bound_hint
     low, high = LIMITS.get(kind, (0.0, math.inf))
@@ -160,19 +153,18 @@ def canonical_key(key: str) -> str:
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(canonical_key(key), text.strip(), line=line)
-    kind = REPORTED_KINDS.get(read.key)
-    if kind is None:
-        return read  # whoever asked for it knows what it is
+    kind = REPORTED_KINDS[read.key]
     bare = re.sub(quantities.IN_FRONT, "", read.text)
     written = quantities.take_apart(bare)
     try:
         quantity = read_cell(bare, kind, None, ask)
     except CellError as error:
         fault = _FAULTS.get(error.code, "unreadable")
-        read = replace(read, fault=fault, problem=f'"{read.text[:60]}"{error.joint}{error}')
+        read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read
-        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=None), kind)
+        spread_unit = "%" if written.spread_unit == "%" else None
+        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=spread_unit), kind)
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
     if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
         return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')

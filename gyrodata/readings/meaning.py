@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from gyrodata import diagnostics as codes
 from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
 from gyrodata.readings.headers import MAX_HEADER, counts_weights, is_of_the_spin, parse_header, suggest_role, turns_in
-from gyrodata.readings.lablog import Column, Faults, Place, Readings, Text, header_of, listing, span
+from gyrodata.readings.lablog import Faults, Place, Readings, Text, header_of, listing, span
 from gyrodata.readings.roles import BY_NAME, COUNTS, KEYS, ONE_TURN, SPIN_SETS, TEXTS, altered_role, kind_of_role
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import DISPLAY, kinds_of
@@ -19,7 +19,9 @@ from gyrodata.units import DISPLAY, kinds_of
 def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
     """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
     said = any(diagnostic.code == codes.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
-    missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
+    there, mass = set(table.columns) | unread, table.columns.get("mass")
+    loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
+    missing = [role for role in _missing_roles(there, table.columns, loaded) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
@@ -36,22 +38,21 @@ def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Fau
         _check_period(table, faults)
 
 
-def _missing_roles(columns: Mapping[str, Column], unread: set[str]) -> list[str]:
-    there = set(columns) | unread
+def _missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
+    """Name what a run lacks, or the whole log; of several roles that serve, one that the log has a column of."""
     missing: list[str] = []
-    if "torque" not in there:
-        if not there & {"mass", "force"}:
-            missing.append("mass")
-        masses = columns["mass"].values if "mass" in columns and "force" not in there else (None,)
-        if "position" not in there and any(value != 0 for value in masses):
-            missing.append("position")
+    if "torque" not in there and loaded:
+        load = next((role for role in ("mass", "force", "torque") if role in columns), "mass")
+        missing += [load] if there.isdisjoint(("mass", "force")) else []
+        missing += ["position"] if "position" not in there and load != "torque" else []
     if not any(there.issuperset(roles) for roles in SPIN_SETS):
-        ends = (("spin_start", "spin_end"), ("spin_period_start", "spin_period_end"))
-        half = next((pair for pair in ends if not there.isdisjoint(pair)), ("spin",))
-        missing += [role for role in half if role not in there]
+        begun = (roles for roles in SPIN_SETS if not (there | set(columns)).isdisjoint(roles))
+        missing += [role for role in next(begun, ("spin",)) if role not in there]
     if there.isdisjoint(ONE_TURN):
-        missing += ["time"] if "time" not in there else []
-        missing += ["turns"] if there.isdisjoint(COUNTS) else []
+        whole = [role for role in ONE_TURN if role in columns and "time" not in columns]
+        missing += (whole[:1] or ["time"]) if "time" not in there else []
+        if there.isdisjoint(COUNTS) and not whole:
+            missing.append(next((role for role in COUNTS if role in columns), "turns"))
     return missing
 
 
@@ -85,26 +86,15 @@ def _check_runs(table: Readings, faults: Faults) -> None:
     blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
     for run in sorted(set(blanks)):
         there = {role for role, column in columns.items() if column.readings[run].text}
-        if "torque" not in there and not ("mass" in columns and columns["mass"].values[run] == 0):
-            if there.isdisjoint(("mass", "force")):
-                lacking.setdefault("torque", []).append(run)
-            elif "position" not in there:
-                lacking.setdefault("position", []).append(run)
-        if not any(there.issuperset(roles) for roles in SPIN_SETS):
-            asked_for = (role for role in _SPINS_ASKED_FOR if role in columns and role not in there)
-            lacking.setdefault(next(asked_for, "spin"), []).append(run)
-        if there.isdisjoint(ONE_TURN) and ("time" not in there or there.isdisjoint(COUNTS)):
-            asked = COUNTS if "time" in columns else ONE_TURN
-            lacking.setdefault(next((role for role in asked if role in columns), "turns"), []).append(run)
+        loaded = "mass" not in columns or columns["mass"].values[run] != 0
+        for role in _missing_roles(there, columns, loaded):
+            lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
         if role in COUNTS:
             hint = f'write it there, or for all blank cells a line "# {role}: …"'
         faults.add(codes.RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
-
-
-_SPINS_ASKED_FOR = ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end")
 
 
 def _check_turns(table: Readings, faults: Faults) -> None:

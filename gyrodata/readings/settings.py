@@ -26,6 +26,7 @@ from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
+_REPORTED = tuple(f"{cells.PREFIX}{name}" for name in cells.REPORTED_KINDS)
 
 
 class Given(Struct, frozen=True):
@@ -120,10 +121,13 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
-        if known.startswith(cells.PREFIX):
+        reported, (name, _, value) = cells.canonical_key(key), text.text.partition("=")
+        if known.startswith(cells.PREFIX) and reported in cells.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)
-        elif cells.canonical_key(key) == "inertia":
+        elif reported == "inertia":
             answers.append((key, text))
+        elif known not in KEYS and cells.canonical_key(name.strip()) == "inertia":
+            answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
         elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
@@ -138,7 +142,12 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
-        _enter_reported(settings, key, text, faults, ask)
+        read = cells.read_reported(key, text.text)
+        # "I = 3" may be a current, and "I_zz: see the report" is no answer.
+        if read.fault is None or (len(key) > 1 and read.value is not None):
+            _enter_reported(settings, key, text, faults, ask)
+        else:
+            settings.metadata[key] = text.text
     for item in options:
         _enter(settings, item, True, faults)
     return settings
@@ -150,16 +159,13 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in cells.BLANKS or (before is not None and before.text == text.text):
         return
-    close = difflib.get_close_matches(name, cells.REPORTED_KINDS, n=1, cutoff=0.75)
-    if close and close[0] != name:
-        _add_remark(key, f"{cells.PREFIX}{close[0]}: {text.text}", text, faults)
     reported = cells.read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
         reported = cells.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
-        hint = "write it like 4.40e-3 ± 0.05e-3 kg m^2" if name == "inertia" else ""
+        hint = "write value, uncertainty and unit; I_zz like 4.40e-3 ± 0.05e-3 kg m^2"
         message = f"{cells.PREFIX}{name}: {reported.problem}"
         faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
 
@@ -173,7 +179,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
     """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
     for comment in comments:
         match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and (match[1].lower() in KEYS or match[1].lower().startswith(cells.PREFIX)):
+        if match and match[1].lower() in (*KEYS, *_REPORTED):
             _add_remark(comment.text, f"{match[1].lower()}: {match[2]}", comment, faults)
 
 
@@ -193,7 +199,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
 @lru_cache(maxsize=1024)
 def _nearest(key: str) -> list[str]:
     # Kept, because a class writes the same remarks a thousand times.
-    return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
+    return difflib.get_close_matches(key, (*KEYS, *_REPORTED), n=1, cutoff=0.8) if len(key) > 2 else []
 
 
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
@@ -209,7 +215,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     try:
         _understand(settings, item, ask, faults)
     except CellError as error:
-        message = f'{item.label}: "{item.text[:60]}"{error.joint}{error}'
+        message = f'{item.label}: "{item.text[:60]}" {error}'
         hint = error.hint or quantities.how_to_write(kind_of_role(item.key))
         if item.place is None:
             raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
@@ -235,7 +241,9 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind_of_role(key), None, ask)
         if key in roles.CONSTANTS and not cell.value > 0:
             raise CellError("is not above zero")
-        _refuse_beyond(key, cell.value)
+        fault, hint = cells.check_value(key, cell.value)
+        if fault:
+            raise CellError(fault, hint)
         if key not in roles.CONSTANTS:
             settings.roles[key] = replace(item, cell=cell)
             return
@@ -288,12 +296,6 @@ def _read_latitude(text: str, ask: bool) -> float:
     if abs(value) > math.pi / 2 or (match and value < 0):
         raise CellError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
     return -value if match and match[2] in "Ss" else value
-
-
-def _refuse_beyond(key: str, value: float) -> None:
-    fault, hint = cells.check_value(key, value)
-    if fault:
-        raise CellError(fault, hint)
 
 
 _BALANCE = {

@@ -101,6 +101,12 @@ TURNS_IN_HEADER = _note(
 )
 DATE_IS_A_FRACTION = _note("G146", "a date in a column of turns is a fraction", LOG + "20,15.0,406,13.06,3-Jan\n")
 
+TABLE_IS_TURNED = _note(
+    "G147",
+    "the names of the quantities are at the side",
+    "mass [g],20,20\nposition [cm],15,15\nspin [rpm],200,400\ntime [s],20.1,40.2\nturns,1,1\n",
+)
+
 # the table
 NO_HEADER_ROW = _error("G201", "no header row", "20,15.0,406,13.06,1/3\n")
 HEADER_WITHOUT_RUNS = _error("G202", "a header without runs", LOG)

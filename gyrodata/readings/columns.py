@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics as codes
 from gyrodata.quantities import fold_number, to_float
 from gyrodata.readings import roles
-from gyrodata.readings.headers import Header, clock_word, is_of_the_spin, split_unit, turns_in
+from gyrodata.readings.headers import Header, are_turns, clock_word, is_of_the_spin, split_unit, turns_in
 from gyrodata.readings.lablog import Faults, Text, listing
 from gyrodata.readings.layout import Layout, is_of_means
 from gyrodata.readings.roles import kind_of_role, squeeze
@@ -112,6 +112,7 @@ def choose(layout: Layout, mapping: Mapping[str, str], settings: Settings, fault
             choice.unplaced.append(column.cell)
     _serve_stated(stating, choice)
     _eliminate(layout, several, choice, faults)
+    _serve_turns(columns, layout, choice, faults)
     _serve_by_unit(columns, choice, faults)
     _ask_about_laps(layout, choice, faults)
     choice.unplaced.sort(key=lambda cell: cell.column)
@@ -215,6 +216,20 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 def _may_be_needed(left: list[str], there: set[str]) -> bool:
     served = {part for part, sets in _ENOUGH.items() if any(there.issuperset(one) for one in sets)}
     return any(role[:2] == "u_" or roles.BY_NAME[role].part not in served for role in left)
+
+
+def _serve_turns(columns: list[Chosen], layout: Layout, choice: Choice, faults: Faults) -> None:
+    """Take the one column that can only count turns, if no other column or line says them."""
+    unplaced = [column for column in columns if column.cell in choice.unplaced]
+    texts = {
+        column.at: [text for row in layout.rows for text in row.texts[column.at : column.at + 1]] for column in unplaced
+    }
+    fit = [column for column in unplaced if are_turns(column.header, texts[column.at])]
+    if len(fit) == 1 and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)):
+        choice.serve(replace(fit[0], role="turns"))
+        choice.unplaced.remove(fit[0].cell)
+        message = f'"{fit[0].cell.text}" is read as the turns that each time covers'
+        faults.add(codes.HEADER_READ_AS, message, "if it is not, name the turns with --map turns=HEADER", fit[0].cell)
 
 
 def _serve_by_unit(columns: list[Chosen], choice: Choice, faults: Faults) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 
@@ -16,6 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import vocabulary
+from gyrodata.quantities import fold_number
 from gyrodata.readings import roles
 from gyrodata.readings.roles import NAMES, SYMBOLS, kind_of_role, squeeze, squeezed_words
 from gyrodata.units import kinds_of
@@ -277,6 +279,22 @@ def words_of_turns(text: str, whole: bool = False) -> str:
         return ""
     number = Fraction(part)
     return str(number + int(count) if mixed else number * int(count or 1))
+
+
+_TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
+_COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+
+
+def are_turns(header: Header, texts: Sequence[str]) -> bool:
+    """Tell whether the cells of a column count turns, though its name is not known: "how far" above 1/3, 2/3, 1.
+
+    Fractions and words such as "one third" are enough; counts need a word for a turn in the name as well.
+    """
+    texts = [text for text in map(fold_number, texts) if text]
+    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True)) for text in texts]
+    counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
+    unknown = not header.roles and header.unit is None
+    return unknown and all(counts) and (any(parts) or bool(texts and re.search(_TURN, header.text)))
 
 
 def counts_weights(header: Header) -> bool:

@@ -21,7 +21,17 @@ from gyrodata import vocabulary
 from gyrodata.quantities import NUMBER, PLAIN, to_float
 from gyrodata.readings import roles as known
 from gyrodata.readings.cells import BLANKS
-from gyrodata.readings.headers import Header, counts_weights, origin_in, parse_header, split_unit, turns_in, with_unit
+from gyrodata.readings.headers import (
+    Header,
+    are_turns,
+    counts_weights,
+    from_centre,
+    origin_in,
+    parse_header,
+    split_unit,
+    turns_in,
+    with_unit,
+)
 from gyrodata.readings.lablog import Faults, Text, listing, span
 from gyrodata.readings.roles import BY_NAME, TEXTS, TIMINGS, kind_of_role, squeeze
 from gyrodata.readings.source import Grid, Row, find_place
@@ -61,6 +71,10 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     try:
         if not grid.rows:
             raise _TableError(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
+        if not any(map(_is_head, grid.rows)) and _is_head(names := Row(0, [row.texts[0] for row in grid.rows])):
+            message = f"the names are at the side ({listing(names.texts, 3)}): the table is read from top to bottom"
+            faults.add(codes.TABLE_IS_TURNED, message, "", grid.cell(grid.rows[0], 0))
+            grid = _turned(grid)
         first = _find_head(grid)
         sheet = _Sheet(grid, faults)
         sheet.words = grid.rows[:first]
@@ -73,6 +87,20 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     except _TableError as fault:
         faults.add(*fault.args)
         return None
+
+
+def _turned(grid: Grid) -> Grid:
+    """Make a row of each column of a sheet; a value that stands alone beside its name holds for all runs."""
+    width = max(len(row.texts) for row in grid.rows)
+    alone = [len(row.texts) == 2 < width for row in grid.rows]
+    rows = []
+    for at in range(width):
+        places = [1 if at and one else at for one in alone]
+        cells = [
+            (row.texts[k] if k < len(row.texts) else "", row.spot(k)) for row, k in zip(grid.rows, places, strict=True)
+        ]
+        rows.append(Row(grid.rows[0].line, [text for text, _ in cells], tuple(spot for _, spot in cells)))
+    return replace(grid, rows=rows)
 
 
 # What a row is ----------------------------------------------------------------------------------------------------
@@ -160,6 +188,7 @@ _QUANTITY = rf"(?<![\w.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUN
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
+_BALL, _WEIGHT = (f"(?i){vocabulary.words(key, '|')}" for key in ("sphere", "weight_added"))
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})|{_any_of('not_timed')}"
     rf"|(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
@@ -170,7 +199,9 @@ _SAYS_NOTHING = re.compile(
 def _said(row: Row) -> dict[str, tuple[str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell of each quantity by role; none of which two are told."""
     filled = _filled(row)
-    whole = " ".join(row.texts[at] for at in filled)
+    # "x = 15,5 cm" above a table whose cells are parted by commas is one number.
+    whole = "\0".join(row.texts[at] for at in filled)
+    whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
     found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     end = 0
@@ -178,16 +209,19 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         words = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
+        clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and origin_in(whole) else role
-        if role and not beside & known.NOT_THE_WEIGHT:
+        of_the_ball = re.search(_BALL, clause) and not from_centre(clause) and not re.search(_WEIGHT, clause)
+        if role and (from_centre(clause) or not (of_the_ball or beside & known.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
-    name, _, rest = whole.partition(" ")
-    is_count = parse_header(name.rstrip(":=")).roles == ("turns",)  # "Turns: 1/3"
-    if turns := turns_in(f"{rest} turns" if is_count else whole):
+    name, *rest = re.split(r"\s*[:=：]\s*", whole, maxsplit=1)
+    name, *rest = (name, *rest) if rest else whole.rsplit(maxsplit=1)
+    is_count = parse_header(name).roles == ("turns",)  # "Number of turns: 1/3", "turns 1"
+    if turns := turns_in(f"{rest[0]} turns" if rest and is_count else whole):
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
@@ -231,6 +265,8 @@ class _Sheet:
         """Rows of text that no run has followed yet."""
         self.left_out: dict[str, list[tuple[Row, int]]] = {code: [] for code in _LEFT_OUT}
         """Rows that are no runs, with the cell that says so."""
+        self.general: _Given = {}
+        """What captions say of all tables."""
         self.any_timed = self.only_means = False
         self.told: set[str] = set()
         """Parts of a run that the first table gives."""
@@ -239,9 +275,18 @@ class _Sheet:
         """Begin a table with its header row."""
         self.head = head
         self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
+        for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
+            sign = squeeze(split_unit(cell.text)[0]).lower()
+            if len(left.roles) == 1 and (sign in known.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
+                # "±" or "error" belongs to the column on its left.
+                unit = header.unit or left.unit
+                self.here[at] = (
+                    replace(cell, text=f"u({left.text})"),
+                    replace(header, roles=(f"u_{left.roles[0]}",), unit=unit),
+                )
         self.fresh, self.skipped = True, False
         self.places: list[int] = []
-        self.given: _Given = {}
+        self.given: _Given = dict(self.general)
 
     def take(self, row: Row) -> None:
         """Take the next row for what it is."""
@@ -298,7 +343,10 @@ class _Sheet:
         if self.words:
             # "moved to 10.0 cm" between the runs holds for the blank cells below it, until another value is typed.
             blank = set() if is_first else {"mass", "position"} - typed
-            self.given |= self._read_captions(blank | _lacking([header for _, header in self.here]))
+            lacking = blank | _lacking([header for _, header in self.here])
+            if any(are_turns(header, [text]) for (_, header), text in zip(self.here, row.texts, strict=False) if text):
+                lacking.discard("turns")
+            self.given |= self._read_captions(lacking)
         if self.skipped:
             return
         width = len(self.places)
@@ -356,14 +404,19 @@ class _Sheet:
             hint += "or put # before its lines if they are no runs"
             raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
 
-    def _read_captions(self, lacking: set[str]) -> _Given:
-        """Find what the rows of text above a run say of what is lacking in it."""
+    def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
+        """Find what the rows of text above a run say of what is lacking in it.
+
+        Above the first table the last row that says something is of this table; those before it are of all tables.
+        """
         found: _Given = {}
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                message = f"line {row.line} says it for the runs below it: {told}"
+                message = f"line {row.line} says it for the runs {where} it: {told}"
                 self.faults.add(codes.CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
+                if not self.runs and found:
+                    self.general = dict(found)
                 found |= said
             else:
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
@@ -372,8 +425,9 @@ class _Sheet:
 
     def finish(self) -> Layout:
         """Give all runs as one table, and say what was left out."""
-        for row in self.words:
-            self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
+        lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
+        below = self._read_captions(lacking, "above")
+        self.runs = [(row, places, below | given) for row, places, given in self.runs]
         for role, (_, spot) in {role: one for *_, given in self.runs for role, one in given.items()}.items():
             if not any(header.roles == (role,) for _, header in self.columns):
                 place = find_place(self.grid.lines, self.grid.delimiter, spot)

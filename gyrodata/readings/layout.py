@@ -233,6 +233,8 @@ class _Sheet:
         """Rows of text that no run has followed yet."""
         self.left_out: dict[str, list[tuple[Row, int]]] = {code: [] for code in _LEFT_OUT}
         """Rows that are no runs, with the cell that says so."""
+        self.said: list[tuple[str, Text]] = []
+        """What was read of each caption."""
         self.any_timed = self.only_means = False
         self.told: set[str] = set()
         """Parts of a run that the first table gives."""
@@ -365,7 +367,7 @@ class _Sheet:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 message = f"line {row.line} says it for the runs below it: {told}"
-                self.faults.add(codes.CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
+                self.said.append((message, self.grid.cell(row, _filled(row)[0])))
                 found |= said
             else:
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
@@ -396,6 +398,8 @@ class _Sheet:
                     length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
                     hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
                 self.faults.add(code, message, hint, self.grid.cell(*left[0]))
+        for message, cell in self.said:
+            self.faults.add(codes.CAPTION_READ, message, "", cell)
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
@@ -469,8 +473,8 @@ def _find_head(grid: Grid) -> int:
         # No header is known by its names: it is the first row as wide as most rows.
         width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
         first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
-    head = rows[first]
-    if 2 * _numbers(head) >= len(_filled(head)) > 0 < _numbers(head):
+    head, numbers = rows[first], _numbers(rows[first])
+    if numbers and 2 * numbers >= len(_filled(head)):
         message = "there is no header row: the first row contains numbers"
         raise _TableError(codes.NO_HEADER_ROW, message, _HINT, grid.cell(head, 0))
     if early := next((row for row in rows[:first] if _numbers(row) > 2), None):

@@ -18,12 +18,13 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
 from gyrodata import vocabulary
-from gyrodata.quantities import NUMBER, PLAIN, to_float
+from gyrodata.quantities import NUMBER, PLAIN, CellError, as_read, read_cell, to_float
 from gyrodata.readings import roles as known
 from gyrodata.readings.cells import BLANKS
 from gyrodata.readings.headers import (
     Header,
     are_turns,
+    clock_word,
     counts_weights,
     from_centre,
     origin_in,
@@ -267,6 +268,8 @@ class _Sheet:
         """Rows that are no runs, with the cell that says so."""
         self.general: _Given = {}
         """What captions say of all tables."""
+        self.said: list[tuple[str, Text]] = []
+        """What was read of each caption."""
         self.any_timed = self.only_means = False
         self.told: set[str] = set()
         """Parts of a run that the first table gives."""
@@ -414,7 +417,7 @@ class _Sheet:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 message = f"line {row.line} says it for the runs {where} it: {told}"
-                self.faults.add(codes.CAPTION_READ, message, "", self.grid.cell(row, _filled(row)[0]))
+                self.said.append((message, self.grid.cell(row, _filled(row)[0])))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
@@ -448,6 +451,8 @@ class _Sheet:
                     length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
                     hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
                 self.faults.add(code, message, hint, self.grid.cell(*left[0]))
+        for message, cell in self.said:
+            self.faults.add(codes.CAPTION_READ, message, "", cell)
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
@@ -465,7 +470,7 @@ class _Sheet:
             self.faults.add(codes.TABLES_JOINED, message, "", self.columns[0][0])
         rows = [row for part in parts for row in part]
         self._check_columns(rows)
-        return Layout(self.grid, [cell for cell, _ in self.columns], headers, rows)
+        return _with_differences(Layout(self.grid, [cell for cell, _ in self.columns], headers, rows), self.faults)
 
     def _check_columns(self, rows: list[Row]) -> None:
         """Refuse a header that its own comma parts: "period [s], 5 turns"."""
@@ -521,8 +526,8 @@ def _find_head(grid: Grid) -> int:
         # No header is known by its names: it is the first row as wide as most rows.
         width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
         first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
-    head = rows[first]
-    if 2 * _numbers(head) >= len(_filled(head)) > 0 < _numbers(head):
+    head, numbers = rows[first], _numbers(rows[first])
+    if numbers and 2 * numbers >= len(_filled(head)):
         message = "there is no header row: the first row contains numbers"
         raise _TableError(codes.NO_HEADER_ROW, message, _HINT, grid.cell(head, 0))
     if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
@@ -553,3 +558,54 @@ def _blocks(rows: list[Row]) -> list[list[Row]]:
                 block.append(Row(row.line, texts, tuple(row.spot(at) for at in range(start, end))))
         blocks.append(block)
     return blocks
+
+
+# Quantities that two columns give ----------------------------------------------------------------------------------
+
+
+def _with_differences(layout: Layout, faults: Faults) -> Layout:
+    """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
+
+    The columns "spin_turns" with "spin_time_start" and "spin_time_end" are the usual ones for a large disk.
+    """
+    there = {role for header in layout.headers for role in header.roles}
+    names = {squeeze(split_unit(header.text)[0]).lower(): at for at, header in enumerate(layout.headers)}
+    free = [at for at, one in enumerate(layout.headers) if one.unit in (None, "s") and not one.roles]
+    clocks = {clock_word(layout.headers[at].text): at for at in free}
+    made: list[tuple[str, int, int]] = []
+    if there.isdisjoint(TIMINGS) and {"start", "stop"} <= clocks.keys():
+        made.append(("time [s]", clocks["stop"], clocks["start"]))
+    if "spin_turns" in there and {"spintimestart", "spintimeend"} <= names.keys():
+        counts = next(at for at, header in enumerate(layout.headers) if "spin_turns" in header.roles)
+        made += [(f"spin_period_{end} [s]", names[f"spintime{end}"], counts) for end in ("start", "end")]
+    for name, one, other in made:
+        is_time = name == "time [s]"
+        try:
+            pairs = [
+                (
+                    read_cell(row.texts[one], "time", "s"),
+                    read_cell(row.texts[other], *(("time", "s") if is_time else ("number", None))),
+                )
+                for row in layout.rows
+            ]
+        except (CellError, IndexError):
+            return layout
+        if is_time:
+            texts = [as_read(stop.value - start.value, stop.step or 0.0) for stop, start in pairs]
+        else:
+            texts = [f"{time.value / count.value:.7g}" for time, count in pairs]
+        sign = "minus" if is_time else "over"
+        message = f'"{layout.cells[one].text}" {sign} "{layout.cells[other].text}" is read as {name}'
+        faults.add(codes.HEADER_READ_AS, message, "if it is not, write that column yourself", layout.cells[one])
+        width = len(layout.cells)
+        rows = [
+            Row(
+                row.line,
+                [*row.texts, *[""] * (width - len(row.texts)), text],
+                (*map(row.spot, range(width)), row.spot(one)),
+            )
+            for row, text in zip(layout.rows, texts, strict=True)
+        ]
+        header = replace(parse_header(name), text=layout.headers[one].text)
+        layout = replace(layout, cells=[*layout.cells, layout.cells[one]], headers=[*layout.headers, header], rows=rows)
+    return layout

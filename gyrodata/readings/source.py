@@ -330,6 +330,8 @@ def _grid(
             _read_comment(line, index + 1, grid, faults)
         elif re.search(r"[^\s|+:=\-]", line):  # not a line of a Markdown table that only draws a line
             body.append(index)
+    if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
+        body = _without_latex(lines, body)
     if len(body) - 1 > MAX_ROWS:  # without the header
         message = f"{len(body) - 1} rows; at most 100 000 are read"
         raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
@@ -338,6 +340,18 @@ def _grid(
     rows = _split_rows(grid, body, faults)
     grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
     return grid, faults
+
+
+_LATEX = re.compile(r"\\\\.*$|\\[a-zA-Z]+|\\[,;: %]|[${}~]")
+"""The end of a row of LaTeX, its commands, and what it prints nothing for."""
+
+
+def _without_latex(lines: list[str], body: list[int]) -> list[int]:
+    """Leave the cells of a table in LaTeX, each at its place as far as possible; give the indices of its rows."""
+    for index in body:
+        line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
+        lines[index] = _LATEX.sub(lambda sign: ("±" if sign[0] == "\\pm" else "").ljust(len(sign[0])), line)
+    return [index for index in body if "&" in lines[index]]
 
 
 def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:
@@ -389,7 +403,7 @@ def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
     """Take the delimiter that cuts most lines into equally many cells; a tab takes the place of blanks that align."""
     bare = [re.sub(r'"[^"]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     shares = {}
-    for delimiter in "\t;,|":
+    for delimiter in "\t;,|&":
         counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
         shares[delimiter] = counts.most_common(1)[0][1] / len(bare) if counts else 0.0
     best = max(shares.values())

@@ -145,7 +145,7 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
             raise faults.refuse(codes.MAPPED_ROLE_UNKNOWN, message, hint)
         role, number = ("time", int(key[5:])) if key.startswith("time_") else (key, None)
         header, kind = layout.headers[at], kind_of_role(role)
-        ends = (header.text.rpartition(separator)[2].strip() for separator in ",;/_ ")
+        ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
         unit = header.unit or next((end for end in ends if kind in kinds_of(end)), header.spread.partition(" ")[2])
         header = replace(header, unit=None if kind == "text" else unit or None)
         found[at] = Chosen(at, layout.cells[at], header, role, number)

@@ -205,7 +205,7 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
     bases = tuple(role.removeprefix("u_") for role in found)
     for used in choice.used.values():
-        if bases != found and used[0].header.roles == bases:
+        if bases != found and used[0].header.roles == bases and used[0].role in bases:
             return [f"u_{used[0].role}"]
     open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
     # Nobody needs a quantity that the readings give already, if the header can be another one.

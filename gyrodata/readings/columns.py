@@ -146,7 +146,7 @@ def _mapped(layout: Layout, mapping: Mapping[str, str], faults: Faults) -> dict[
             raise faults.refuse(codes.MAPPED_ROLE_UNKNOWN, message, hint)
         role, number = ("time", int(key[5:])) if key.startswith("time_") else (key, None)
         header, kind = layout.headers[at], kind_of_role(role)
-        ends = (header.text.rpartition(separator)[2].strip() for separator in ",;/_ ")
+        ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
         unit = header.unit or next((end for end in ends if kind in kinds_of(end)), header.spread.partition(" ")[2])
         header = replace(header, unit=None if kind == "text" else unit or None)
         found[at] = Chosen(at, layout.cells[at], header, role, number)
@@ -206,7 +206,7 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
     bases = tuple(role.removeprefix("u_") for role in found)
     for used in choice.used.values():
-        if bases != found and used[0].header.roles == bases:
+        if bases != found and used[0].header.roles == bases and used[0].role in bases:
             return [f"u_{used[0].role}"]
     open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
     # Nobody needs a quantity that the readings give already, if the header can be another one.

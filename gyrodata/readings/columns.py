@@ -30,7 +30,13 @@ _TIMED = (*(("time", count) for count in roles.COUNTS), *((role,) for role in ro
 _LOADED = (("torque",), ("position", "mass"), ("position", "force"))
 _ENOUGH = {"spin": roles.SPIN_SETS[:3], "timing": _TIMED, "count": _TIMED, "load": _LOADED}
 """Sets of roles that give a part of a run."""
-_OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS
+_OTHER_THINGS = (
+    {"reading", "mark", "ruler", "scale"}
+    | roles.NOT_THE_WEIGHT
+    | roles.THEORY_WORDS
+    | roles.UNSURE_WORDS
+    | roles.SUMMARY_WORDS
+)
 
 
 class Chosen(Struct, frozen=True):
@@ -60,6 +66,8 @@ class Choice(Struct):
     """Further columns of a role that is served already, and ``inertia``."""
     unplaced: list[Text] = field(default_factory=list)
     """Headers that name no role."""
+    stated: bool = False
+    """Whether headers state the turns of their times."""
     asked: set[str] = field(default_factory=set)
     """Roles that a header may mean, and the log's author has been asked."""
 
@@ -164,6 +172,7 @@ def _serve_stated(stating: list[Chosen], choice: Choice) -> None:
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
             choice.serve(replace(column, role="time", number=len(choice.used.get("time", [])) + 1, turns=turns))
+            choice.stated = True
 
 
 def _eliminate(layout: Layout, several: list[Chosen], choice: Choice, faults: Faults) -> None:
@@ -200,7 +209,7 @@ def _eliminate(layout: Layout, several: list[Chosen], choice: Choice, faults: Fa
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
     """Give the roles that a header may still serve."""
-    found, there = column.header.roles, choice.there
+    found, there = column.header.roles, choice.there | ({"turns"} if choice.stated else set())
     if found == ("time", "precession_period") and "time" in choice.used and there.isdisjoint(roles.COUNTS):
         return []  # beside a time whose turns are not told, "T" may be the mean of such times as well
     # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
@@ -219,17 +228,20 @@ def _may_be_needed(left: list[str], there: set[str]) -> bool:
 
 
 def _serve_turns(columns: list[Chosen], layout: Layout, choice: Choice, faults: Faults) -> None:
-    """Take the one column that can only count turns, if no other column or line says them."""
-    unplaced = [column for column in columns if column.cell in choice.unplaced]
-    texts = {
-        column.at: [text for row in layout.rows for text in row.texts[column.at : column.at + 1]] for column in unplaced
-    }
-    fit = [column for column in unplaced if are_turns(column.header, texts[column.at])]
-    if len(fit) == 1 and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)):
-        choice.serve(replace(fit[0], role="turns"))
+    """Take the one column that can only count turns or swept angles, if no other column or line says them."""
+    fit = []
+    for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
+        texts = [text for row in layout.rows for text in row.texts[column.at : column.at + 1] if text]
+        if column.cell in choice.unplaced and are_turns(column.header, texts):
+            fit.append(replace(column, role="turns"))
+        elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"} and all(texts):
+            fit.append(replace(column, role="angle"))
+    if len(fit) == 1:
+        choice.serve(fit[0])
         choice.unplaced.remove(fit[0].cell)
-        message = f'"{fit[0].cell.text}" is read as the turns that each time covers'
-        faults.add(codes.HEADER_READ_AS, message, "if it is not, name the turns with --map turns=HEADER", fit[0].cell)
+        message = f'"{fit[0].cell.text}" is read as the {fit[0].role} that each time covers'
+        hint = f"if it is not, name the {fit[0].role} with --map {fit[0].role}=HEADER"
+        faults.add(codes.HEADER_READ_AS, message, hint, fit[0].cell)
 
 
 def _serve_by_unit(columns: list[Chosen], choice: Choice, faults: Faults) -> None:

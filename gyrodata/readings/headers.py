@@ -128,6 +128,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit
         return name.rstrip(" /,;"), inside or None
+    if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(s|min)", text):
+        return match[1], f"{match[2]}/{match[3]}"
     name, _, unit = text.rpartition("_")
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
         return name, unit  # "period_s" is not "periods"
@@ -137,12 +139,22 @@ def split_unit(text: str) -> tuple[str, str | None]:
     rest = " ".join(token for token in text.split() if token not in small)
     is_rate = kinds_of(rest) == {"rate"}
     # The shortest name comes first, so that "rad s^-1" stays whole; before a slash U is no uncertainty.
-    for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/"):
-        for match in re.finditer(separator, text):
-            name, unit = text[: match.start()].strip(" _"), text[match.end() :].strip(" _").lstrip("/ ")
+    parts = [
+        (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
+        for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/")
+        for match in re.finditer(separator, text)
+    ]
+    # "时间 t/s" is a time in s, and not one in turns per second.
+    for strict in (True, False):
+        for name, unit in parts:
+            fits = any(_measures(unit, role) for role in name_roles(name)[0])
             is_name = not is_rate or name_roles(name)[0] != ("turns",)
-            if is_name and unit not in ("h", "t", "r", "U", "об") and _is_unit_of(name, unit):
-                return name.rstrip(" /,;"), unit
+            if (
+                is_name
+                and unit not in ("h", "t", "r", "U", "об")
+                and (fits or (not strict and _is_unit_of(name, unit)))
+            ):
+                return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
     name, _, unit = text.rpartition(" / ")
@@ -291,10 +303,12 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; counts need a word for a turn in the name as well.
     """
     texts = [text for text in map(fold_number, texts) if text]
-    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True)) for text in texts]
+    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
-    return unknown and all(counts) and (any(parts) or bool(texts and re.search(_TURN, header.text)))
+    # "thirds of a turn" above 3 is something else.
+    named = bool(re.search(_TURN, header.text)) and _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower()))
+    return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 
 def counts_weights(header: Header) -> bool:

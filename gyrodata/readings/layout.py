@@ -191,7 +191,7 @@ _MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT = (f"(?i){vocabulary.words(key, '|')}" for key in ("sphere", "weight_added"))
 _SAYS_NOTHING = re.compile(
-    rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})|{_any_of('not_timed')}"
+    rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})"
     rf"|(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
 """Lines whose quantities hold for no run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
@@ -212,6 +212,8 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         beside -= {"to"} if beside & _MOVED else set()
         clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
         end = match.end()
+        if match.start() in ends and whole[match.start() - 2].isdigit():
+            continue  # "Position 15,5 cm" may be parted at its decimal comma
         number, unit = match[1] or match[4], match[2] or match[3]
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and origin_in(whole) else role
@@ -225,6 +227,8 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
     if turns := turns_in(f"{rest[0]} turns" if rest and is_count else whole):
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
+    if re.search(f"(?i){_any_of('not_timed')}", whole):
+        found = {role: items for role, items in found.items() if role == "position" and from_centre(whole)}
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 
 

@@ -28,6 +28,7 @@ from gyrodata.errors import printable
 from gyrodata.readings.cells import find_in_row
 from gyrodata.readings.lablog import Faults, Place, Text, listing
 from gyrodata.readings.roles import CONSTANTS, is_word
+from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -331,7 +332,8 @@ def _grid(
         elif re.search(r"[^\s|+:=\-]", line):  # not a line of a Markdown table that only draws a line
             body.append(index)
     if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
-        body = _without_latex(lines, body)
+        body, delimiter = _without_latex(lines, body), "&"
+        grid = replace(grid, delimiter=delimiter)
     if len(body) - 1 > MAX_ROWS:  # without the header
         message = f"{len(body) - 1} rows; at most 100 000 are read"
         raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
@@ -342,15 +344,16 @@ def _grid(
     return grid, faults
 
 
-_LATEX = re.compile(r"\\\\.*$|\\[a-zA-Z]+|\\[,;: %]|[${}~]")
-"""The end of a row of LaTeX, its commands, and what it prints nothing for."""
+_LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
+"""The end of a row of LaTeX, its commands, and what it prints nothing for; units keep their names."""
+_WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
     """Leave the cells of a table in LaTeX, each at its place as far as possible; give the indices of its rows."""
     for index in body:
         line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
-        lines[index] = _LATEX.sub(lambda sign: ("±" if sign[0] == "\\pm" else "").ljust(len(sign[0])), line)
+        lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
     return [index for index in body if "&" in lines[index]]
 
 
@@ -403,7 +406,7 @@ def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
     """Take the delimiter that cuts most lines into equally many cells; a tab takes the place of blanks that align."""
     bare = [re.sub(r'"[^"]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     shares = {}
-    for delimiter in "\t;,|&":
+    for delimiter in "\t;,|":
         counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
         shares[delimiter] = counts.most_common(1)[0][1] / len(bare) if counts else 0.0
     best = max(shares.values())

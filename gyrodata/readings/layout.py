@@ -86,10 +86,7 @@ def is_number(text: str) -> bool:
 
 
 def _numbers(row: Row) -> int:
-    return sum(
-        is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text)
-        for text in row.texts
-    )
+    return sum(is_number(text) and not parse_header(text).roles for text in row.texts)
 
 
 def _filled(row: Row) -> list[int]:
@@ -113,13 +110,12 @@ def _units(row: Row) -> list[str]:
 
 
 def _is_summary(row: Row, headers: list[Header]) -> bool:
-    """Find a row of means, deviations or sums by its first word."""
+    """Find a row of means, deviations or sums by its first word, which is not a note on a run."""
     at = _filled(row)[0]
     text = row.texts[at]
-    if is_number(text) or (at < len(headers) and "note" in headers[at].roles):
-        return False
     words = re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text)
-    return not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
+    is_note = at < len(headers) and "note" in headers[at].roles
+    return not is_note and not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
 
 
 _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
@@ -136,7 +132,7 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
         return bool(said) and numbers <= {at for *_, at in said.values()} and _lacking(headers).issuperset(said)
     kinds = [(at, kind_of_role(role)) for at in filled if at < len(headers) for role in headers[at].roles]
     remark = any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
-    return BLANKS.isdisjoint(texts) and len("".join(texts)) > 1 and len(headers) > 1 and not remark
+    return BLANKS.isdisjoint(texts) and not remark
 
 
 @lru_cache(maxsize=4096)

@@ -384,18 +384,7 @@ class _Sheet:
         for part in parts:
             if _ends_with_means(part, headers):
                 self._leave_out(codes.SUMMARY_LEFT_OUT, part.pop())
-        for code, left in self.left_out.items():
-            if left:
-                lines = span(sorted({row.line for row, _ in left}))
-                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
-                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
-                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
-                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
-                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
-                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
-                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
-        for message, cell in self.said:
-            self.faults.add(codes.CAPTION_READ, message, "", cell)
+        self._tell()
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
@@ -414,6 +403,21 @@ class _Sheet:
         rows = [row for part in parts for row in part]
         self._check_columns(rows)
         return Layout(self.grid, [cell for cell, _ in self.columns], headers, rows)
+
+    def _tell(self) -> None:
+        """Say which rows were left out, and what was read of captions."""
+        for code, left in self.left_out.items():
+            if left:
+                lines = span(sorted({row.line for row, _ in left}))
+                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
+                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
+                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
+                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
+                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
+                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
+                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
+        for message, cell in self.said:
+            self.faults.add(codes.CAPTION_READ, message, "", cell)
 
     def _check_columns(self, rows: list[Row]) -> None:
         """Refuse a header that its own comma parts: "period [s], 5 turns"."""

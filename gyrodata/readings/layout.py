@@ -113,10 +113,7 @@ def is_number(text: str) -> bool:
 
 
 def _numbers(row: Row) -> int:
-    return sum(
-        is_number(text) and not parse_header(text).roles and not re.match(r"[1-9](?:st|nd|rd|th|ª|º)\b", text)
-        for text in row.texts
-    )
+    return sum(is_number(text) and not parse_header(text).roles for text in row.texts)
 
 
 def _filled(row: Row) -> list[int]:
@@ -140,13 +137,12 @@ def _units(row: Row) -> list[str]:
 
 
 def _is_summary(row: Row, headers: list[Header]) -> bool:
-    """Find a row of means, deviations or sums by its first word."""
+    """Find a row of means, deviations or sums by its first word, which is not a note on a run."""
     at = _filled(row)[0]
     text = row.texts[at]
-    if is_number(text) or (at < len(headers) and "note" in headers[at].roles):
-        return False
     words = re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text)
-    return not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
+    is_note = at < len(headers) and "note" in headers[at].roles
+    return not is_note and not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
 
 
 _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
@@ -163,7 +159,7 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
         return bool(said) and numbers <= {at for *_, at in said.values()} and _lacking(headers).issuperset(said)
     kinds = [(at, kind_of_role(role)) for at in filled if at < len(headers) for role in headers[at].roles]
     remark = any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
-    return BLANKS.isdisjoint(texts) and len("".join(texts)) > 1 and len(headers) > 1 and not remark
+    return BLANKS.isdisjoint(texts) and not remark
 
 
 @lru_cache(maxsize=4096)
@@ -445,18 +441,7 @@ class _Sheet:
         for part in parts:
             if _ends_with_means(part, headers):
                 self._leave_out(codes.SUMMARY_LEFT_OUT, part.pop())
-        for code, left in self.left_out.items():
-            if left:
-                lines = span(sorted({row.line for row, _ in left}))
-                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
-                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
-                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
-                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
-                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
-                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
-                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
-        for message, cell in self.said:
-            self.faults.add(codes.CAPTION_READ, message, "", cell)
+        self._tell()
         if not self.runs:
             hint = "write one row for each timed run"
             raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
@@ -475,6 +460,21 @@ class _Sheet:
         rows = [row for part in parts for row in part]
         self._check_columns(rows)
         return _with_differences(Layout(self.grid, [cell for cell, _ in self.columns], headers, rows), self.faults)
+
+    def _tell(self) -> None:
+        """Say which rows were left out, and what was read of captions."""
+        for code, left in self.left_out.items():
+            if left:
+                lines = span(sorted({row.line for row, _ in left}))
+                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
+                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
+                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
+                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
+                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
+                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
+                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
+        for message, cell in self.said:
+            self.faults.add(codes.CAPTION_READ, message, "", cell)
 
     def _check_columns(self, rows: list[Row]) -> None:
         """Refuse a header that its own comma parts: "period [s], 5 turns"."""

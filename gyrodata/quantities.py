@@ -397,7 +397,8 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
         try:
             quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
         except CellError as error:
-            raise UnitError(f'"{term.strip()[:40]}" {error}', error.hint.replace(how_to_write(kind), share)) from None
+            hint = share if (str(error), error.hint) == ("is not a number", how_to_write(kind)) else error.hint
+            raise UnitError(f'"{term.strip()[:40]}" {error}', hint) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0

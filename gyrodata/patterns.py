@@ -10,6 +10,8 @@ the factors s on their own errors that agree with what is left without the patte
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from msgspec import Struct
@@ -19,7 +21,6 @@ from gyrodata import fitting
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
-from gyrodata.quantities import exchanged_digits
 from gyrodata.tables import load_words
 
 CHANCE = 0.015
@@ -218,3 +219,13 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
             size_of = one.unit * (float(along[at, k] / apart[at, k]) + one.adjusted)
             found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
     return found
+
+
+def exchanged_digits(number: str) -> Iterator[str]:
+    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
+    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
+    for one, other in pairwise(digits):
+        signs = [*number]
+        signs[one], signs[other] = number[other], number[one]
+        if signs[digits[0]] != "0" and signs != [*number]:
+            yield "".join(signs)

@@ -1,7 +1,7 @@
 """The one reader of a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
 
-Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They differ in the kind of quantity,
-in the unit that holds where none is written, and in what they refuse. What this tool prints, it reads.
+Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They differ in the kind of quantity
+and in the unit that holds if none is written. What this tool prints, it reads.
 """
 
 from __future__ import annotations
@@ -9,37 +9,41 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator
+from fractions import Fraction
 from functools import lru_cache
-from itertools import pairwise
 
 from msgspec import Struct
+from msgspec.structs import replace
 
+from gyrodata import diagnostics, vocabulary
 from gyrodata.units import KINDS, LIMITS, Uncertainty, UnitError, fold_letters, kinds_of, parse_unit
 
 LONGEST = 200
-"""Characters in a written quantity; longer texts are none."""
-
+"""Characters in a written quantity; a longer text is not one."""
 MOST_DIGITS = 7
 """Of a reading, zeros before it included: 0.02000 kg has six."""
+LONG = 600.0
+"""So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
 
-NUMBER = r"[-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
-_UNIT = r"(?:1/)?[^\d\s.,;:+±()%\-][^±;%]*?"
+_SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
+NUMBER = rf"[-+]?{_SIZE}"
 PLAIN = re.compile(NUMBER)
 """A number and nothing else."""
 
-# Most cells are plain numbers; these patterns are compiled when the first other text comes (`re` keeps them).
-_FRACTION = rf"([-+]?)(?:([0-9]{{1,9}})\s+)?([0-9]{{1,9}})\s*/\s*([0-9]{{1,9}})\s*({_UNIT})?"
+# Most cells are plain numbers; the other patterns are compiled when the first other text comes (`re` keeps them).
+_UNIT = r"(?:1/)?[^\d\s.,;:+±()%\-][^±;%]*?"
+_FRACTION = r"[-+]?(?:[0-9]{1,9}\s+)?[0-9]{1,9}\s*/\s*[0-9]{1,9}"
 _POWER = r"[eE][-+]?[0-9]{1,3}"
 _QUANTITY = (
-    rf"(?P<open>\(\s*)?(?P<number>{NUMBER})(?:\((?P<digits>{NUMBER})\)(?P<power>{_POWER})?)?\s*(?P<unit>{_UNIT})?"
-    rf"(?:\s*±\s*(?P<spread>{NUMBER})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
+    rf"(?P<open>\(\s*)?(?P<number>{_FRACTION}|{NUMBER})(?:\((?P<digits>{_SIZE})\)(?P<power>{_POWER})?)?"
+    rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
 """``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``: all that `_USUAL` brings the other ways of writing to."""
 
-_NAME = r"^[^\W\d][\w ]{0,30}=\s*"
-_ABOUT = r"(?i)^(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+_ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
+IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
+"""A name and "about" in front of a number."""
 _SAID = (
     r"(?i)(?<=\S)\s*(?:[,;(]|\bwith\b)\s*(?:(?:with|an?|and|the|its|standard)\s+)*"
     r"(?:u(?:\s*\([^()]*\)|_?[^\W\d]{0,4})|σ|sigma|uncertainty|error|±)"
@@ -60,50 +64,61 @@ _USUAL = (
 )
 """Ways of writing, and the usual one to put in their place."""
 
-_K = r"\s*k\s*=\s*([1-9](?:[.,][0-9]+)?)\s*"
-_COVERAGES = (
-    rf"(.*?)\s*[(,;]?{_K}\)?()",
-    rf"(.*)\({_K}\)(.*)",
-    r"(.*±.*?)\s*[(\[,;]?\s*([1-3])\s?-?(?:σ|sigma|s\.?d\.?)\s*[)\]]?()",
-    r"(.*±.*)[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]](.*)",
+_COVERAGE = (
+    r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
+    r"|[(\[]\s*([0-9]{2}(?:[.,][0-9]+)?)\s*%\s*(?:C\.?[IL]\.?|confidence|confidence level|coverage)?\s*[)\]])"
 )
-"""A coverage factor or a level with what stands before and behind it: ``(k = 2)``, ``2σ``, ``(95 %)``."""
-_THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
-
+"""A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
 _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
+_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
+_THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
+_SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
+_SEVERAL = r"([1-9][0-9]?)\s*[x×*·](?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
+_CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
+_SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
+_CCW, _CW = ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), ("cw", "clockwise", "-1")
+
+_MONTHS = {word: int(number) for number, words in vocabulary.MONTHS.items() for word in words.split()}
+_DATES = (
+    r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
+    r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",
+    r"[0-9]{4}[./-](?P<day>[0-9]{1,2})[./-](?P<month>[0-9]{1,2})(?:[ T]00:00:00)?",
+    r"(?P<day>[0-9]{1,2})([./-])(?P<month>[0-9]{1,2})\2(?:19|20)[0-9]{2}",
+)
+_DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
+_TWO = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
+
+
+class CellError(UnitError):
+    """A written quantity that cannot be read; the message follows its text."""
+
+    def __init__(self, message: str, hint: str = "", code: str = diagnostics.CELL_IS_NO_NUMBER) -> None:
+        super().__init__(message, hint)
+        self.code = code
+
+    joint = " "
 
 
 class Written(Struct, frozen=True):
     """A quantity taken apart, before its unit is understood."""
 
     number: str
-    """Text of the number, its power of ten in it: ``4.441e-3``; ``1/3`` of a fraction."""
+    """Text of the number, its power of ten in it: ``4.441e-3``, ``1/3``."""
     value: float
-    """The number; infinite where it is too large or divides by zero."""
+    """The number; infinite if it is too large or divides by zero."""
     step: float | None
     """One step of its last digit; None for a fraction."""
     unit: str | None = None
-    """In folded letters; None where there is none."""
+    """In folded letters; None if there is none."""
     spread: str | None = None
-    """Text of what stands behind ±, or in the bracket; None where there is none."""
-    percent: bool = False
-    """Whether that is in % of the number."""
+    """Text of what is behind ±, or in the bracket; None if there is none."""
     spread_unit: str | None = None
-    """Its own unit, where it has one."""
+    """Its own unit, if it has one; "%" of the number."""
     coverage: float = 1.0
     """What it is to be divided by to become a standard uncertainty."""
-    named: bool = False
-    """Whether a name stood in front: ``I = 4.4e-3 kg m^2``."""
-
-    @property
-    def u(self) -> float | None:
-        """Give the standard uncertainty: a share of 1 if `percent`, else in the unit that it is written in."""
-        if self.spread is None:
-            return None
-        return to_float(self.spread) / self.coverage / (100 if self.percent else 1)
 
 
 class Quantity(Struct, frozen=True):
@@ -114,9 +129,11 @@ class Quantity(Struct, frozen=True):
     step: float | None
     """One step of the last digit typed [SI unit of its kind]; None for a fraction."""
     uncertainty: Uncertainty | None
-    """Standard uncertainty, where one is written."""
+    """Standard uncertainty, if one is written."""
     unit: str
     """Unit that was used, in a spelling that is read back."""
+    u_step: float | None = None
+    """One step of the last digit of the uncertainty [SI unit of its kind]; None if it is in %."""
 
 
 def fold_number(text: str) -> str:
@@ -124,11 +141,8 @@ def fold_number(text: str) -> str:
     if text.isascii():
         return text.strip()
     text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
-    spelled = "".join(
-        f" {folded}" if unicodedata.category(c) == "No" and "⁄" in (folded := unicodedata.normalize("NFKC", c)) else c
-        for c in text
-    )
-    return fold_letters(spelled).translate(_MINUS).replace("⁄", "/").strip()
+    text = re.sub("[¼-¾⅐-⅞]", r" \g<0>", text)
+    return fold_letters(text).translate(_MINUS).strip()
 
 
 def to_float(number: str) -> float:
@@ -142,18 +156,8 @@ def last_place(number: str) -> int:
     return int(exponent or 0) - len(mantissa.partition(".")[2])
 
 
-def exchanged_digits(number: str) -> Iterator[str]:
-    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
-    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
-    for one, other in pairwise(digits):
-        signs = [*number]
-        signs[one], signs[other] = number[other], number[one]
-        if signs[digits[0]] != "0" and signs != [*number]:
-            yield "".join(signs)
-
-
 def as_read(value: float, step: float) -> str:
-    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0"; four where `step` is 0."""
+    """Write a reading with the digits that it was read to: 15 in steps of 0.1 is "15.0"; four if `step` is 0."""
     text = f"{value:.{max(0, -math.floor(math.log10(step) + 1e-6))}f}" if step else ""
     # More digits than an instrument has come from arithmetic.
     return text if 0 < sum(map(str.isdigit, text)) <= MOST_DIGITS else f"{value:.4g}"
@@ -170,15 +174,9 @@ def take_apart(text: str) -> Written | None:
     plain = fold_number(text)
     if PLAIN.fullmatch(plain):
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
-    if match := re.fullmatch(_FRACTION, plain):
-        sign, whole, over, under, unit = match.groups()
-        value = (int(whole or 0) * int(under) + int(over)) / int(under) if int(under) else math.inf
-        return Written(f"{over}/{under}", -value if sign == "-" else value, None, unit)
     # Of many blanks in a row two are left: the patterns would try all ways to part them.
     plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
-    bare = re.sub(_ABOUT, "", re.sub(_NAME, "", plain))
-    named = bare != plain
-    bare, coverage = _without_coverage(bare)
+    bare, coverage = _without_coverage(plain)
     for way, usual in _USUAL:
         bare = re.sub(way, usual, bare)
     match = re.fullmatch(_QUANTITY, bare)
@@ -188,90 +186,188 @@ def take_apart(text: str) -> Written | None:
     unit, last, behind = match["unit"], match["last"], match["behind"]
     percent, power = match["percent"] is not None, match["power"] or match["shared"] or ""
     two_units = (behind and (unit or last)) or (percent and unit and last and unit != last)
-    two_powers = power and "e" in (number + (digits or spread or "")).lower()
+    two_powers = power and re.search("[/eE]", number + (digits or spread or ""))
     if two_units or two_powers or (digits and spread) or (match["open"] and not spread):
         return None
     number += power
-    spread_unit, unit = last if unit and not percent else None, unit or last or behind
     if digits:
         # A whole number in the bracket counts in the last digits.
         spread = f"{digits}e{last_place(number)}" if digits.isdigit() else digits + power
     elif spread and not percent:
         spread += power
-        if re.fullmatch(_THOUSANDS, number) and "," not in spread:
-            # "46,300 ± 600": nobody writes 46.300 ± 600; and with a point in "± 0.5" the comma is none.
-            larger = spread_unit in (None, unit) and to_float(spread) > abs(to_float(number))
-            number = number.replace(",", "") if larger or "." in spread else number
-    step = float(f"1e{last_place(number)}")
-    return Written(number, to_float(number), step, unit, spread, percent, spread_unit, coverage, named)
+        if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
+            number = number.replace(",", "")  # "46,300 ± 600"
+    spread_unit, unit = "%" if percent else last if unit else None, unit or last or behind
+    value, step = _value_of(number)
+    return Written(number, value, step, unit, spread, spread_unit, coverage)
+
+
+def _value_of(number: str) -> tuple[float, float | None]:
+    """Give the value of a number or a fraction, and one step of its last digit."""
+    if "/" not in number:
+        return to_float(number), float(f"1e{last_place(number)}")
+    try:
+        value = float(sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split())))
+    except ZeroDivisionError:
+        value = math.inf
+    return -value if number.startswith("-") else value, None
 
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
-    for pattern in _COVERAGES:
-        match = re.fullmatch(pattern, text, re.IGNORECASE)
-        if match and ((number := to_float(match[2])) < 10 or number in _LEVELS):
-            return f"{match[1]} {match[3]}".strip(), _LEVELS.get(number, number)
-    return text, 1.0
-
-
-def doubtful_comma(written: Written, kind: str, unit: str | None = None) -> str:
-    """Say in which two ways a comma can be meant that may part thousands: "46300 or 46.300"; "" if in one only.
-
-    A power of ten, another number with a decimal comma, or a size that no lab has tells how it is meant.
-    """
-    number, spread = written.number, written.spread or ""
-    if not re.fullmatch(_THOUSANDS, number) or ("," in spread and not re.fullmatch(_THOUSANDS, spread)):
-        return ""
-    try:
-        factor = parse_unit(written.unit or unit or "", kind).factor
-    except UnitError:
-        return ""
-    low, high = LIMITS.get(kind, (0.0, math.inf))
-    both = all(low <= abs(value) * factor <= high for value in (written.value, 1000 * written.value))
-    return f"{number.replace(',', '')} or {number.replace(',', '.')}" if both else ""
+    match = re.search(_COVERAGE, text)
+    number = to_float(match[match.lastindex or 0]) if match and ("±" in text or match[1]) else 0.0
+    factor = _LEVELS.get(number, number if number < 10 else 0.0)
+    return (f"{text[: match.start()]} {text[match.end() :]}".strip(), factor) if match and factor else (text, 1.0)
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
-    """Bring a quantity taken apart into SI; `unit` holds where none is written."""
-    own, u = written.unit or unit or "", written.u
-    # "0.1 s per turn" becomes a rate; "0.1 s" alone might be the time of ten turns.
-    inverse = kind == "rate" and kinds_of(own) == {"time"}
-    known = parse_unit(own, "time" if inverse else kind)
-    factor, spread_factor = known.factor, parse_unit(written.spread_unit or own, known.kind).factor
-    value, text = written.value * factor, known.text
-    if inverse:
-        if "/" not in text:
-            hint = "write s/rev if it is the time of one revolution"
-            raise UnitError(f'"{own}" is a time, not a rotation rate', hint, "kind")
-        if value == 0:
-            return Quantity(math.inf, None, None, "rad/s")
-        slope = 2 * math.pi / value**2
-        value, text, factor, spread_factor = 2 * math.pi / value, "rad/s", factor * slope, spread_factor * slope
-    uncertainty = None
-    if u is not None:
-        uncertainty = Uncertainty(0.0, abs(u)) if written.percent else Uncertainty(abs(u) * spread_factor)
-    return Quantity(value, None if written.step is None else written.step * factor, uncertainty, text)
+    """Bring a quantity taken apart into SI; `unit` holds if none is written."""
+    own = written.unit or unit or ""
+    known, uncertainty, u_step = parse_unit(own, kind), None, None
+    u = to_float(written.spread or "0") / written.coverage
+    if written.spread_unit == "%":
+        uncertainty = Uncertainty(0.0, u / 100)
+    elif written.spread is not None:
+        factor = parse_unit(written.spread_unit or own, kind).factor
+        uncertainty, u_step = Uncertainty(u * factor), 10.0 ** last_place(written.spread) * factor
+    step = None if written.step is None else written.step * known.factor
+    return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 
 
-def read_quantity(text: str, kind: str, unit: str | None = None, ask: bool = True) -> Quantity:
-    """Understand a quantity with its unit and its ±: an option, or a value in a file of settings.
+def doubtful_comma(written: Written, value: float, kind: str) -> str:
+    """Say in which two ways a comma can be meant that may part thousands: "46300 or 46.300"; "" if in one only.
 
-    `unit` holds where none is written. With `ask`, a comma that may part thousands is refused; without, it is a
-    decimal comma.
+    A power of ten, another number with a decimal comma, or a size [SI] that no lab has tells how it is meant.
     """
-    shown = text.strip()[:40]
-    written = take_apart(text)
-    if written is None or written.named:
-        raise UnitError(f'"{shown}" is not a number with a unit', f"write it like {KINDS[kind].sample}")
-    if not written.unit and not unit and kind not in ("number", "sign"):
-        raise UnitError(f'"{text.strip()}" has no unit', f"write one behind it: {KINDS[kind].examples}")
-    if ask and (ways := doubtful_comma(written, kind, unit)):
-        raise UnitError(f'"{shown}" can mean {ways}', "write it without marks between the thousands", "ambiguous")
-    quantity = in_si(written, kind, unit)
-    if not math.isfinite(quantity.value):
-        raise UnitError(f'"{shown}" is no finite number')
-    return quantity
+    low, high = LIMITS[kind]
+    both = all(low <= abs(size) <= high for size in (value, 1000 * value))
+    commas = [number for number in (written.number, written.spread or "") if "," in number]
+    if not both or "," not in written.number or not all(re.fullmatch(_THOUSANDS, number) for number in commas):
+        return ""
+    return f"{written.number.replace(',', '')} or {written.number.replace(',', '.')}"
+
+
+@lru_cache(maxsize=16384)
+def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
+    """Understand a quantity of one kind: a cell, an option, or a value of a line.
+
+    Parameters
+    ----------
+    text : str
+        As typed, not blank.
+    kind : str
+        Kind of quantity, a key of `gyrodata.units.KINDS`.
+    unit : str or None
+        What holds if the text has no unit.
+    ask : bool
+        Whether to refuse a comma that may part thousands.
+
+    Raises
+    ------
+    CellError
+        The text cannot be read.
+    """
+    plain = fold_number(text)
+    if kind == "sign":
+        sense = plain.lower().replace(" ", "").replace("-c", "c")
+        if sense not in _CCW + _CW:
+            raise CellError("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
+        return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
+    if kind in ("mass", "force") and (several := re.fullmatch(_SEVERAL, text)):
+        one, count = read_cell(several[2], kind, unit, ask), int(several[1])
+        u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
+        return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
+    spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
+    if clock := spoken or re.fullmatch(_CLOCK, plain):
+        return _read_clock(clock, kind, unit)
+    # "1 198 rpm" below such a header
+    joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
+    written = take_apart(joined)
+    if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
+        raise _not_a_number(text, kind, CellError("is not a number", how_to_write(kind)))
+    _check_size(written)
+    if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
+        raise two_readings(kind)
+    own = written.unit or unit
+    if own is None and kind != "number":
+        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", diagnostics.UNIT_MISSING)
+    try:
+        quantity = in_si(written, kind, unit)
+    except UnitError as error:
+        code = diagnostics.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else diagnostics.UNIT_UNKNOWN
+        told = CellError(f"cannot be read: {error}", error.hint, code)
+        raise (told if kinds_of(own or "") else _not_a_number(text, kind, told)) from None
+    if ask and (ways := doubtful_comma(written, quantity.value, kind)):
+        raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
+    if quantity.uncertainty is not None and quantity.uncertainty.absolute > LIMITS[kind][1]:
+        raise CellError("has an uncertainty that is far too large", "is its unit the one written?")
+    exact = quantity.value == 0 and set(text) <= set("+-−0")
+    return replace(quantity, step=None) if exact else quantity
+
+
+def _check_size(written: Written) -> None:
+    """Refuse what divides by zero, or what a number of sixteen digits cannot be."""
+    for number in (written.number, written.spread or "0"):
+        value = written.value if "/" in number else to_float(number)
+        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])):
+            fault = "divides by zero" if "/" in number else "is too large or too small for a number"
+            raise CellError(fault, "write the value as it was read")
+
+
+def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
+    if kind != "time" or unit not in (None, "s", "min"):
+        raise CellError("is a clock time, not a number", "write the column's unit as s" if kind == "time" else "")
+    hours, minutes, seconds = clock.groups()
+    late = to_float(seconds)
+    if late >= 60 or (hours and int(minutes) >= 60):
+        short = "" if hours or not seconds.isdigit() else f"{minutes}.{seconds} for seconds and hundredths, "
+        message = "is not a clock time: its seconds or minutes are above 59"
+        raise CellError(message, f"write {short}mm:ss.cc for minutes")
+    value = int(hours or 0) * 3600 + int(minutes) * 60 + late
+    if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
+        short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"
+        hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
+        raise CellError("can be h:mm:ss or mm:ss:hundredths", hint)
+    return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
+
+
+def two_readings(kind: str) -> CellError:
+    """Name "412/398" and "412 - 398", the spin at the start and at the end."""
+    ways = "in two columns, spin_start [rpm] and spin_end [rpm]" if kind == "rate" else "in two rows"
+    return CellError("is not one number, but looks like two readings", f"write them {ways}")
+
+
+def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
+    """Say what a text looks like instead, and what was probably meant; `otherwise` if nothing is known of it."""
+    plain = fold_number(text)
+    if kind == "rate" and re.fullmatch(_TWO, plain):
+        return two_readings(kind)
+    for case in vocabulary.NO_NUMBER:
+        if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
+            return CellError(case["message"], match.expand(case["hint"]))
+    pair = date_pair(text)
+    if pair or re.fullmatch(_DATE_DIGITS, text):
+        # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
+        meant = f"{min(pair)}/{max(pair)}" if pair and kind == "number" else "{}.{}".format(*pair) if pair else ""
+        hint = f"did you mean {meant}? " if meant else ""
+        hint += "A spreadsheet makes dates of such numbers: make the cells text first"
+        return CellError("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
+    mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)).rstrip(".,;")
+    bare = take_apart(mended) if mended != plain else None
+    if bare and bare.unit is None and bare.spread is None:
+        return CellError("is not a number", f"did you mean {mended}?")
+    return otherwise
+
+
+def date_pair(text: str) -> tuple[int, int] | None:
+    """Give day and month of a date, in either order; None if a text is not a date."""
+    match = next(filter(None, (re.fullmatch(date, text) for date in _DATES)), None)
+    if match is None:
+        return None
+    word = match["month"].lower()
+    month = int(word) if word.isdigit() else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+    return (int(match["day"]), month) if month is not None else None
 
 
 def how_to_write(kind: str) -> str:
@@ -281,7 +377,10 @@ def how_to_write(kind: str) -> str:
 
 def parse_quantity(text: str, kind: str) -> float:
     """Understand one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``."""
-    return read_quantity(text, kind).value
+    try:
+        return read_cell(text.strip(), kind, None, ask=True).value
+    except CellError as error:
+        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind)) from None
 
 
 @lru_cache(maxsize=512)
@@ -291,25 +390,19 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
     A coverage factor behind it, ``1 mm (k = 2)``, is divided out; `unit` is that of a term that has none of its own.
     """
     absolute = relative = 0.0
+    share = f'{how_to_write(kind)}, or a share of the value: "1 %"'
     whole, coverage = _without_coverage(f"± {text.strip().lstrip('±+ ')}")
     for term in re.split(r"(?<![eE^])\+", whole[1:].strip()):
-        if term.rstrip().endswith("%"):
-            part = read_quantity(term.rstrip()[:-1], "number").value / 100 / coverage
-            relative += part
-        else:
-            try:
-                quantity = read_quantity(term, kind, unit or None, ask)
-            except UnitError as error:
-                # The sample of its kind is as large as a value: it would drown the log.
-                share = f'{how_to_write(kind)}, or a share of the value: "1 %"'
-                hint = error.hint.replace(f"write it like {KINDS[kind].sample}", share)
-                raise UnitError(str(error), hint, error.reason) from None
-            if quantity.uncertainty is not None:
-                raise UnitError(f'"{text.strip()[:40]}" is no uncertainty, but a value with one')
-            part = quantity.value / coverage
-            absolute += part
-        if part < 0:
-            raise UnitError(f'"{text.strip()[:40]}" is negative, and an uncertainty cannot be')
+        percent = term.rstrip().endswith("%")
+        try:
+            quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
+        except CellError as error:
+            hint = share if (str(error), error.hint) == ("is not a number", how_to_write(kind)) else error.hint
+            raise UnitError(f'"{term.strip()[:40]}" {error}', hint) from None
+        if quantity.uncertainty is not None or quantity.value < 0:
+            raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
+        relative += quantity.value / 100 / coverage if percent else 0.0
+        absolute += 0.0 if percent else quantity.value / coverage
     if relative > 10 or absolute > LIMITS[kind][1]:
         raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
     return Uncertainty(absolute, relative)

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from typing import Any
 
-LANGUAGES: dict[str, dict[str, str]] = tomllib.loads(
-    Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8")
-)
-"""The sections of the file, by language: lists of names or words by key."""
-UNITS = LANGUAGES.pop("units")
+_SECTIONS = tomllib.loads(Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8"))
+UNITS: dict[str, str] = _SECTIONS.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
-MONTHS = LANGUAGES.pop("months")
+KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
+"""The fields of each kind of quantity."""
+MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
+SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
+"""Symbols by the role, or the roles, that they mean, separated by blanks."""
+NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
+"""What to say of a text that is written in the place of a number, and what to type."""
+LANGUAGES: dict[str, dict[str, str]] = _SECTIONS
+"""The other sections of the file, by language: lists of names or words by key."""
 
 
 def words(key: str, separator: str = " ") -> str:

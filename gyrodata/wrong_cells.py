@@ -19,7 +19,8 @@ from gyrodata import fitting
 from gyrodata.fitting import ChosenModel, FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.mistakes import other_units
-from gyrodata.quantities import PLAIN, exchanged_digits
+from gyrodata.patterns import exchanged_digits
+from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import turn_words

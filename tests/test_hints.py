@@ -205,8 +205,6 @@ COMMAS = [TABLE[0], *([cell.replace(".", ",") for cell in row] for row in TABLE[
 HERTZ = table("mass [g],position [cm],spin [1/s],time [s],turns", *FIRST[:2],
               lambda row: f"{float(row[2]) / 60:.4f}", FIRST[3], lambda row: row[4])  # fmt: skip
 NO_NEW_TIME = [[*row, row[3]] for row in TABLE[1:]]
-LIGHT, HEAVY = ([row[2:4] for row in TABLE[1:] if row[0] == mass] for mass in ("20.1", "40.3"))
-BESIDE = "# g: 9.803 m/s^2\n# position: 14.8 cm\n# turns: 1/3\nN [rpm];t, s;N [rpm];t, s\n"
 LOWER = "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *TABLE[7:]))
 """The last three runs in a table of their own, without the weight."""
 SURFACE_HEAD = ["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]]
@@ -220,8 +218,6 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G107", gzip.compress(GOOD.encode())[:-30], then_good("the CSV itself")),
     ("G109", above("# ± by hand").encode("latin-1"),
      lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)"))),
-    ("G144", CODES["G144"].example,
-     lambda hint: written([named(hint, r"for each run: (.*)").split(", "), *TABLE[1:]])),
     ("G201", written(TABLE[1:]), lambda hint: written([named(hint, r"such as: (.*)").split(", "), *TABLE[1:]])),
     ("G202", written(TABLE[:1]), then_good("one row for each timed run")),
     ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),
@@ -229,18 +225,10 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G210", written([[*TABLE[0], "time [s]"], *NO_NEW_TIME]),
      lambda hint: written([[*TABLE[0][:3], named(hint, r"time (time_1),") + " [s]", "turns",
                             named(hint, r", (time_2)") + " [s]"], *NO_NEW_TIME])),
-    ("G211", BESIDE + "".join(f"{';'.join(light + heavy)}\n" for light, heavy in zip(LIGHT, HEAVY, strict=True)),
-     lambda hint: written([[named(hint, r"such as (mass \[g\])"), "spin [rpm]", "time [s]"],
-                           *(["20.1", *row] for row in LIGHT), *(["40.3", *row] for row in HEAVY)])
-     .replace("mass", "# position: 14.8 cm\n# turns: 1/3\nmass")),
     ("G212", written(TABLE[:7]) + "\n" + LOWER,
      lambda hint: written(TABLE[:7]) + "\n" + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER),
-    ("G213", written([list(one) for one in zip(*TABLE, strict=True)]),
-     then_good("turn it")),
     ("G215", written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
      lambda hint: written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]]) if "left blank" in hint else ""),
-    ("G218", changed(3, 2, ""),
-     lambda hint: written([*TABLE[:3], [named(hint, r"put (#) before the line"), *TABLE[3]], *TABLE[4:]])),
     ("G219", changed(1, 0, ""), then_good("in the first row that it belongs to")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
     ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),
@@ -251,8 +239,8 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      if '("13,06")' in hint else ""),
     ("G230", written([PERIOD_HEAD, *TABLE[1:]]),
      lambda hint: (written([PERIOD_HEAD, *TABLE[1:]]), {"mapping": {"time": named(hint, r'--map time="([^"]+)"')}})),
-    ("G232", headed(HEAD.replace("mass [g]", "m,g")),
-     lambda hint: headed(HEAD.replace("mass [g]", named(hint, r'write "([^"]+)"')))),
+    ("G232", written([[*TABLE[0][:3], "time [s]", " 1/3 turn"], *(row[:4] for row in TABLE[1:7])]),
+     lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:7])])),
     ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
      then_good("take one column out")),
@@ -278,7 +266,7 @@ def test_a_hint_of_the_reader_gives_the_truth(code: str, log: str | bytes, mend:
 def test_a_file_that_is_not_there_is_proposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("lab.csv").write_text(GOOD, encoding="utf-8")
-    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "give the file in it")):
+    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "if it is a folder, give the file in it")):
         with pytest.raises(GyroError) as caught:
             gyrodata.analyze(name)
         assert caught.value.diagnostics[0].hint == hint

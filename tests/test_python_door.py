@@ -111,7 +111,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.analyze(SAMPLE).plot("torque", ax=Figure()), TypeError, "ax is axes of matplotlib"),
     (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
     (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
-    (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "not above zero"),
+    (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "be above zero"),
     (lambda g: g.grade(3), TypeError, "the path of a folder"),
     (lambda g: g.selfcheck(SAMPLE), TypeError, "lab.measurements"),
 ]

@@ -27,7 +27,6 @@ from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
 from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
 from gyrodata.readings import Readings, read_reported
-from gyrodata.readings.cells import usable_inertia
 from gyrodata.reporting import factor_text
 
 if TYPE_CHECKING:
@@ -363,7 +362,7 @@ def _gather(
     analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
 ) -> Evidence:
     """Hold the report against the student's own runs."""
-    own, reported = yardsticks.own_runs(analysis, rubric.accept), usable_inertia(answers.inertia)
+    own, reported = yardsticks.own_runs(analysis, rubric.accept), answers.inertia
     evidence = Evidence(
         analysis=analysis,
         lacks=lacks,

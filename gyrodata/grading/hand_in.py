@@ -11,7 +11,6 @@ from gyrodata.grading.grade import station_of
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.student_files import Answers
 from gyrodata.readings import Readings, Reported, listing
-from gyrodata.readings.cells import usable_inertia
 from gyrodata.reporting import inertia_text
 from gyrodata.results import HandIn
 
@@ -23,7 +22,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
         raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
-    reported = usable_inertia(answers.inertia) or Reported("inertia", "")
+    reported = answers.inertia or Reported("inertia", "")
     one = HandIn(
         text=reported.text or None, inertia=reported.value, u=reported.u, file=answers.file or None,
         line=reported.line, station=station_of(readings),

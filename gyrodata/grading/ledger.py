@@ -200,7 +200,8 @@ def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[st
     if what in points and not _is_points(value, points[what]):
         message = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
         raise UnfitError(message, f"write a number, such as {points[what] / 2:g}", diagnostics.DESK_LINE_CANNOT_BE_USED)
-    if what == "reported" and (read := read_reported("inertia", value)).value is None:
+    read = read_reported("inertia", value)
+    if what == "reported" and read.fault in ("unreadable", "wrong unit"):
         message = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
         raise UnfitError(message, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)

@@ -15,17 +15,17 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import diagnostics as codes
 from gyrodata.errors import insist_on_type
-from gyrodata.readings.cells import CellError, Reported, check_value, read_cell, read_reported, rounded_turns
+from gyrodata.quantities import CellError, read_cell
+from gyrodata.readings.cells import Reported, check_value, read_reported, rounded_turns
 from gyrodata.readings.columns import choose, note_unplaced
 from gyrodata.readings.headers import parse_header
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
 from gyrodata.readings.layout import Layout, find_layout
 from gyrodata.readings.meaning import check_meaning, warn_of_notes
-from gyrodata.readings.pairs import combine
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, make_grid, value_text
-from gyrodata.readings.table import Builder
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, value_text
+from gyrodata.readings.table import TableReader
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -81,22 +81,17 @@ def read_log(
     insist_on_type("name", name, str | None, "the name to call the log by")
     for argument, options in (("settings", settings), ("mapping", mapping)):
         insist_on_type(argument, options, Mapping, "a mapping, such as a dict")
-        for key in options:
-            insist_on_type(f"a key of {argument}", key, str, "a word")
-    for header in mapping.values():
-        insist_on_type("a header in mapping", header, str, "the header as it is written")
+    for text in (*settings, *mapping, *mapping.values()):
+        insist_on_type("a key of settings or mapping, or a header", text, str, "a text")
     insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
     stated = read_options(settings, mapping, config)
-    document = load(source, name)
-    faults = document.faults
-    grid = make_grid(document)
+    grid, faults = load(source, name)
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     warn_of_notes(grid, faults)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
-    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
-    name, text = document.name, document.text
-    log = Readings(name, document.sha256, (), (), (), {}, **whole, stated_at=stated_at, source_text=text)
+    whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))
     if layout := find_layout(grid, faults):
         log = _read_table(layout, mapping, given, faults, log)
     return replace(log, diagnostics=faults.all_told())
@@ -104,9 +99,8 @@ def read_log(
 
 def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults, log: Readings) -> Readings:
     """Read the runs, and say what they lack."""
-    layout = layout if mapping else combine(layout, faults)
     choice = choose(layout, mapping, given, faults)
-    log, unmoved = Builder(layout, choice, given, faults).build(log)
+    log, unmoved = TableReader(layout, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
         hint = "a row without a time is no run: fill the times in"
         faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
@@ -126,11 +120,8 @@ def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, fau
 
 def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:
     """Add uncertainties, by the keys of their lines, where a log states nothing of its own; give the keys of those."""
-    known = {
-        key: u
-        for key, u in given.items()
-        if not any(one in readings.uncertainties for one in u_keys(key.removeprefix("u_")))
-    }
+    stated = readings.uncertainties.keys()
+    known = {key: u for key, u in given.items() if stated.isdisjoint(u_keys(key.removeprefix("u_")))}
     if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
         known.pop("u_imbalance", None)
     columns = dict(readings.columns)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 
@@ -17,22 +17,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import vocabulary
-from gyrodata.readings.roles import (
-    CENTRE_WORDS,
-    END_WORDS,
-    NAMES,
-    NOISE_WORDS,
-    ROLES,
-    START_WORDS,
-    SYMBOLS,
-    THEORY_WORDS,
-    TRIAL_WORDS,
-    UNCERTAINTIES,
-    UNSURE_WORDS,
-    kind_of_role,
-    squeeze,
-    squeezed_words,
-)
+from gyrodata.quantities import fold_number
+from gyrodata.readings import roles
+from gyrodata.readings.roles import NAMES, SYMBOLS, kind_of_role, squeeze, squeezed_words
 from gyrodata.units import kinds_of
 
 MAX_HEADER = 200
@@ -58,9 +45,10 @@ _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
-_UNIT_BEHIND = (r"(.+?)\s+(?:in|en|em|w|в)\s+(\S.*)", r"(.+),(.+)", r"(.+);(.+)", r"([^/]+)/(.+)")
-"""Where a unit begins: "Zeit in s", "m, кг", "t / s"."""
 _ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
+_SMALL_WORDS = roles.START_WORDS | roles.END_WORDS | roles.NOISE_WORDS
+_AFFIXES = ((roles.START_WORDS, "", "_start"), (roles.END_WORDS, "", "_end"), (roles.UNSURE_WORDS, "u_", ""))
+"""Words that change a role, with what they put before and behind its name."""
 _SWEPT = ("rotation", "precession", "drehung", "präzession", "précession", "прецессия")
 """What is an angle where it is in degrees, and a rate else."""
 
@@ -77,17 +65,17 @@ def parse_header(text: str) -> Header:
     name, unit = split_unit(rest)
     if unit is None and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
-    if unit and ":" in unit and re.fullmatch(r"[a-zA-Z:.]+", unit):
+    if unit and re.fullmatch(r"[a-zA-Z.]+:[a-zA-Z:.]+", unit):
         unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
-    if not THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
+    if not roles.THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
         return Header(text, (), unit, spread)  # worked out, not measured
-    roles, number = name_roles(name)
+    found, number = name_roles(name)
     kinds = kinds_of(unit or "")
-    if not roles and "time" in kinds and (number := _repeat(name)):
-        roles = ("time",)
-    elif not roles and "length" in kinds and (origin_in(name) or from_centre(name)):
-        roles = ("position",)
-    return Header(text, _fitting(roles, unit, name.strip()), unit, spread, number)
+    if not found and "time" in kinds and (number := _repeat(name)):
+        found = ("time",)
+    elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
+        found = ("position",)
+    return Header(text, _fitting(found, unit, name.strip()), unit, spread, number)
 
 
 def with_unit(header: Header, unit: str) -> Header:
@@ -95,24 +83,24 @@ def with_unit(header: Header, unit: str) -> Header:
     return replace(parse_header(f"{header.text} [{unit}]"), text=header.text)
 
 
-def _fitting(roles: tuple[str, ...], unit: str | None, name: str) -> tuple[str, ...]:
+def _fitting(found: tuple[str, ...], unit: str | None, name: str) -> tuple[str, ...]:
     """Keep the roles that the unit can measure; all of them if it fits none, so that the unit is at fault."""
     if unit is None:
         # A bare "N" counts turns: the other readings would need a unit.
-        return tuple(role for role in roles if kind_of_role(role) in ("number", "text", "sign")) or roles
+        return tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign")) or found
     kinds = kinds_of(unit)
     if kinds == {"angle"} and name.lower() in _SWEPT:
         return ("angle",)
-    if kinds == {"rate"} and roles == ("turns",):
+    if kinds == {"rate"} and found == ("turns",):
         return ("spin",)  # "Rotations (rpm)"
-    if kinds == {"force"} and roles == ("mass",):
+    if kinds == {"force"} and found == ("mass",):
         return ("force",)  # "Weight (N)"
-    kept = tuple(role for role in roles if _measures(unit, role))
+    kept = tuple(role for role in found if _measures(unit, role))
     if "time" in kinds and "/" in unit and not kept:
         # "spin [s/rev]" is a period under another name.
-        kept = tuple(role.replace("spin", "spin_period", 1) for role in roles if role.startswith("spin"))
+        kept = tuple(role.replace("spin", "spin_period", 1) for role in found if role.startswith("spin"))
     # A symbol says less than a unit: "D (s)" is not a torque.
-    return kept if len(name) == 1 and kinds else kept or roles
+    return kept if len(name) == 1 and kinds else kept or found
 
 
 def _measures(unit: str, role: str) -> bool:
@@ -122,65 +110,67 @@ def _measures(unit: str, role: str) -> bool:
 def _repeat(name: str) -> int | None:
     """Read "Trial 2" and "2nd measurement" above times: the number of a repeat; None if it is none."""
     tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
-    numbers = [match for token in tokens if (match := re.fullmatch(_ORDINAL, token.lower()))]
+    numbers = [match[1] for token in tokens if (match := re.fullmatch(_ORDINAL, token.lower()))]
     words = [token for token in tokens if not re.fullmatch(_ORDINAL, token.lower())]
-    known = all(squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words)
-    return int(numbers[0][1]) if len(numbers) == 1 and known else None
+    known = all(squeeze(word).lower() in roles.TRIAL_WORDS or "time" in name_roles(word)[0] for word in words)
+    return int(numbers[0]) if len(numbers) == 1 and known else None
 
 
 def split_unit(text: str) -> tuple[str, str | None]:
-    """Part a header into its name and its unit."""
+    """Part a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; a rate alone is the spin's."""
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
-        known = name_roles(name)[0]
         is_unit = _is_unit_of(name, inside)
-        if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
+        if inside and not is_unit and all(squeeze(word).lower() in roles.NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
-        if square is None and not is_unit and (known or not kinds_of(inside)) and (name_roles(text)[0] or not known):
+        said = name_roles(text)[0] if name_roles(name)[0] else not kinds_of(inside)
+        if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit
         return name.rstrip(" /,;"), inside or None
-    # Before a slash U is no uncertainty: "Drehzahl U/min".
-    if match := re.fullmatch(r"(.*\w)\s+(U ?/ ?(?:min|s|sec))", text):
-        return match[1], match[2]
+    if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(s|min)", text):
+        return match[1], f"{match[2]}/{match[3]}"
     name, _, unit = text.rpartition("_")
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
         return name, unit  # "period_s" is not "periods"
     if name_roles(text)[0]:
         return text, None
-    return next(_loose_units(text), (text, None))
-
-
-def _loose_units(text: str) -> Iterator[tuple[str, str]]:
-    """Part ``m, кг``, ``t / s``, ``Zeit in s``, ``mass_g``, ``time s``; a rate unit alone is the spin's."""
-    is_rate = kinds_of(text) == {"rate"}
-    if is_rate and name_roles(text.partition("/")[0].strip())[0] == ("turns",):
-        yield "spin", text  # "Rev/min"
-    left, _, right = text.rpartition(" / ")
-    if left and not name_roles(left)[0] and kinds_of(right) and not kinds_of(text):
-        yield left.strip(), right.strip()  # a name that is not known; its end is no part of the unit
-    parted = [match.groups() for pattern in _UNIT_BEHIND if (match := re.fullmatch(pattern, text))]
-    # The shortest name comes first, so that "rad s^-1" stays whole.
-    cuts = [(text[: m.start()], text[m.end() :]) for m in re.finditer(r"[\s_]", text)]
-    for name, unit in (*parted, *(cut for cut in cuts if cut[1].strip(" _") not in ("h", "t", "r", "U", "об"))):
-        if _is_unit_of(name.strip(" _"), unit.strip(" _")):
-            yield name.strip(" _"), unit.strip(" _")
-    if is_rate:
-        yield "spin", text
-    small = [token for token in text.split() if squeeze(token).lower() in START_WORDS | END_WORDS | NOISE_WORDS]
+    small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     rest = " ".join(token for token in text.split() if token not in small)
-    if small and kinds_of(rest) == {"rate"}:
-        yield f"spin {' '.join(small)}", rest  # "RPM before"
-    left, _, right = text.rpartition(",")
-    if name_roles(left)[0] and right.strip():
-        yield left.strip(), right.strip()  # an unknown unit, to be told so
+    is_rate = kinds_of(rest) == {"rate"}
+    # The shortest name comes first, so that "rad s^-1" stays whole; before a slash U is no uncertainty.
+    parts = [
+        (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
+        for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/")
+        for match in re.finditer(separator, text)
+    ]
+    # "时间 t/s" is a time in s, and not one in turns per second.
+    for strict in (True, False):
+        for name, unit in parts:
+            fits = any(_measures(unit, role) for role in name_roles(name)[0])
+            is_name = not is_rate or name_roles(name)[0] != ("turns",)
+            if (
+                is_name
+                and unit not in ("h", "t", "r", "U", "об")
+                and (fits or (not strict and _is_unit_of(name, unit)))
+            ):
+                return name, unit
+    if is_rate:
+        return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
+    name, _, unit = text.rpartition(" / ")
+    if name and kinds_of(unit):
+        return name.strip(), unit.strip()
+    name, _, unit = text.rpartition(",")
+    if name_roles(name)[0] and unit.strip():
+        return name.strip(), unit.strip()  # an unknown unit, to be told so
+    return text, None
 
 
 def _is_unit_of(name: str, unit: str) -> bool:
-    roles, kinds = name_roles(name.rstrip(" /,;"))[0], kinds_of(unit)
-    if not roles:
+    found, kinds = name_roles(name.rstrip(" /,;"))[0], kinds_of(unit)
+    if not found:
         return "length" in kinds and from_centre(name)
-    return any(_measures(unit, role) for role in roles) or bool(kinds and not SYMBOLS.get(squeeze(unit)))
+    return any(_measures(unit, role) for role in found) or bool(kinds and not SYMBOLS.get(squeeze(unit)))
 
 
 @lru_cache(maxsize=4096)
@@ -188,8 +178,8 @@ def name_roles(name: str) -> tuple[tuple[str, ...], int | None]:
     """Find the roles that a name without a unit may mean, and the number of a repeat."""
     if len(name) > MAX_HEADER:
         return (), None
-    if roles := _known(name) or _modified(name):
-        return roles, None
+    if found := _known(name) or _modified(name):
+        return found, None
     match = re.fullmatch(_INDEX, name.strip())
     if match and "time" in (_known(match[1]) or _modified(match[1])):
         return ("time",), int(match[2])
@@ -200,7 +190,7 @@ def _known(name: str) -> tuple[str, ...]:
     """Look up a symbol or a name, as it is."""
     symbol, key = squeeze(name), re.sub(r"[\s-]", "_", name.lower())
     one_letter = SYMBOLS.get(symbol.lower(), ()) if len(symbol) == 1 else ()
-    return SYMBOLS.get(symbol) or NAMES.get(symbol.lower()) or ((key,) if key in UNCERTAINTIES else one_letter)
+    return SYMBOLS.get(symbol) or NAMES.get(symbol.lower()) or ((key,) if key in roles.UNCERTAINTIES else one_letter)
 
 
 def _modified(name: str) -> tuple[str, ...]:
@@ -215,30 +205,23 @@ def _modified(name: str) -> tuple[str, ...]:
         if both and len(squeeze(words[0])) > 2:
             return both
     lower = [squeeze(token).lower() for token in tokens]
-    start, end, unsure = (not words.isdisjoint(lower) for words in (START_WORDS, END_WORDS, UNSURE_WORDS))
-    small = (START_WORDS if start else set()) | (END_WORDS if end else set()) | (UNSURE_WORDS if unsure else set())
+    affixes = [affix for affix in _AFFIXES if not affix[0].isdisjoint(lower)]
+    small = {word for words, _, _ in affixes for word in words}
     # Small words may belong to a name: "tiempo de giro".
     named = " ".join(token for token, low in zip(tokens, lower, strict=True) if low not in small)
-    left = " ".join(token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS)
-    roles = _known(left) or _known(named) if left else ()
-    before, after = "u_" if unsure else "", f"{'_start' if start else ''}{'_end' if end else ''}"
-    modified = (f"{before}{role}{after}" for role in roles)
-    return tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES)
-
-
-def unit_for(text: str, kind: str) -> str | None:
-    """Find the unit in a header whose name is not known, once ``--map`` has told what it measures."""
-    ends = (text.rpartition(separator)[2].strip() for separator in ",;/_ " if separator in text)
-    return next((end for end in ends if kind in kinds_of(end)), None)
+    left = " ".join(token for token in named.split() if squeeze(token).lower() not in roles.NOISE_WORDS)
+    before, after = "".join(one for _, one, _ in affixes), "".join(one for _, _, one in affixes)
+    modified = (f"{before}{role}{after}" for role in (_known(left) or _known(named) if left else ()))
+    return tuple(role for role in modified if role in roles.ROLES or role in roles.UNCERTAINTIES)
 
 
 def suggest_role(header: str) -> str:
     """Propose the role whose name a header nearly is; "" if it is near to none."""
-    loose = re.sub(r"[\[(].*", "", split_unit(header)[0]).strip()
-    for key in (squeeze(loose).lower(), squeeze(re.split(r"[\s_]", loose)[0]).lower()):
-        if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
-            return NAMES[close[0]][0]
-    match = re.fullmatch(_INDEX, loose)  # "T_P_1"
+    name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
+    key = squeeze(name).lower()
+    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
+        return NAMES[close[0]][0]
+    match = re.fullmatch(_INDEX, name)  # "T_P_1"
     return next(iter(name_roles(match[1])[0]), "") if match else ""
 
 
@@ -310,6 +293,24 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     return str(number + int(count) if mixed else number * int(count or 1))
 
 
+_TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
+_COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
+
+
+def are_turns(header: Header, texts: Sequence[str]) -> bool:
+    """Tell whether the cells of a column count turns, though its name is not known: "how far" above 1/3, 2/3, 1.
+
+    Fractions and words such as "one third" are enough; counts need a word for a turn in the name as well.
+    """
+    texts = [text for text in map(fold_number, texts) if text]
+    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
+    counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
+    unknown = not header.roles and header.unit is None
+    # "thirds of a turn" above 3 is something else.
+    named = bool(re.search(_TURN, header.text)) and _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower()))
+    return unknown and bool(texts) and all(counts) and (any(parts) or named)
+
+
 def counts_weights(header: Header) -> bool:
     """Tell whether a column counts the weights that hang on the rod, as "number of weights" does."""
     words = vocabulary.words("weights", "|")
@@ -331,13 +332,15 @@ def from_centre(header: str) -> bool:
     if any(re.search(words, header) for _, words in _ORIGIN):
         return False
     # Chinese and Japanese have no blanks between words.
-    return not CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(w in header for w in CENTRE_WORDS if w > "\u2e80")
+    return not roles.CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(
+        w in header for w in roles.CENTRE_WORDS if w > "\u2e80"
+    )
 
 
 def clock_word(header: str) -> str:
     """Know "start (s)" and "t stop", two readings of a running clock: "start", "stop" or ""."""
     words = squeezed_words(header)
-    return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
+    return "start" if words & roles.START_WORDS else "stop" if words & roles.END_WORDS else ""
 
 
 def is_of_the_spin(header: str) -> bool:

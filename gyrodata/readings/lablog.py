@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from itertools import groupby
 from typing import NamedTuple
 
 from msgspec import Struct, field
@@ -59,10 +60,6 @@ class Reading(Struct, frozen=True):
     """As typed."""
 
 
-TOLD_BLANK = "(blank)"
-"""Text of a reading whose blank cell is an error already."""
-
-
 class Column(Struct, frozen=True, dict=True):
     """One role's readings in SI, one for each of the n runs."""
 
@@ -95,6 +92,12 @@ class Column(Struct, frozen=True, dict=True):
     def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
         """Run and uncertainty of each reading of which the log says one."""
         return tuple([(i, reading.u) for i, reading in enumerate(self.readings) if reading.u is not None])
+
+    def select(self, rows: Sequence[int]) -> Column:
+        """Give some of the readings."""
+        return replace(
+            self, readings=tuple([self.readings[i] for i in rows]), spots=tuple([self.spots[i] for i in rows])
+        )
 
     def place(self, run: int) -> Place | None:
         """Where a reading stands; None for what an option gave, or a simulation."""
@@ -183,18 +186,13 @@ class Readings(Struct, frozen=True, dict=True):
 
     def select(self, runs: Sequence[int]) -> Readings:
         """Give some of the runs."""
-
-        def part(column: Column) -> Column:
-            spots, readings = tuple(column.spots[i] for i in runs), tuple(column.readings[i] for i in runs)
-            return replace(column, readings=readings, spots=spots)
-
         return replace(
             self,
             runs=tuple(self.runs[i] for i in runs),
             lines=tuple(self.lines[i] for i in runs),
             notes=tuple(self.notes[i] for i in runs),
-            columns={role: part(column) for role, column in self.columns.items()},
-            others=tuple(part(column) for column in self.others),
+            columns={role: column.select(runs) for role, column in self.columns.items()},
+            others=tuple(column.select(runs) for column in self.others),
             unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
         )
 
@@ -282,13 +280,8 @@ def header_of(role: str, unit: str) -> str:
 
 def span(lines: list[int]) -> str:
     """Write line numbers shortly: ``lines 3-5, 7``."""
-    parts: list[str] = []
-    start = previous = lines[0]
-    for line in [*lines[1:], -1]:
-        if line == previous + 1:
-            previous = line
-            continue
-        parts.append(str(start) if start == previous else f"{start}-{previous}")
-        start = previous = line
-    word = "line" if len(lines) == 1 else "lines"
-    return f"{word} {listing(parts)}"
+    parts = []
+    for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
+        block = [line for _, line in group]
+        parts.append(f"{block[0]}-{block[-1]}" if len(block) > 1 else str(block[0]))
+    return f"{'line' if len(lines) == 1 else 'lines'} {listing(parts)}"

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from gyrodata import diagnostics as codes
 from gyrodata.readings.cells import PREFIX
 from gyrodata.readings.columns import Choice
-from gyrodata.readings.headers import AND, MAX_HEADER, clock_word, counts_weights, parse_header, suggest_role, turns_in
-from gyrodata.readings.lablog import Column, Faults, Place, Readings, Text, header_of, listing, span
+from gyrodata.readings.headers import MAX_HEADER, counts_weights, is_of_the_spin, parse_header, suggest_role, turns_in
+from gyrodata.readings.lablog import Faults, Place, Readings, Text, header_of, listing, span
 from gyrodata.readings.roles import BY_NAME, COUNTS, KEYS, ONE_TURN, SPIN_SETS, TEXTS, altered_role, kind_of_role
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import DISPLAY, kinds_of
@@ -20,16 +19,18 @@ from gyrodata.units import DISPLAY, kinds_of
 def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
     """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
     said = any(diagnostic.code == codes.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
-    missing = [role for role in _missing_roles(table.columns, unread) if role not in choice.asked]
+    there, mass = set(table.columns) | unread, table.columns.get("mass")
+    loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
+    missing = [role for role in _missing_roles(there, table.columns, loaded) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
     unread = unread | choice.asked
     texts = [cell.text for cell in choice.unplaced if cell.text]
-    if len(missing) >= SEVERAL:
-        _add_missing_together(missing, texts, choice, faults)
-    else:
-        for role in missing:
-            _add_missing(role, missing, texts, choice, faults)
+    told = [_missing(role, missing, texts, choice) for role in missing]
+    if len(told) >= SEVERAL:
+        told = [("; ".join(message for message, _ in told), "\n".join(hint for _, hint in told))]
+    for message, hint in told:
+        faults.add(codes.QUANTITY_MISSING, message, hint)
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(table, faults)
     _check_turns(table, faults)
@@ -37,68 +38,36 @@ def check_meaning(table: Readings, choice: Choice, unread: set[str], faults: Fau
         _check_period(table, faults)
 
 
-def _missing_roles(columns: Mapping[str, Column], unread: set[str]) -> list[str]:
-    there = set(columns) | unread
+def _missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
+    """Name what a run lacks, or the whole log; of several roles that serve, one that the log has a column of."""
     missing: list[str] = []
-    if "torque" not in there:
-        if not there & {"mass", "force"}:
-            missing.append("mass")
-        masses = columns["mass"].values if "mass" in columns and "force" not in there else (None,)
-        if "position" not in there and any(value != 0 for value in masses):
-            missing.append("position")
+    if "torque" not in there and loaded:
+        load = next((role for role in ("mass", "force", "torque") if role in columns), "mass")
+        missing += [load] if there.isdisjoint(("mass", "force")) else []
+        missing += ["position"] if "position" not in there and load != "torque" else []
     if not any(there.issuperset(roles) for roles in SPIN_SETS):
-        ends = (("spin_start", "spin_end"), ("spin_period_start", "spin_period_end"))
-        half = next((pair for pair in ends if not there.isdisjoint(pair)), ("spin",))
-        missing += [role for role in half if role not in there]
+        begun = (roles for roles in SPIN_SETS if not (there | set(columns)).isdisjoint(roles))
+        missing += [role for role in next(begun, ("spin",)) if role not in there]
     if there.isdisjoint(ONE_TURN):
-        missing += ["time"] if "time" not in there else []
-        missing += ["turns"] if there.isdisjoint(COUNTS) else []
+        whole = [role for role in ONE_TURN if role in columns and "time" not in columns]
+        missing += (whole[:1] or ["time"]) if "time" not in there else []
+        if there.isdisjoint(COUNTS) and not whole:
+            missing.append(next((role for role in COUNTS if role in columns), "turns"))
     return missing
 
 
 SEVERAL = 4
-"""So many quantities that are missing are told of in one table."""
+"""So many quantities that are missing are told of together."""
 
 
-def _add_missing_together(missing: list[str], texts: list[str], choice: Choice, faults: Faults) -> None:
-    """Say in one table what a log lacks, with the header to copy where the units tell which column is which."""
-    columns = {role: header_of(role, DISPLAY[kind_of_role(role)]) for role in missing}
-    width = max(map(len, columns.values()))
-    hint = [f"{columns[role].ljust(width)}  {BY_NAME[role].meaning}".rstrip() for role in missing]
-    message = f"{', '.join(missing[:-1])} and {missing[-1]} are missing"
-    message += f"; headers that could not be placed: {listing(texts)}" if texts else ""
-    hint += [advice.strip(" ;") for role in missing if (advice := advise(role, texts))]
-    told = _told_by_units(missing, texts)
-    if len(told) == len(missing):
-        line = faults.lines[choice.unplaced[0].line - 1].strip()
-        for text, header in told.items():
-            line = line.replace(text, header, 1)
-        hint += ["if the columns are these, as their units say, the header line to copy:", line]
-    hint.append('such columns are to be added, or named with --map, for example --map mass="Load (g)"')
-    faults.add(codes.QUANTITY_MISSING, message, "\n".join(hint))
-
-
-def _told_by_units(missing: list[str], texts: list[str]) -> dict[str, str]:
-    """Give headers their roles where the kind of the unit belongs to one header and one role only."""
-    units = {text: parse_header(text).unit or "" for text in texts}
-    kinds = Counter(map(kind_of_role, missing))
-    told = {}
-    for role in missing:
-        kind = kind_of_role(role)
-        fit = [text for text, unit in units.items() if kind in (kinds_of(unit) if unit else {"number"})]
-        if len(fit) == kinds[kind] == 1 and fit[0] not in told:
-            told[fit[0]] = header_of(role, units[fit[0]])
-    return told
-
-
-def _add_missing(role: str, missing: list[str], texts: list[str], choice: Choice, faults: Faults) -> None:
+def _missing(role: str, missing: list[str], texts: list[str], choice: Choice) -> tuple[str, str]:
+    """Say what is missing, and every way to supply it."""
     unit, known = DISPLAY[kind_of_role(role)], BY_NAME[role]
+    sample = known.sample or f"1 {unit}"
+    quoted = f'"{sample}"' if " " in sample else sample
     hint = f"add a column {header_of(role, unit)}"
-    if role != "time":
-        sample = known.sample or f"1 {unit}"
-        quoted = f'"{sample}"' if " " in sample else sample
-        hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}'
-    hint += f"; or --map {role}=HEADER to name the column that holds it{known.instead}"
+    hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
+    hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
     message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
     if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
@@ -106,8 +75,7 @@ def _add_missing(role: str, missing: list[str], texts: list[str], choice: Choice
         # The lab sheet calls the spin so too.
         header = rate[0].header.text
         hint = f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
-    said = role == "turns" and "time" in missing
-    faults.add(codes.QUANTITY_MISSING, message, hint if said else advise(role, texts) + hint)
+    return message, hint if role == "turns" and "time" in missing else advise(role, texts) + hint
 
 
 def _check_runs(table: Readings, faults: Faults) -> None:
@@ -118,26 +86,15 @@ def _check_runs(table: Readings, faults: Faults) -> None:
     blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
     for run in sorted(set(blanks)):
         there = {role for role, column in columns.items() if column.readings[run].text}
-        if "torque" not in there and not ("mass" in columns and columns["mass"].values[run] == 0):
-            if there.isdisjoint(("mass", "force")):
-                lacking.setdefault("torque", []).append(run)
-            elif "position" not in there:
-                lacking.setdefault("position", []).append(run)
-        if not any(there.issuperset(roles) for roles in SPIN_SETS):
-            asked_for = (role for role in _SPINS_ASKED_FOR if role in columns and role not in there)
-            lacking.setdefault(next(asked_for, "spin"), []).append(run)
-        if there.isdisjoint(ONE_TURN) and ("time" not in there or there.isdisjoint(COUNTS)):
-            asked = COUNTS if "time" in columns else ONE_TURN
-            lacking.setdefault(next((role for role in asked if role in columns), "turns"), []).append(run)
+        loaded = "mass" not in columns or columns["mass"].values[run] != 0
+        for role in _missing_roles(there, columns, loaded):
+            lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(table.lines[run] for run in runs))
         hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
         if role in COUNTS:
             hint = f'write it there, or for all blank cells a line "# {role}: …"'
         faults.add(codes.RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
-
-
-_SPINS_ASKED_FOR = ("spin_start", "spin_end", "spin", "spin_period", "spin_period_start", "spin_period_end")
 
 
 def _check_turns(table: Readings, faults: Faults) -> None:
@@ -166,11 +123,10 @@ def _check_period(table: Readings, faults: Faults) -> None:
     if time is None:
         if all(value is None or abs(value - 1) < 1e-3 for value in turned):
             return
-        given, those = ("turns are", "those turns") if counted.role == "turns" else ("an angle is", "that angle")
-        message = f'"{period.header}" is the time of one whole turn, and yet {given} given'
-        hint = f'if it is the time of {those}: --map time="{period.header}"; if not, take {counted.role} out'
-        places = (counted.place(run) for run in range(len(turned)))
-        place = next((place for place in places if place is not None), period.place(0))
+        message = f'"{period.header}" is the time of one whole turn, and yet {counted.role} is given'
+        hint = f'if it is the time of the {counted.role} given: --map time="{period.header}"'
+        hint += f"; if not, take {counted.role} out"
+        place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
         faults.add(codes.TURNS_FOR_ONE_PERIOD, message, hint, place)
         return
     exchanged = [
@@ -206,68 +162,31 @@ def warn_of_notes(grid: Grid, faults: Faults) -> None:
 
 
 _DEGREES = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:°|º|˚|deg)"
-_HALF = r"(?i)half|\bsemi|halb|demi|medi[oa]\b|meia|pół|полов|1/2|½|/\s*2(?![0-9])"
-_COUNT = (
-    r"(?i)(?<![0-9.,_])([0-9]{1,2}(?:[.,]5)?)(?![0-9])\s*"
-    r"(?:T\b|(?:\w+\s)?(?:turn|rev|cycle|rotation|tour|Umdreh|Umläuf|об|vuelt|volta|obrot|periods?\b))"
-)
-_TWO_NUMBERS = r"[0-9]\s+[0-9]+\s*/\s*[0-9]"
-_AND = rf"(?i)(?<!\w)(?:{'|'.join(AND)})(?!\w)"
-_REPEAT = r"(?<![0-9])([1-9])(?:ª|º|\.|st|nd|rd|th)?(?![0-9])"
+_PART = r"(?i)(?<!\w)[0-9]|half|\bsemi|halb|demi|medi[oa]\b|meia|pół|полов|½"
 
 
 def stated_turns(header: str) -> str:
-    """Find the turns or the angle that a header says its time covers."""
-    match = re.search(_DEGREES, header)
-    if match:
+    """Find the turns or the angle that a header says its time covers, for --set."""
+    if match := re.search(_DEGREES, header):
         return f'angle="{match[1].replace(",", ".")} deg"'
-    if turns := turns_in(header):
-        return f"turns={turns}"
-    match, half = re.search(_COUNT, header), re.search(_HALF, header)
-    if re.search(_TWO_NUMBERS, header) or (half and (match or re.search(_AND, header))):
-        return "turns=…"  # "5 half turns", "1 1/3 turn": whoever wrote it knows
-    if match:
-        return f"turns={match[1].replace(',', '.')}"
-    return "turns=1/2" if half else ""
+    turns = turns_in(header) or ("…" if re.search(_PART, header) else "")  # whoever wrote "5 half turns" knows
+    return f"turns={turns}" if turns else ""
 
 
 def advise(role: str, headers: list[str]) -> str:
     """Propose what to type for a missing role, from the headers that could not be placed."""
     headers = [header for header in headers if len(header) <= MAX_HEADER]
-    timed, spun = [*filter(_is_time, headers)], [*filter(_is_of_spin, headers)]
-    close = [header for header in headers if suggest_role(header) == role]
+    timed = [header for header in headers if "time" in kinds_of(parse_header(header).unit or "")]
+    close = [header for header in headers if suggest_role(header) == role and (role != "turns" or header not in timed)]
     if role in ("time", "turns"):
-        told = [(header, turns) for header in timed if header not in spun and (turns := stated_turns(header))]
+        told = [(one, turns) for one in timed if not is_of_the_spin(one) and (turns := stated_turns(one))]
         if len(told) == 1:
             return f'is it --map time="{told[0][0]}" --set {told[0][1]}? '
-    if role == "time":
-        numbered = [header for header in timed if re.search(_REPEAT, header)]
-        if len(numbered) > 1:
-            ways = " ".join(f'--map time_{i}="{header}"' for i, header in enumerate(numbered[:4], 1))
-            return f"are they repeats? {ways}{' …' if len(numbered) > 4 else ''}; "
-        clock = [header for header in headers if clock_word(header) and header not in spun]
-        if len({*map(clock_word, clock)}) == 2:
-            shown = " and ".join(f'"{header}"' for header in clock[:2])
-            return f"{shown} are readings of a running clock: subtract them, and write the seconds between them; "
-        if whole := [header for header in timed if suggest_role(header) == "precession_period"]:
+        whole = [header for header in timed if suggest_role(header) == "precession_period"]
+        if role == "time" and whole:
             return f'is it --map precession_period="{whole[0]}", the time of one whole turn? '
-        close = [header for header in close if not clock_word(header)]
-    elif role == "turns":
-        close = [header for header in close if header not in timed]
     elif role == "mass" and (counts := [header for header in headers if counts_weights(parse_header(header))]):
         return f'"{counts[0]}" counts weights: write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15; '
-    elif role == "spin" and (turned := [header for header in timed if header in spun]):
+    elif role == "spin" and (turned := [one for one in timed if is_of_the_spin(one) and stated_turns(one)]):
         return f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); '
     return f'is it "{close[0]}"? ' if close else ""
-
-
-def _is_time(header: str) -> bool:
-    unit = parse_header(header).unit
-    return unit is not None and "time" in kinds_of(unit)
-
-
-def _is_of_spin(header: str) -> bool:
-    """Tell a time of turns of the wheel from one of the precession: read before and after, or so called."""
-    lower = header.lower()
-    of_spin = re.search(r"spin|wheel|dis[ck]|rotor|initial|final|before|after|start|end\b", lower)
-    return bool(of_spin and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", lower) and stated_turns(header))

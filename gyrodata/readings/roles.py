@@ -28,8 +28,6 @@ class Role(Struct, frozen=True):
     """Kind of quantity, a key of `gyrodata.units.SI`."""
     part: Literal["", "load", "spin", "count", "timing"] = ""
     """Which part of a run it gives: what turns the rod, how fast the ball spins, how far and how long it went."""
-    symbols: str = ""
-    """Symbols that mean this role only, separated by blanks; capital and small letters differ ("m" is not "M")."""
     bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
     """What its values must be."""
     bound_hint: str = ""
@@ -51,56 +49,41 @@ _SPUN = ("spin", "spin_start spin_end")
 _TIMED = ("time turns", "time angle")
 
 TABLE: tuple[Role, ...] = (
-    Role("mass", "mass", "load", "m", "not below zero", sample="20 g", meaning="the added weight",
+    Role("mass", "mass", "load", "not below zero", sample="20 g", meaning="the added weight",
          bound_hint="a weight on the counterweight side has a negative position",
          instead=" (a torque [N*m] column, or force [N], serves instead)"),
-    Role("position", "length", "load", "x X r R l L d", sample="15 cm",
-         meaning="from the centre of the ball to the middle of the weight"),
-    Role("torque", "torque", "load", "D Γ", derived_from=_LOADED),
-    Role("force", "force", "load", "F"),
-    Role("spin", "rate", "spin", "ω w ν f ψdot ωs ωS", "not zero", sample="400 rpm", meaning="how fast the ball spins",
+    Role("position", "length", "load", sample="15 cm", meaning="from the ball's centre to the middle of the weight"),
+    Role("torque", "torque", "load", derived_from=_LOADED),
+    Role("force", "force", "load"),
+    Role("spin", "rate", "spin", "not zero", sample="400 rpm", meaning="how fast the ball spins",
          instead=" (spin_start and spin_end, or spin_period [s], serve instead)", derived_from=_SPUN[1:]),
-    Role("spin_start", "rate", "spin", "", "not zero", sample="410 rpm", u_of="spin"),
-    Role("spin_end", "rate", "spin", "n2 f2", "not zero", sample="390 rpm", u_of="spin"),
-    Role("spin_period", "time", "spin", "Ts TG Tspin tR TR", "above zero", derived_from=_SPUN),
-    Role("spin_period_start", "time", "spin", "TGi", "above zero", sample="0.14 s", derived_from=_SPUN),
-    Role("spin_period_end", "time", "spin", "TGf", "above zero", sample="0.16 s", derived_from=_SPUN),
-    Role("spin_time", "time", "spin", "", "above zero", sample="1.5 s",
+    Role("spin_start", "rate", "spin", "not zero", sample="410 rpm", u_of="spin"),
+    Role("spin_end", "rate", "spin", "not zero", sample="390 rpm", u_of="spin"),
+    Role("spin_period", "time", "spin", "above zero", derived_from=_SPUN),
+    Role("spin_period_start", "time", "spin", "above zero", sample="0.14 s", derived_from=_SPUN),
+    Role("spin_period_end", "time", "spin", "above zero", sample="0.16 s", derived_from=_SPUN),
+    Role("spin_time", "time", "spin", "above zero", sample="1.5 s",
          meaning="the time of several turns of the ball", derived_from=(*_SPUN, "spin_period")),
-    Role("spin_turns", "number", "spin", "", "above zero", sample="10",
+    Role("spin_turns", "number", "spin", "above zero", sample="10",
          meaning="how many turns of the ball spin_time covers", derived_from=(*_SPUN, "spin_period")),
-    Role("time", "time", "timing", "t NT nT", "above zero", meaning="the stopwatch time of each run",
+    Role("time", "time", "timing", "above zero", meaning="the stopwatch time of each run",
          bound_hint="a run that was not timed is left blank",
          instead=" (precession_period [s] or precession_rate [rad/s] serves instead)"),
-    Role("turns", "number", "count", "Noб Np NP", "above zero", sample="1", meaning="how many turns each time covers",
+    Role("turns", "number", "count", "above zero", sample="1", meaning="how many turns each time covers",
          bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
-         instead=' (or the swept angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")',
-         u_of="angle"),
-    Role("angle", "angle", "count", "φ", "above zero", u_of="turns"),
-    Role("precession_period", "time", "timing", "Tp TP TΩ", "above zero", derived_from=_TIMED),
-    Role("precession_rate", "rate", "timing", "Ω Ωp ΩP ωp ωP wp φdot", "not zero", derived_from=_TIMED),
+         instead=' (or the angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")', u_of="angle"),
+    Role("angle", "angle", "count", "above zero", u_of="turns"),
+    Role("precession_period", "time", "timing", "above zero", derived_from=_TIMED),
+    Role("precession_rate", "rate", "timing", "not zero", derived_from=_TIMED),
     Role("pitch", "angle", bound="below 90 degrees"),
     Role("spin_sense", "sign"),
     Role("precession_sense", "sign"),
     Role("weight_diameter", "length", bound="above zero", meaning="how wide the added weight is, across the rod"),
     Role("transverse_inertia", "inertia", bound="above zero"),
-    Role("inertia", "inertia", symbols="I J Izz Iz I0 I3 Jz", derived_from=("",)),
-    Role("run", "text", symbols="№ # No Nr nr"),
+    Role("inertia", "inertia", derived_from=("",)),
+    Role("run", "text"),
     Role("note", "text"),
 )  # fmt: skip
-
-SHARED_SYMBOLS = {
-    "torque mass": "M",
-    "turns spin": "n N",
-    "time precession_period": "T tP tp",
-    "precession_period torque": "τ",
-    # Some number the states before and after, some the two rotations.
-    "spin_start spin": "ω0 w0 n0 f0",
-    "spin_start spin_end precession_rate": "ω1 w1",
-    "spin_start spin_end": "n1 f1",
-    "spin_end precession_rate": "ω2 w2",
-}
-"""Symbols of several roles, which a unit or the other columns tell apart."""
 
 SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.values() for key in section if " " in key))
 """Roles that share names, as they are written in the vocabulary."""
@@ -126,15 +109,9 @@ SPIN_SETS = (
 CONSTANTS = {
     "g": "acceleration",
     "latitude": "angle",
-    "ball_diameter": "length",
-    "ball_mass": "mass",
-    "rod_length": "length",
-    "bore_diameter": "length",
-    "bore_depth": "length",
-    "rod_mass": "mass",
-    "rod_diameter": "length",
-    "disk_mass": "mass",
-    "disk_diameter": "length",
+    **dict.fromkeys(("ball_diameter", "rod_length", "bore_diameter", "bore_depth"), "length"),
+    **dict.fromkeys(("rod_diameter", "disk_diameter"), "length"),
+    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass"), "mass"),
 }
 """Kinds of the constants of a log that are no role."""
 
@@ -242,9 +219,7 @@ for _roles in (*ROLES, *SHARED_NAMES):
 del NAMES[""]
 
 SYMBOLS: dict[str, tuple[str, ...]] = {
-    squeeze(symbol): tuple(roles.split())
-    for roles, symbols in ({role.name: role.symbols for role in TABLE} | SHARED_SYMBOLS).items()
-    for symbol in symbols.split()
+    squeeze(symbol): tuple(roles.split()) for roles, symbols in vocabulary.SYMBOLS.items() for symbol in symbols.split()
 }
 """Roles by squeezed symbol; case matters."""
 
@@ -262,26 +237,20 @@ def is_word(text: str) -> bool:
 
 _HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
 _ALTERED, _USUAL, _CORRECTED = (
-    f"(?i){left}(?:{vocabulary.words(key, '|')}){right}".replace("HANGER", _HANGER).replace("HALF", _HALF)
-    for key, left, right in (
-        ("altered", r"(?<!\w)", r"(?!\w)"),
-        ("usual", r"(?<!\w)", ""),
-        ("corrected", r"(?<!\w)", ""),
-    )
+    rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace("HANGER", _HANGER).replace("HALF", _HALF)
+    for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
 """Words of a note that say that a reading is not what is typed; what is usual in this lab; and what takes it back."""
 
 
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if it says so of none."""
-    if not re.search(_ALTERED, note) or re.search(_CORRECTED, note):
-        return ""
-    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)):
+    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
         for match in re.finditer(_ALTERED, clause):
             before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
-            words = (*match[0].split(), *before[-5:], *after[:5])
-            if role := next(filter(None, map(_role_of_word, words)), ""):
-                return role
+            for word in (*match[0].split(), *before[-5:], *after[:5]):
+                if role := _role_of_word(word):
+                    return role
     return ""
 
 

@@ -15,17 +15,18 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
+from gyrodata import quantities
 from gyrodata.errors import InputError
-from gyrodata.quantities import Quantity, how_to_write, parse_quantity, parse_uncertainty, take_apart, to_float
+from gyrodata.quantities import CellError, Quantity, read_cell
 from gyrodata.readings import cells, roles
-from gyrodata.readings.cells import PREFIX, CellError, Reported, read_cell
-from gyrodata.readings.headers import name_roles, origin_in
+from gyrodata.readings.headers import name_roles
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
-from gyrodata.readings.roles import KEYS, ROLES, TEXTS, kind_of_role
+from gyrodata.readings.roles import KEYS, TEXTS, kind_of_role
 from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
+_REPORTED = tuple(f"{cells.PREFIX}{name}" for name in cells.REPORTED_KINDS)
 
 
 class Given(Struct, frozen=True):
@@ -41,7 +42,7 @@ class Given(Struct, frozen=True):
     """The value of a role or constant."""
 
     def reading(self, u: Uncertainty | None) -> Reading:
-        """Give it as the reading of a run; `u` holds where it does not say its own."""
+        """Give it as the reading of a run; `u` holds if it does not say its own."""
         assert self.cell is not None
         return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
@@ -53,15 +54,15 @@ class Settings(Struct):
     constants: dict[str, float] = field(default_factory=dict)
     uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
     given_uncertainties: dict[str, Given] = field(default_factory=dict)
-    balance_tilt: tuple[float, float] | None = None
-    balance_drift: tuple[float, float, float] | None = None
+    balance_tilt: tuple[float, ...] | None = None
+    balance_drift: tuple[float, ...] | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None
     steps: dict[str, float] = field(default_factory=dict)
     """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, Reported] = field(default_factory=dict)
+    reported: dict[str, cells.Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read, which has been said."""
 
@@ -71,30 +72,24 @@ def read_options(
 ) -> list[Given]:
     """Check the options before the log is read; give what ``--set`` and ``--config`` say."""
     faults = Faults("")
-    texts = ((key.strip(), value_text(value).strip()) for key, value in settings.items())
-    given = [Given(key, text, f"--set {key}", None) for key, text in texts]
-    if config is not None:
-        given += [Given(key, text, f"--config {key}", None) for key, text in _read_config(Path(config), faults).items()]
-    known = [key for key in KEYS if key not in TEXTS]
-    for item in given:
-        if item.key not in known:
-            hint = _close(item.key, known) or f"keys are: {', '.join(known)}"
-            faults.add(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", hint)
-    mapped = (*ROLES, *roles.UNCERTAINTIES)
-    for role in mapping:
-        if role not in mapped and not re.fullmatch(r"time_[1-9][0-9]?", role):
-            hint = _close(role, mapped) or f"roles are: {listing(list(ROLES), 60)}"
-            faults.add(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", hint)
+    given = [Given(key.strip(), value_text(value).strip(), f"--set {key}", None) for key, value in settings.items()]
+    table = {} if config is None else _read_config(Path(config), faults)
+    given += [Given(key, text, f"--config {key}", None) for key, text in table.items()]
+    keys = [key for key in KEYS if key not in TEXTS]
+    mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
+    names = [(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", item.key, keys) for item in given]
+    names += [(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", role, mapped) for role in mapping]
+    for code, message, name, known in names:
+        if name in known or (known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)):
+            continue
+        close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
+        close = close or [role for role in name_roles(name)[0] if role in known]
+        faults.add(
+            code, message, f"did you mean {' or '.join(close)}?" if close else f"known are: {listing(known, 99)}"
+        )
     if faults.has_error():
         raise InputError(faults.found)
     return given
-
-
-def _close(key: str, known: list[str] | tuple[str, ...]) -> str:
-    close = difflib.get_close_matches(key.lower(), known, n=3, cutoff=0.6)
-    if not close:
-        close = [role for role in name_roles(key)[0] if role in known]
-    return f"did you mean {' or '.join(close)}?" if close else ""
 
 
 def _read_config(path: Path, faults: Faults) -> dict[str, str]:
@@ -104,21 +99,15 @@ def _read_config(path: Path, faults: Faults) -> dict[str, str]:
         with path.open("rb") as file:
             table = tomllib.loads(file.read(1_000_000).decode("utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        missing = isinstance(error, FileNotFoundError | NotADirectoryError)
-        hint = "check its name" if missing else 'give a text file with lines such as g = "9.803 m/s^2"'
-        message = f"--config {str(path)!r} cannot be read: {reason}"
+        message = f"--config {str(path)!r} cannot be read: {getattr(error, 'strerror', None) or error}"
+        hint = 'check its name; it is a text file with lines such as g = "9.803 m/s^2"'
         raise faults.refuse(codes.CONFIG_CANNOT_BE_READ, message, hint) from None
     for key, value in table.items():
-        if isinstance(value, str | int | float) and not isinstance(value, bool):
-            continue
-        message, hint = "not a number or a text", f'write {key} = "{str(value).lower()}"'
-        if isinstance(value, dict | list):
-            message = f"a table or a list, {message}"
-            hint = f'write one value: {key} = "{value[0] if isinstance(value, list) and value else "…"}"'
-        if isinstance(value, dict):
-            hint = "write its keys at the top, without a [head]; columns are named with --map role=HEADER"
-        raise faults.refuse(codes.OPTION_VALUE_CANNOT_BE_READ, f"--config {key}: {message}", hint)
+        if not isinstance(value, str | int | float) or isinstance(value, bool):
+            one = value[0] if isinstance(value, list) and value else "…" if isinstance(value, dict) else value
+            hint = f'write one value in quotes at the top, without a [head]: {key} = "{str(one).lower()}"'
+            message = f"--config {key}: this is neither a number nor a text"
+            raise faults.refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint)
     return {key: str(value) for key, value in table.items()}
 
 
@@ -129,14 +118,16 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     """
     settings = Settings()
     seen: dict[str, Text] = {}
-    remarked: list[tuple[str, Reported]] = []
+    answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
-        if known.startswith(PREFIX):
+        reported, (name, _, value) = cells.canonical_key(key), text.text.partition("=")
+        if known.startswith(cells.PREFIX) and reported in cells.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)
-        elif (known not in KEYS or known == "inertia") and (answer := cells.find_inertia(f"{key}: {text.text}")):
-            remarked.append((f"line {text.line}", cells.read_reported("inertia", answer, text.line, ask)))
-            settings.metadata[key] = text.text
+        elif reported == "inertia":
+            answers.append((key, text))
+        elif known not in KEYS and cells.canonical_key(name.strip()) == "inertia":
+            answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
         elif known not in KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
@@ -148,23 +139,17 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             faults.add(codes.KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
         else:
             seen[known] = text
-            try:
-                _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
-            except CellError as error:
-                settings.unread |= {known} & set(ROLES)
-                message = f'{known} "{text.text[:60]}"{error.joint}{error}'
-                faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, error.hint, text)
-    # "# I_zz = …" is an answer too, where no "# reported_inertia: …" is.
-    if "inertia" not in settings.reported and (one := cells.one_inertia(remarked)):
-        settings.reported["inertia"] = one[1]
+            _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
+    # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
+    for key, text in answers if "inertia" not in settings.reported else ():
+        read = cells.read_reported(key, text.text)
+        # "I = 3" may be a current, and "I_zz: see the report" is no answer.
+        if read.fault is None or (len(key) > 1 and read.value is not None):
+            _enter_reported(settings, key, text, faults, ask)
+        else:
+            settings.metadata[key] = text.text
     for item in options:
-        try:
-            _enter(settings, item, True, faults)
-        except CellError as error:
-            bare = not error.hint and str(error).startswith("is not a number")
-            hint = how_to_write(kind_of_role(item.key)) if bare else error.hint
-            message = f'{item.label}: "{item.text[:60]}"{error.joint}{error}'
-            raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
+        _enter(settings, item, True, faults)
     return settings
 
 
@@ -174,28 +159,28 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in cells.BLANKS or (before is not None and before.text == text.text):
         return
-    known = cells.REPORTED_KINDS
-    if name not in known and (close := difflib.get_close_matches(name, known, n=1, cutoff=0.75)):
-        message, hint = f'"# {key}" is no value that is asked for', f'did you mean "# {PREFIX}{close[0]}: {text.text}"?'
-        faults.add(codes.KEY_NEARLY_KNOWN, message, hint, text)
     reported = cells.read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
-        reported = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+        reported = cells.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
-        hint = "write it like 4.40e-3 ± 0.05e-3 kg m^2" if name == "inertia" else ""
-        faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, f"{PREFIX}{name}: {reported.problem}", hint, text)
+        hint = "write value, uncertainty and unit; I_zz like 4.40e-3 ± 0.05e-3 kg m^2"
+        message = f"{cells.PREFIX}{name}: {reported.problem}"
+        faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
+
+
+def _add_remark(written: str, meant: str, text: Text, faults: Faults) -> None:
+    message = f'"# {written[:60]}" is kept as a remark; nothing is read from it'
+    faults.add(codes.KEY_NEARLY_KNOWN, message, f'did you mean "# {meant[:90]}"?', text)
 
 
 def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
     """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
     for comment in comments:
         match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and (match[1].lower() in KEYS or match[1].lower().startswith(PREFIX)):
-            message = f'"# {comment.text[:60]}" is kept as a remark; nothing is read from it'
-            hint = f'did you mean "# {match[1].lower()}: {match[2][:60]}"?'
-            faults.add(codes.KEY_NEARLY_KNOWN, message, hint, Place(comment.line, comment.column), len(comment.text))
+        if match and match[1].lower() in (*KEYS, *_REPORTED):
+            _add_remark(comment.text, f"{match[1].lower()}: {match[2]}", comment, faults)
 
 
 def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) -> None:
@@ -206,50 +191,46 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))  # "# m1 = 47 g"
         close = [role for name in names for role in name_roles(name)[0] if kind_of_role(role) != "text"]
     if close:
-        message = f'"# {key}" is kept as a remark; nothing is read from it'
-        hint = f'did you mean "# {close[0]}: {_value_at_start(close[0], text.text)}"?'
-        if close[0] == "position" and (origin := origin_in(text.text)):
-            hint += f' And "# position_from: {origin}"'
-        faults.add(codes.KEY_NEARLY_KNOWN, message, hint, text)
-
-
-def _value_at_start(role: str, text: str) -> str:
-    """Give the part of "15.2 cm from centre" that is a value of a role; the whole text if no part is."""
-    words = text.split() if role in ROLES and role not in TEXTS else []
-    for count in range(len(words), 0, -1):
-        try:
-            read_cell(part := " ".join(words[:count]), kind_of_role(role), None)
-        except CellError:
-            continue
-        return part
-    return text
+        # Of "14.8 cm from centre" the value is meant.
+        value = re.match(rf"{quantities.NUMBER}\s*\S*", text.text) if close[0] in roles.ROLES else None
+        _add_remark(key, f"{close[0]}: {value[0] if value else text.text}", text, faults)
 
 
 @lru_cache(maxsize=1024)
 def _nearest(key: str) -> list[str]:
     # Kept, because a class writes the same remarks a thousand times.
-    return difflib.get_close_matches(key, KEYS, n=1, cutoff=0.8) if len(key) > 2 else []
+    return difflib.get_close_matches(key, (*KEYS, *_REPORTED), n=1, cutoff=0.8) if len(key) > 2 else []
 
 
-_NOWHERE = "is no place that positions count from"
-_STARTS = {word: word for word in roles.MOTIONS}
-_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str, str]] = {
-    "motion": (_STARTS, "is no way to start the rod", 'write "released" (let go from rest) or "steady"'),
-    "balanced": (roles.YES_OR_NO | {"": None}, "is neither yes nor no", 'write "yes" (balanced as in step 2) or "no"'),
-    "position_from": (roles.ORIGINS, _NOWHERE, 'write "centre" (of the ball), "surface" or "tip"'),
+_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
+    "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
+    "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
+    "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
 }
 """Keys of words: what each word means, and what to say to any other."""
 
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
-    """Understand one value and enter it."""
+    """Enter one value; an option that cannot be read is refused at once."""
+    try:
+        _understand(settings, item, ask, faults)
+    except CellError as error:
+        message = f'{item.label}: "{item.text[:60]}" {error}'
+        hint = error.hint or quantities.how_to_write(kind_of_role(item.key))
+        if item.place is None:
+            raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
+        settings.unread |= {item.key} & set(roles.ROLES)
+        faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, hint, item.place, len(item.text))
+
+
+def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     key, word = item.key, item.text.strip().lower()
     if key in roles.BALANCE:
-        _enter_balance(settings, item)
+        setattr(settings, key, _read_balance(item))
     elif key in _WORDS:
-        words, fault, hint = _WORDS[key]
+        words, hint = _WORDS[key]
         if word not in words:
-            raise CellError(fault, hint)
+            raise CellError("is none of the words that can be read here", hint)
         setattr(settings, key, words[word])
     elif key in roles.UNCERTAINTIES:
         settings.uncertainties[key] = read_uncertainty(key, item.text, ask)
@@ -260,7 +241,9 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind_of_role(key), None, ask)
         if key in roles.CONSTANTS and not cell.value > 0:
             raise CellError("is not above zero")
-        _refuse_beyond(key, cell.value)
+        fault, hint = cells.check_value(key, cell.value)
+        if fault:
+            raise CellError(fault, hint)
         if key not in roles.CONSTANTS:
             settings.roles[key] = replace(item, cell=cell)
             return
@@ -275,39 +258,30 @@ ON_EARTH = 9.7, 9.9
 
 
 def _read_g(item: Given, ask: bool, faults: Faults) -> Quantity:
-    """Read g; refuse what it is nowhere on Earth, with the line to write in its place."""
-    low, high = ON_EARTH
-    written = take_apart(item.text)
+    """Read g, in m/s² if it has no unit; refuse what it is nowhere on Earth."""
+    written = quantities.take_apart(item.text)
     bare = written is not None and not written.unit
     cell = read_cell(item.text, "acceleration", "m/s^2" if bare else None, ask)
-    if low <= cell.value <= high:
-        if bare:
-            message = f'g "{item.text}" has no unit, and is read as {item.text} m/s²'
-            hint = f"write {_line_of_g(item, f'{item.text} m/s^2')}"
-            faults.add(codes.G_WITHOUT_UNIT, message, hint, item.place, len(item.text))
-        return cell
-    # 981 m/s^2, 9.81 cm/s^2 and 9810 have the digits of g, with another unit or without its point.
-    digits = re.sub("[^0-9]", "", written.number if written else "").lstrip("0")
-    meant = f"{digits[:1]}.{digits[1:]}" if digits[1:] else "0"
-    known = low <= to_float(meant) <= high
-    message = f"is {cell.value:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
-    line = _line_of_g(item, f"{meant if known else 9.81} m/s^2")
-    raise CellError(message, f"write {line}" if known else f"write the value of your place, such as {line}")
+    low, high = ON_EARTH
+    if not low <= cell.value <= high:
+        message = f"is {cell.value:.4g} m/s²; on Earth g is between {low} and {high} m/s²"
+        raise CellError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
+    if bare:
+        message = f'g "{item.text}" has no unit, and is read as {item.text} m/s²'
+        faults.add(codes.G_WITHOUT_UNIT, message, f'write "{item.text} m/s^2"', item.place, len(item.text))
+    return cell
 
 
-def _line_of_g(item: Given, value: str) -> str:
-    """Write g as it is to be typed where it was given."""
-    if item.label.startswith("#"):
-        return f"# g: {value}"
-    return f'g = "{value}"' if item.label.startswith("--config") else f'--set g="{value}"'
+OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+"""Uncertainties of what is 0 for all that is known, with a sample; a share of that says nothing."""
 
 
 def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
     """Understand what one ``u_…`` says for a whole log."""
     try:
-        uncertainty = parse_uncertainty(text, kind_of_role(key), ask=ask)
+        uncertainty = quantities.parse_uncertainty(text, kind_of_role(key), ask=ask)
     except UnitError as error:
-        raise CellError(f"is no uncertainty: {error}", error.hint) from None
+        raise CellError(f"is not an uncertainty: {error}", error.hint) from None
     if key.endswith("_scale") and uncertainty.absolute:
         raise CellError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
     if key in OF_NOTHING and uncertainty.relative:
@@ -315,39 +289,34 @@ def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
     return uncertainty
 
 
-OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
-"""Uncertainties of what is 0 for all that is known, with a sample; a share of that says nothing."""
-
-
 def _read_latitude(text: str, ask: bool) -> float:
     """Read degrees, negative or with an S behind them in the south."""
     match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
     value = read_cell(match[1] if match else text, "angle", "deg", ask).value
     if abs(value) > math.pi / 2 or (match and value < 0):
-        raise CellError("is no latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
+        raise CellError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
     return -value if match and match[2] in "Ss" else value
 
 
-def _refuse_beyond(key: str, value: float) -> None:
-    fault, hint = cells.check_value(key, value)
-    if fault:
-        raise CellError(fault, hint)
+_BALANCE = {
+    "balance_tilt": (r"(.+?)\s+in\s+(.+)", "3 deg in 10 s"),
+    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", "5 deg in 60 s at 400 rpm"),
+}
+"""How the tests of the balance are written, with a sample."""
 
 
-def _enter_balance(settings: Settings, item: Given) -> None:
-    drift = item.key == "balance_drift"
-    pattern = r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)" if drift else r"(.+?)\s+in\s+(.+)"
-    sample = 'write it like "5 deg in 60 s at 400 rpm"' if drift else 'write it like "3 deg in 10 s"'
-    match = re.fullmatch(pattern, item.text.strip())
+def _read_balance(item: Given) -> tuple[float, ...]:
+    """Read an angle, the time in which it was turned, and of a drift the spin [rad, s, rad/s]."""
+    pattern, sample = _BALANCE[item.key]
+    match, hint = re.fullmatch(pattern, item.text.strip()), f'write it like "{sample}"'
     if match is None:
-        raise CellError("is not understood", sample)
+        raise CellError("is not understood", hint)
     try:
-        numbers = tuple(map(parse_quantity, match.groups(), ("angle", "time", "rate")))
+        numbers = tuple(map(quantities.parse_quantity, match.groups(), ("angle", "time", "rate")))
     except UnitError as error:
-        raise CellError(f"is not understood: {error}", error.hint or sample) from None
-    if numbers[1] <= 0 or (drift and numbers[2] == 0):
-        raise CellError("needs a time and a spin above zero", sample)
+        raise CellError(f"is not understood: {error}", error.hint or hint) from None
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
-        if number:
-            _refuse_beyond(role, abs(number))
-    setattr(settings, item.key, numbers)
+        fault, _ = cells.check_value(role, number if role == "time" or number == 0 else abs(number))
+        if fault and (number or role != "angle"):
+            raise CellError(fault, hint)
+    return numbers

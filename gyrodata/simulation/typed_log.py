@@ -295,7 +295,7 @@ def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> C
             Reading(cell.value, finest if cell.step else None, u, text) if cell else Reading()
             for cell, text in zip(cells, texts, strict=True)
         ),
-        spots=(0,) * len(texts) if one_reading else tuple(range(len(texts))),
+        spots=(-1,) * len(texts) if one_reading else tuple(range(len(texts))),
     )
 
 

@@ -68,7 +68,7 @@ def test_uncertainty_of_the_log_goes_before_the_bench(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("line", "says"),
-    [('u_tiem = "0.3 s"', '"u_tiem" is not known in [bench]'), ('u_time = "0.3 kg"', "is no uncertainty")],
+    [('u_tiem = "0.3 s"', '"u_tiem" is not known in [bench]'), ('u_time = "0.3 kg"', "is not an uncertainty")],
 )
 def test_fault_in_the_bench_is_told(line: str, says: str) -> None:
     with pytest.raises(InputError, match=re.escape(says)):

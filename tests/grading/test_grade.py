@@ -82,7 +82,7 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
     [
         (says("4.44e-3 ± 0.02e-3 kg m^2"), "units", 2, "has its unit"),
         (says("4.44e-3 ± 0.02e-3"), "units", 1, "has no unit"),
-        (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is no unit of a moment of inertia"),
+        (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is not a unit of a moment of inertia"),
         (says("4.44213e-3 ± 0.02e-3 kg m^2"), "units", 1, "the value's last digit is finer"),
         (says("4.4423e-3 ± 0.0213e-3 kg m^2"), "units", 1, "the uncertainty has 3 digits"),
         (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),

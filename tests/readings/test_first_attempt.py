@@ -70,20 +70,16 @@ def test_headers_in_many_languages_and_styles(header: str) -> None:
 
 
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
-TEX = ("$m$ [g]", "$x$ [cm]", "$f$ [rpm]", "$t$ [s]", "$N$")
 BY_WEIGHT = "".join(
     f"Mass:,{mass},g\n" + table(rows=[row[1:] for row in ROWS if row[0] == mass], head=HEAD[1:]) + "\n"
     for mass in ("20.1", "40.3", "60.2")
 )
 PAIRS = [[*row[:2], f"{int(row[2]) + 6} - {int(row[2]) - 6}", *row[3:]] for row in ROWS]
-CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
-         for row in ROWS]  # fmt: skip
-DISK = [[*row[:2], "10", f"{597 / float(row[2]):.2f}", f"{603 / float(row[2]):.2f}", *row[3:]] for row in ROWS]
+
 FORMS = {
     "Markdown": table(" | ", [["---"] * 5, *ROWS], frame="| {} |\n"),
     "pipes": table("|"),
     "a frame of signs": "+-----+-----+\n" + table(" | ", frame="| {} |\n") + "+-----+-----+\n",
-    "LaTeX": "\\begin{tabular}{lllll}\n\\toprule\n" + table(" & ", head=TEX, frame="{} \\\\\n") + "\\end{tabular}\n",
     "aligned by blanks": table("   ", head=WIDE),
     "one blank": table(" ", head=["m[g]", "x[cm]", "f[rpm]", "t[s]", "N"]),
     "constants above": "g = 9.80665\nBall diameter: 101.6 mm\n" + table(),
@@ -100,9 +96,6 @@ FORMS = {
     "a third in words": table(rows=[[*row[:3], f"{float(row[3]) / 3:.2f}", "Drittel"] for row in ROWS]),
     "ditto marks": table(rows=[[row[0] if at % 3 == 0 else '"', *row[1:]] for at, row in enumerate(ROWS)]),
     "spin at start and end": table(rows=PAIRS),
-    "start and stop of a clock": table(rows=CLOCK, head=[*HEAD[:3], "start", "stop", "turns"]),
-    "ten turns of the disk": table(rows=DISK, head=[*HEAD[:2], "spin_turns", "spin_time_start [s]",
-                                                    "spin_time_end [s]", *HEAD[3:]]),
     "one table a weight": BY_WEIGHT,
     "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n" + table(";", [["ABC"[at // 3], *row[1:]]
                                                                             for at, row in enumerate(ROWS)]),

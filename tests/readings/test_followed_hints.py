@@ -128,17 +128,10 @@ LISTS = "".join(
 ) + f"time (s) = [{', '.join(f'{t:.2f}' for *_, t in RUNS)}]\n"  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("text", "shape"),
-    [
-        (CROSS, "cross table"),
-        (LISTS, "each line lists"),
-    ],
-)
-def test_a_shape_without_a_header(text: str, shape: str) -> None:
+@pytest.mark.parametrize("text", [CROSS, LISTS])
+def test_a_shape_without_a_header(text: str) -> None:
     told = next(one for one in analyze(text)[1] if one["code"] == "G201")
-    assert shape in told["message"]
-    assert "one row for each time, with its mass, position, spin and turns" in told["hint"]
+    assert "one row for each run" in told["hint"]
     names = told["hint"].rpartition(": ")[2].split(", ")
     assert gives_truth(log(",".join(names), plain))
 
@@ -146,8 +139,7 @@ def test_a_shape_without_a_header(text: str, shape: str) -> None:
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
     title = "Mass {} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{}"
     text = blocks(title.format, "{spin}    {time:.2f}\n", 1 / 3)
-    assert hint_of(text, "G222") == "put a comma, a semicolon or a tab between the columns"
-    assert gives_truth(text.replace("    ", ","))
+    assert gives_truth(text)
 
 
 def test_a_radius_beside_the_arm() -> None:

@@ -80,14 +80,14 @@ def test_positions_from_the_surface_are_stated_as_the_hint_says() -> None:
 def test_runs_copied_below_with_a_column_more_are_refused() -> None:
     head, *rows = ONCE.splitlines()[1:]
     copy = "\n".join([f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)])
-    with pytest.raises(LogError, match="the table below line 13 repeats runs that stand above"):
+    with pytest.raises(LogError, match="the table with line 14 repeats runs that stand above"):
         analyze(f"{ONCE}\n{copy}\n".encode())
 
 
 def test_a_line_that_every_run_overrules_is_named() -> None:
     analysis = analyze(f"# turns: 2\n{ONCE}".encode())
     (told,) = (one for one in analysis.diagnostics if one.code == "G220")
-    assert told.message == '"# turns: 2" is not used: each run has its own in the column "turns"'
+    assert told.message == '"# turns: 2" is not used: each run has its own in "turns"'
     assert told.line == 1
 
 

@@ -1,4 +1,4 @@
-"""OpenDocument spreadsheets and saved web pages give the same answer as the same table in CSV."""
+"""OpenDocument spreadsheets give the same answer as the same table in CSV."""
 
 import io
 import zipfile
@@ -38,16 +38,8 @@ def opendocument(rows: list[list[str]], above: str = "") -> bytes:
     return packed.getvalue()
 
 
-def web_page(rows: list[list[str]]) -> bytes:
-    head = "".join(f"<th>{text}</th>" for text in rows[0])
-    body = "".join("<tr>" + "".join(f"<td><b>{text}</b>\n</td>" for text in row) + "</tr>" for row in rows[1:])
-    page = f"<!DOCTYPE html><html><style>p {{}}</style><p>Lab 1, 2, 3</p><table><tr>{head}</tr>{body}</table></html>"
-    return page.encode()
-
-
-@pytest.mark.parametrize("made", [opendocument, web_page])
-def test_other_table_gives_the_answer_of_the_csv(made) -> None:
-    other, usual = gyrodata.analyze(made([HEAD, *RUNS])), gyrodata.analyze(CSV)
+def test_other_table_gives_the_answer_of_the_csv() -> None:
+    other, usual = gyrodata.analyze(opendocument([HEAD, *RUNS])), gyrodata.analyze(CSV)
     assert (other.inertia.value, other.inertia.u) == (usual.inertia.value, usual.inertia.u)
 
 

@@ -12,6 +12,7 @@ from msgspec import Struct
 
 from gyrodata.diagnostics import ANSWER_ELSEWHERE
 from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.quantities import take_apart
 from gyrodata.readings import (
     MAX_BYTES,
     Faults,
@@ -23,8 +24,9 @@ from gyrodata.readings import (
     read_reported,
     split_lines,
 )
-from gyrodata.readings.cells import find_inertia, one_inertia
+from gyrodata.readings.headers import name_roles
 from gyrodata.reporting import size_text
+from gyrodata.units import kinds_of
 
 TABLES = (".csv", ".tsv")  # endings that say table
 PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are looked at where there is no table
@@ -140,7 +142,7 @@ def read_answers(readings: Readings | None, reports: Iterable[tuple[str, bytes]]
     """
     if readings is not None and "inertia" in readings.reported:
         return Answers(readings.reported["inertia"], (), readings.name)
-    found = one_inertia([one for name, data in reports for one in _in_text(name, data)])
+    found = _one_inertia([one for name, data in reports for one in _in_text(name, data)])
     if not found:
         return Answers()
     place, inertia = found
@@ -160,5 +162,56 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, Reported]]:
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", text).strip()
     lines = (re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line) for line in split_lines(text)[:_MOST_LINES])
-    found = [(number, answer) for number, line in enumerate(lines, 1) if (answer := find_inertia(line))]
+    found = [(number, answer) for number, line in enumerate(lines, 1) if (answer := _find_inertia(line))]
     return [(f"{name}, line {number}", read_reported("inertia", answer, number)) for number, answer in found]
+
+
+_ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
+_OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
+_CUTS = r"[,;.)|]?\s+|[.,;|]*$"
+_LONGEST_ANSWER = 300
+_PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
+
+
+def _find_inertia(line: str) -> str:
+    """Find I_zz in a line of a report, ``Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2``; "" where there is none.
+
+    Its name must stand before it, and its unit behind it; "I_zz" and "moment of inertia" alone do without.
+    """
+    if len(line) > _LONGEST_ANSWER or not re.search(r"\d", line):
+        return ""
+    for mark in re.finditer(_ANSWER_FOLLOWS, line):
+        before, rest = line[: mark.start()], line[mark.end() :]
+        if re.search(_OF_OTHERS, before):
+            return ""
+        if unit := re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before):
+            before = before[: unit.start()]
+        words = re.findall(r"[^\W\d][\w'’]*", before.translate(_PLAIN_WORDS))
+        names = (" ".join(words[-count:]) for count in (3, 2, 1) if len(words) >= count)
+        name, roles = next(((name, roles) for name in names if (roles := name_roles(name)[0])), ("", ()))
+        if roles != ("inertia",):
+            continue
+        whole = rest.strip(" \t*_`$|")
+        if unit and kinds_of(unit[1]) and (plain := take_apart(whole)) and not plain.unit:
+            whole = f"{whole} {unit[1]}"
+        for cut in reversed(list(re.finditer(_CUTS, whole))):
+            answer = whole[: cut.start()].rstrip(" *`$_")
+            if read_reported("inertia", answer).fault is None:
+                return answer
+        if len(name) > 1 and read_reported("inertia", whole).fault == "no unit":
+            return whole
+    return ""
+
+
+def _one_inertia(found: list[tuple[str, Reported]]) -> tuple[str, Reported] | None:
+    """Take what all places of a report, each named, give for I_zz; two that differ are no answer."""
+    # The one that says most of it, where several give one value.
+    places = sorted(found, key=lambda one: (one[1].u is None, one[1].fault is not None))
+    if not places:
+        return None
+    place, first = places[0]
+    for other, reported in places[1:]:
+        if (reported.value, reported.u or first.u) != (first.value, first.u):
+            problem = f'two values are found: "{first.text}" in {place} and "{reported.text}" in {other}'
+            return place, Reported("inertia", first.text, fault="given twice", problem=problem, line=first.line)
+    return place, first

@@ -208,9 +208,9 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         beside -= {"to"} if beside & _MOVED else set()
         clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
         end = match.end()
-        if match.start() in ends and whole[match.start() - 2].isdigit():
-            continue  # "Position 15,5 cm" may be parted at its decimal comma
         number, unit = match[1] or match[4], match[2] or match[3]
+        if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
+            continue  # "Position 15,5 cm" may be parted at its decimal comma
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and origin_in(whole) else role
         of_the_ball = re.search(_BALL, clause) and not from_centre(clause) and not re.search(_WEIGHT, clause)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
+from gyrodata.plotting import FIGURES
 from gyrodata.reporting.phrases import MODEL_NAMES
 from gyrodata.reporting.tree import (
     UNLIKELY,
@@ -162,7 +163,7 @@ def _period(analysis: Analysis, torque: Scale) -> tuple[Block, ...]:
     heads = (Head("on the rod"), Head("torque M", torque), Head("runs", NUMBER), Head("τ/ψ̇", steepness))
     return (
         Text(((words,),), full=True),
-        Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
+        Figure("period", FIGURES["period"].caption),
         Table(heads, rows, "The period for each 100 rpm of spin", full=True),
     )
 
@@ -241,7 +242,7 @@ def _product(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, ..
         "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
         "and what I_zz would be without these runs"
     )
-    figure = Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
+    figure = Figure("product", FIGURES["product"].caption)
     return (Text((sentence,), full=True), figure, filled(heads, rows, caption))
 
 
@@ -268,11 +269,7 @@ def _constant(analysis: Analysis, scale: Scale, torque: Scale) -> tuple[Block, .
         slope = Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
         away = Number(signed(origin.deviation), "fits.1.deviation")
         words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
-    caption = (
-        "Torque M against φ̇ψ̇ with the recommended line; dashed, the line through the origin. Below, what the line "
-        "leaves of each torque, with its 95 % band."
-    )
-    return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", caption))
+    return (Text((law,), "result", True), Text((words,), full=True), Figure("torque", FIGURES["torque"].caption))
 
 
 def _meaning(analysis: Analysis, scale: Scale) -> Iterator[Block]:

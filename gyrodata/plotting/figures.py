@@ -40,7 +40,7 @@ STYLE: Any = {
     "lines.markersize": 5.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.titlesize": 10.5,
+    "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.titley": 1.0,
     "axes.grid": True,
@@ -54,7 +54,7 @@ STYLE: Any = {
 }
 """For matplotlib's ``rc_context``, around drawing and saving."""
 
-SIZES = {"screen": (5.4, 3.4, 0.9, 160), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
+SIZES = {"screen": (5.0, 3.2, 0.9, 160), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
 """Width and height of a figure, height that a second panel adds [inch], and dots of a PNG to the inch."""
 
 METADATA: dict[str, dict[str, Any]] = {
@@ -216,18 +216,18 @@ FIGURES = {
         (draw_period,),
         describe_period,
         "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz ψ̇ / |M + M0|. "
-        "Bars: ± 1 standard uncertainty.",
+        "Bars: one standard uncertainty.",
     ),
     "product": Kind(
         (draw_product,),
         describe_product,
-        "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. Bars: ± 1 standard uncertainty.",
+        "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. Bars: one standard uncertainty.",
     ),
     "torque": Kind(
         (draw_torque, draw_rest),
         describe_torque,
         "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 % band; dashed, the line through "
-        "the origin. Below, what the line leaves of each torque. Bars: ± 1 standard uncertainty.",
+        "the origin. Below, what the line leaves of each torque. Bars: one standard uncertainty.",
     ),
     "residuals": Kind(
         (draw_residuals,),
@@ -413,8 +413,8 @@ def _save(figure: Figure, form: Form) -> bytes:
     layout.execute(figure)
     figure.set_layout_engine(None)
     file = io.BytesIO()
-    fast: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
-    figure.savefig(file, format=form, metadata=METADATA[form], **fast)
+    options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
+    figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 
 
@@ -455,13 +455,13 @@ def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
         dots = balanced_direction(*start, latitude, times if len(times) <= 100 else times[:0])
         for ax, line, dot in ((upper, altitude, dots[1]), (lower, azimuth, dots[0])):
             ax.plot(fine / 3600, np.degrees(line), color=colour)
-            ax.plot(times[: len(dot)] / 3600, np.degrees(dot), marker, color=colour, markersize=4.0)
+            ax.plot(times[: len(dot)] / 3600, np.degrees(dot), marker, color=colour, markersize=4.0, clip_on=False)
         upper.plot([], [], color=colour, marker=marker, markersize=4.0, label=label)
     upper.set(xlim=(0.0, times[-1] / 3600), ylim=(-90.0, 90.0), yticks=range(-90, 91, 45), ylabel="altitude [°]")
-    upper.set_title(f"Where balanced gyroscopes point, latitude {math.degrees(latitude):.4g}°", loc="left")
+    upper.set_title(f"Where balanced gyroscopes point, seen at latitude {math.degrees(latitude):.4g}°", loc="left")
     upper.axhline(0.0, color=SOFT, linewidth=0.8)
     upper.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    lower.set(xlabel="time [hours of the clock]", ylim=(0.0, 360.0), ylabel="azimuth, seen from the ground [°]")
+    lower.set(xlabel="time [hours of the clock]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
     lower.set_yticks(range(0, 361, 90), ["N 0", "E 90", "S 180", "W 270", "N 360"])
     step = next((step for step in (0.25, 1, 3, 6, 12, 24, 72) if times[-1] / 3600 <= 9 * step), None)
     if step:

@@ -54,7 +54,7 @@ STYLE: Any = {
 }
 """For matplotlib's ``rc_context``, around drawing and saving."""
 
-SIZES = {"screen": (5.0, 3.2, 0.9, 160), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
+SIZES = {"screen": (5.0, 3.2, 0.9, 150), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
 """Width and height of a figure, height that a second panel adds [inch], and dots of a PNG to the inch."""
 
 METADATA: dict[str, dict[str, Any]] = {

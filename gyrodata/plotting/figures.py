@@ -54,7 +54,7 @@ STYLE: Any = {
 }
 """For matplotlib's ``rc_context``, around drawing and saving."""
 
-SIZES = {"screen": (5.0, 3.2, 0.9, 150), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
+SIZES = {"screen": (5.0, 3.2, 0.9, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
 """Width and height of a figure, height that a second panel adds [inch], and dots of a PNG to the inch."""
 
 METADATA: dict[str, dict[str, Any]] = {
@@ -110,8 +110,7 @@ def draw_product(ax: Axes, scene: Scene) -> None:
         ax.axhspan(mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0)
         ax.axhline(mean, color=group.look.colour)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    few = len(scene.groups) <= 6
-    _draw_runs(ax, scene, scene.spin, scene.product, scene.spin_u, scene.product_u, means=few)
+    _draw_runs(ax, scene, scene.spin, scene.product, scene.spin_u, scene.product_u, means=len(scene.groups) <= 6)
 
 
 def describe_product(scene: Scene) -> str:
@@ -153,8 +152,7 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     origin = _origin(scene)
     if origin is not None:
         ax.plot(x, origin * x - line, color=SOFT, linestyle="dashed")
-    nothing = np.zeros_like(scene.rest)
-    _draw_runs(ax, scene, scene.product, scene.rest, nothing, scene.rest_u)
+    _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
 
 
 def describe_torque(scene: Scene) -> str:
@@ -187,8 +185,7 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.set_title(title if scene.analysis.fit.dof else "Residuals: as many unknowns as runs", loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    nothing = np.zeros_like(number)
-    _draw_runs(ax, scene, number, deviations, nothing, nothing)
+    _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
 
 
 def describe_residuals(scene: Scene) -> str:
@@ -400,18 +397,17 @@ def render(
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
             size = (width, height + more * (len(FIGURES[name].panels) - 1))
-            figure = Figure(size, dpi, layout="constrained")
+            figure = Figure(size, dpi)
             _fill(figure, scene, name)
             files[name] = _save(figure, form)
     return files
 
 
 def _save(figure: Figure, form: Form) -> bytes:
-    layout = figure.get_layout_engine()
-    assert layout is not None
-    # Else `savefig` would draw everything once more to find the layout.
-    layout.execute(figure)
-    figure.set_layout_engine(None)
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    # A figure that has a layout itself is drawn twice by `savefig`: to find the layout, and for the file.
+    ConstrainedLayoutEngine().execute(figure)
     file = io.BytesIO()
     options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
@@ -434,7 +430,7 @@ def render_earth(latitude: float, times: Sequence[float]) -> bytes:
     from matplotlib.figure import Figure
 
     with rc_context(STYLE):
-        figure = Figure((6.6, 4.2), 150, layout="constrained")
+        figure = Figure((6.6, 4.2), 150)
         draw_earth(figure.subplots(2, sharex=True), latitude, np.asarray(times, dtype=float))
         return _save(figure, "png")
 

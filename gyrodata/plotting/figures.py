@@ -176,9 +176,9 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
+    steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
     # The axes have room for about 30 letters.
-    least = len(number) * (max(map(len, scene.names)) + 2) / 30
-    step = next((step for step in (1, 2, 5, 10, 20, 50, 100, 200, 500) if step >= least), math.ceil(least))
+    step = next(n for n in steps if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2) <= 30 * n)
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
     title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
@@ -309,11 +309,15 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
     corners = ax.bbox.get_points() * points
     for i, name in names.items():
         half = np.array([2.4 * len(name) + 3, 5.0])
-        offsets = np.array([(dx * (half[0] + 5), dy) for dy in (11, -11, 0, 22, -22) for dx in (0, 1, -1) if dx or dy])
+        aside = np.clip(middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1) - middles[i][0]
+        beside = [(half[0] + 5, 0), (-half[0] - 5, 0)]
+        offsets = np.array([(aside, 11), (aside, -11), *beside, *((aside, dy) for dy in (22, -22, 33, -33))])
         places = middles[i] + offsets
         apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
         outside = ((places - half < corners[0]) | (places + half > corners[1])).any(axis=1)
-        best = int(np.argmin((apart < 0).all(axis=2).sum(axis=1) + 3 * outside))
+        # To cover another name is worse than to cover a mark.
+        weights = np.where(np.arange(len(middles)) < len(x), 1, 9)
+        best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
         middles.append(places[best])
         halves.append(half)
         ax.annotate(
@@ -349,6 +353,8 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
 
     panels = FIGURES[name].panels
     axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False, height_ratios=(2, 1)[: len(panels)]).flat)
+    # About what the layout will leave of the width: the names of runs look for their places before it is found.
+    figure.subplots_adjust(right=0.68)
     for ax, draw in zip(axes, panels, strict=True):
         draw(ax, scene)
         for axis in (ax.xaxis, ax.yaxis):

@@ -47,7 +47,6 @@ STYLE: Any = {
     "axes.grid.axis": "y",
     "axes.axisbelow": True,
     "grid.color": "#dddddd",
-    "grid.linewidth": 0.6,
     "legend.frameon": False,
     "legend.fontsize": 8.0,
     "svg.hashsalt": "gyrodata",
@@ -465,6 +464,4 @@ def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
     upper.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     lower.set(xlabel="time [hours of the clock]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
     lower.set_yticks(range(0, 361, 90), ["N 0", "E 90", "S 180", "W 270", "N 360"])
-    step = next((step for step in (0.25, 1, 3, 6, 12, 24, 72) if times[-1] / 3600 <= 9 * step), None)
-    if step:
-        lower.set_xticks(np.arange(0.0, times[-1] / 3600 * (1 + 1e-9), step))
+    lower.locator_params(axis="x", nbins=9, steps=[1, 2, 3, 6, 10])

@@ -45,7 +45,6 @@ STYLE: Any = {
     "axes.titley": 1.0,
     "axes.grid": True,
     "axes.grid.axis": "y",
-    "axes.axisbelow": True,
     "grid.color": "#dddddd",
     "legend.frameon": False,
     "legend.fontsize": 8.0,
@@ -65,6 +64,9 @@ METADATA: dict[str, dict[str, Any]] = {
 
 MOST_LABELS = 14
 """If a log has more torques, only some of them are in the legend."""
+
+MOST_NAMES = 10
+"""If more runs than this are flagged or outside the axes, only the first flagged ones have a name."""
 
 # --- the four figures ----------------------------------------------------------------------------------------------
 
@@ -181,7 +183,7 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
     title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
-    ax.set_title(title if scene.analysis.fit.dof else "Residuals: as many unknowns as runs", loc="left")
+    ax.set_title(title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs", loc="left")
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
@@ -286,8 +288,8 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     if x_u.any() or y_u.any():
         of_bars: Any = list(colours[inside])
         ax.errorbar(x[inside], y[inside], y_u[inside], x_u[inside], fmt="none", ecolor=of_bars, elinewidth=1.0)
-    names = {}
-    for i in np.flatnonzero(scene.hollow | ~inside):
+    names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
+    for i in odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]:
         words = [run_name(scene.names[i])] if scene.hollow[i] else []
         if at_x[i] != x[i]:
             words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")
@@ -298,6 +300,8 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     if scene.hollow.any():
         why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
         ax.plot([], [], linestyle="none", marker="o", markerfacecolor="white", color=SOFT, label=f"hollow: {why}")
+    if len(odd) > MOST_NAMES and not inside.all():
+        ax.plot([], [], label="at the edge: beyond it", linestyle="none")
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:

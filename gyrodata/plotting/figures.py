@@ -42,7 +42,6 @@ STYLE: Any = {
     "axes.spines.right": False,
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
-    "axes.titley": 1.0,
     "axes.grid": True,
     "axes.grid.axis": "y",
     "grid.color": "#dddddd",
@@ -104,8 +103,8 @@ def describe_period(scene: Scene) -> str:
 def draw_product(ax: Axes, scene: Scene) -> None:
     """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
     right = 1.06 * float((scene.spin + scene.spin_u).max())
-    ax.set(xlim=(0.0, right), ylim=_limits(scene.product, scene.product_u, ~scene.hollow))
-    ax.set(xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
+    limits = _limits(scene.product, scene.product_u, ~scene.hollow)
+    ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
     for group in scene.groups:
         mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
         ax.axhspan(mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0)
@@ -271,8 +270,7 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     inside = (at_x == x) & (at_y == y)
     colours = np.full(len(x), "#000000")
     for rank, group in enumerate(sorted(scene.groups, key=lambda group: -group.summary.torque)):
-        colour = group.look.colour
-        colours[group.members] = colour
+        colours[group.members] = colour = group.look.colour
         label = group.look.label + (f"\n{with_u(group.summary.product)} rad²/s²" if means else "")
         if rank % _labelled(scene):
             label = "_"
@@ -313,13 +311,13 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
     for i, name in names.items():
         half = np.array([2.4 * len(name) + 3, 5.0])
         aside = np.clip(middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1) - middles[i][0]
-        beside = [(half[0] + 5, 0), (-half[0] - 5, 0)]
-        offsets = np.array([(aside, 11), (aside, -11), *beside, *((aside, dy) for dy in (22, -22, 33, -33))])
+        ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
+        offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
         places = middles[i] + offsets
         apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
         outside = ((places - half < corners[0]) | (places + half > corners[1])).any(axis=1)
         # To cover another name is worse than to cover a mark.
-        weights = np.where(np.arange(len(middles)) < len(x), 1, 9)
+        weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
         best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
         middles.append(places[best])
         halves.append(half)

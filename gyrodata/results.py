@@ -230,10 +230,10 @@ class Analysis(Struct, frozen=True, eq=False):
         Parameters
         ----------
         name : {"period", "product", "torque", "residuals"}
-            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque [N·m] against φ̇ψ̇ [rad²/s²]; what each
-            time is off by, in its standard uncertainty.
+            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque against φ̇ψ̇ [rad²/s²]; what each time
+            is off by, in its standard uncertainty.
         ax : matplotlib.axes.Axes, optional
-            What to draw on; new axes if none are given.
+            What to draw on; ``ax.legend()`` names the torques. If none are given: a new figure with its legend.
 
         Returns
         -------

@@ -11,6 +11,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from gyrodata import analyze, plotting
 from gyrodata.results import Analysis
@@ -45,16 +48,15 @@ LOGS = {
     "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }
-SEEN = [*((name, "screen") for name in LOGS), *(("two odd runs", one) for one in plotting.MEDIA if one != "screen")]
+SEEN = [*((name, "screen") for name in LOGS), *(("two odd runs", one) for one in plotting.SIZES if one != "screen")]
 PLACED = r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? scale\(([\d.]+).*?>(.*?)</g>"
 TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
-MARK = re.compile(r'<use \S+ x="([\d.]+)" y="([\d.]+)" style="fill: (#\w+)')
 UNITS = {"period": ["[rpm", "[s"], "product": ["[rpm", "[rad²/s²"], "torque": ["[rad²/s²", "N·m"],
          "residuals": ["u"]}  # fmt: skip
 
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
-    return {name: data.decode() for name, data in plotting.render(analysis, "svg", plotting.MEDIA[medium]).items()}
+    return {name: data.decode() for name, data in plotting.render(analysis, "svg", medium).items()}
 
 
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
@@ -102,25 +104,37 @@ def test_same_log_same_bytes_in_any_process() -> None:
     assert shown.pop().count(b"\n") == 3
 
 
+def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
+    """Draw a figure on axes, and give its marks of runs, a line for each look."""
+    ax = Figure().add_subplot()
+    assert plotting.plot_on(analysis, name, ax) is ax
+    return ax, [line for line in ax.lines if line.get_marker() != "None" and len(line.get_xdata())]  # type: ignore[arg-type]
+
+
 def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> None:
     analysis = analyses["two odd runs"]
     assert [run.run for run in analysis.run_table if run.flagged] == ["5", "8"]
-    for which, svg in drawn(analysis).items():
-        panels = 2 if which == "torque" else 1
-        assert sum(fill == "#ffffff" for _, _, fill in MARK.findall(svg)) == 2 * panels
-        for run in ("5", "8"):
-            assert sum(text.startswith(f"run {run}") for text, *_ in boxes(svg)) == panels
-            assert f"run {run}" in plotting.alt_text(analysis, which)
+    for which in plotting.FIGURES:
+        ax, lines = on_axes(analysis, which)
+        assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
+        assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
+        assert [text.get_text()[:5] for text in ax.texts] == ["run 5", "run 8"]
+        assert "Drawn hollow: run 5, left out; run 8, left out." in plotting.alt_text(analysis, which)
 
 
 def test_figures_show_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
-    runs = analyses["3 x 3"].run_table
-    marks = {name: np.array(MARK.findall(svg))[:, :2].astype(float) for name, svg in drawn(analyses["3 x 3"]).items()}
-    for name, x, y in (("period", "spin", "period"), ("product", "spin", "product"), ("torque", "product", "torque")):
-        # Some scale and some zero of an axis lead from every run to its mark.
-        for at, key in zip(marks[name][:9].T, (x, y), strict=True):
-            told = [getattr(run, key) for run in runs]
-            np.testing.assert_allclose(np.polyval(np.polyfit(told, at, 1), told), at, atol=1e-3)
+    analysis = analyses["3 x 3"]
+    spins, torques = 30 / np.pi * analysis.runs["spin"], 1e3 * analysis.runs["torque"]
+    columns = {**analysis.runs, "spin": spins, "torque": torques, "number": range(1, 10)}
+    shown = ("spin", "period"), ("spin", "product"), ("product", "torque"), ("number", "studentized_residual")
+    for name, axes in zip(plotting.FIGURES, shown, strict=True):
+        lines = on_axes(analysis, name)[1]
+        expected = np.column_stack([columns[axis] for axis in axes])
+        np.testing.assert_allclose(np.concatenate([line.get_xydata() for line in lines[::-1]]), expected)
+        # Each torque has its own colour and its own symbol, the same in every figure and on the page.
+        looks = [(line.get_label().partition("\n")[0], line.get_color(), line.get_marker()) for line in lines[::-1]]
+        assert looks == list(plotting.list_looks(analysis))
+        assert [len(set(part)) for part in zip(*looks, strict=True)] == [3, 3, 3]
 
 
 def test_names_from_the_log_are_plain_text() -> None:

@@ -52,10 +52,11 @@ def test_a_result_is_text_and_a_number(lab: Analysis) -> None:
 def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     ax = Figure().add_subplot()
     assert lab.plot("torque", ax=ax) is ax
-    labels = ["20.00 g at 15.00 cm", "39.99 g at 15.00 cm", "60.04 g at 15.00 cm", "no weight"]
-    assert list(ax.get_legend_handles_labels()[1]) == labels
-    drawn = np.concatenate([bars.lines[0].get_xydata() for bars in ax.containers])  # type: ignore[attr-defined]
-    assert sorted(drawn[:, 1]) == pytest.approx(sorted(lab.runs["torque"]))
+    labels = ["60.04 g at 15.00 cm", "39.99 g at 15.00 cm", "20.00 g at 15.00 cm", "no weight"]
+    assert ax.get_legend_handles_labels()[1] == [*labels, "fitted line", "through the origin"]
+    drawn = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() != "None"])
+    assert sorted(drawn) == pytest.approx(sorted(1e3 * lab.runs["torque"]))
+    assert ax.get_ylabel() == "torque M [mN·m]"
 
 
 def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:

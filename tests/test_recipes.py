@@ -29,6 +29,7 @@ RECIPES: dict[str, str] = tomllib.loads(Path(__file__).with_name("recipes.toml")
 
 SCRIPT = """
 import json, sys
+from matplotlib.figure import Figure
 import gyrodata
 
 log = open(sys.argv[1], encoding="utf-8").read()
@@ -43,6 +44,7 @@ print(json.dumps({
     "budget": {share.source: share.share for share in lab.budget},
     "spin_high": [one.inertia.value / lab.inertia.value for one in lab.sensitivity if one.name == "spin_high"],
     "doubts": [doubt.words for doubt in lab.doubts],
+    "bars": sum(bar.get_height() for bar in lab.plot("spins", Figure().add_subplot()).patches),
     "report": lab._repr_markdown_(),
 }))
 """
@@ -94,7 +96,8 @@ def test_recipes_carried_out_work(copy: Path) -> None:
     assert seen["budget"]["lift"] > 0.01
     assert seen["spin_high"] == [pytest.approx(1 / 1.01, rel=1e-4)]
     assert seen["doubts"] == ["a spin is over 600 rpm"]
-    words = ("lift of the air", "every spin 1 % higher", "a spin is over 600 rpm")
+    assert seen["bars"] == 10
+    words = ("lift of the air", "every spin 1 % higher", "a spin is over 600 rpm", "(spins.png)", "each spin was set.")
     assert [word for word in words if word not in seen["report"]] == []
     home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
     home.mkdir(parents=True)

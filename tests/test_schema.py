@@ -85,7 +85,7 @@ def test_predictions(command: str) -> None:
     check(json.loads(gyro("predict", *shlex.split(command), "--format", "json")), schema.predictions_schema())
 
 
-@pytest.mark.parametrize("option", ["", "--check", "--grades", "--predictions", "--selfcheck", "--rubric"])
+@pytest.mark.parametrize("option", ["", "check", "grades", "predictions", "selfcheck", "rubric"])
 def test_each_is_a_schema(option: str) -> None:
     document = json.loads(gyro("schema", *option.split()))
     jsonschema.Draft202012Validator.check_schema(document)

@@ -80,7 +80,7 @@ def analyze(
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[
         Style, typer.Option("--style", help="Figures for the screen, for slides (1920 x 1080, large letters), or for "
-                     "print (300 dots to the inch, shades that differ in black and white too).")
+                     "print (300 dots to the inch).")
     ] = "screen",
     model: Annotated[
         Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "

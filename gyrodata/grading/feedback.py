@@ -12,16 +12,9 @@ from msgspec.structs import replace
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.templates import environment, sentence
+from gyrodata.plotting import FIGURES
 
 _PAGE, _TEXT = (environment().get_template(f"feedback.{kind}.jinja") for kind in ("html", "md"))
-
-CAPTIONS = {
-    "period": "Precession period against spin, with the law that your runs give",
-    "product": "Precession rate times spin for each torque: a level line if it is constant",
-    "torque": "Torque against φ̇ψ̇; the slope is I_zz. Below, what the line leaves of each torque",
-    "residuals": "What is left of each time when the fit is taken away",
-}
-"""What stands below each figure."""
 
 
 def feedback_markdown(grade: Grade) -> str:
@@ -40,7 +33,7 @@ def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None 
     name, note and number from outside is escaped; no clock time.
     """
     images = [
-        {"png": base64.b64encode(data).decode(), "alt": words, "caption": CAPTIONS.get(name, name)}
+        {"png": base64.b64encode(data).decode(), "alt": words, "caption": FIGURES[name].caption}
         for name, (data, words) in (figures or {}).items()
     ]
     return _PAGE.render(_content(grade), images=images)

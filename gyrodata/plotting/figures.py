@@ -1,283 +1,469 @@
-"""The four figures of a log, and that of balanced gyroscopes above the turning Earth; and their files."""
+"""The figures of a log on axes of matplotlib, and that of balanced gyroscopes above the turning Earth.
+
+A figure is one function that draws on axes, one that says in words what they show, and a record of `FIGURES`. The
+report, ``Analysis.plot`` and the feedback for students use the same record.
+"""
 
 from __future__ import annotations
 
+import io
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
 
+from gyrodata.errors import insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats, balanced_direction
-from gyrodata.plotting.figure_data import Scene, gather, line_band, mean_text, torque_unit, with_u
-from gyrodata.plotting.marks import (
-    MEDIA,
-    Marks,
-    Medium,
-    bars_note,
-    draw_axes,
-    draw_runs,
-    label_margin,
-    list_labels,
-    log_ticks,
-    name_runs,
-    number_ticks,
-    odd_names,
-    round_ticks,
-    with_hollow,
-    write_title,
-    zero_range,
-)
-from gyrodata.plotting.sheet import INK, SOFT, STYLE, Box, Dots, Form, Panel, Sheet, Strokes, Words
+from gyrodata.plotting.figure_data import COLOURS, MARKERS, Scene, as_number, gather, line_band, run_name, with_u
 from gyrodata.results import Analysis
 
-FIGURES = ("period", "product", "torque", "residuals")
-"""Names of the figures, in the order of the report."""
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_BAND = "#0072B2"
+Form = Literal["png", "svg", "pdf"]
 
+INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
 
-def _draw_period(scene: Scene, medium: Medium) -> Sheet:
-    """Period against spin, with the fitted law of each torque."""
-    working = np.array([abs(group.summary.torque + scene.imbalance) for group in scene.groups])
-    with np.errstate(divide="ignore"):
-        slopes = 2 * math.pi * scene.inertia / (1 / RPM) / working
-    # A run without a weight may take an hour for a turn: it has no say in the limits.
-    period, hollow = scene.period[scene.loaded], scene.hollow[scene.loaded]
-    kept = period[~hollow] if not hollow.all() else period
-    logarithmic = bool(kept.max() > 6 * np.median(kept))
-    right = 1.06 * float((scene.spin + scene.spin_u).max())
-    ends = slopes * right
-    if logarithmic:
-        left, bottom = float(scene.spin.min()) / 1.3, float(period.min()) / 1.4
-        top = 1.5 * float(period.max())
-        top = max([top, *(1.15 * ends[ends < 3 * top])])
-    else:
-        left = bottom = 0.0
-        top = zero_range(period, scene.period_u[scene.loaded], hollow)[1]
-        top = max([top, *(1.01 * ends[ends < 1.3 * top])])
-    labels = list_labels(scene, medium, medium.room(2))
-    sheet = medium.sheet()
-    panel = Panel(sheet, medium.boxes(labels.right, 2)[0], (left, right), (bottom, top), logarithmic)
-    logs = ", log scale" if logarithmic else ""
-    ticks = [number_ticks(log_ticks(*limits)) for limits in (panel.x, panel.y)] if logarithmic else []
-    draw_axes(panel, f"spin ψ̇ [rpm{logs}]", f"precession period τ [s{logs}]", *ticks)
-    # A law that leaves the axes at once would only be a stroke along their edge.
-    for group, slope in zip(scene.groups, slopes.tolist(), strict=True):
-        if slope * right < 8 * top:
-            # Straight on linear and on logarithmic axes.
-            panel.line((left, right), (slope * left, slope * right), group.colour)
-    shown = np.clip(scene.period, bottom, top)
-    bars = np.where(shown == scene.period, np.minimum(scene.period_u, shown - bottom), 0.0)
-    marks = Marks(scene.spin, shown, scene.spin_u, bars)
-    draw_runs(panel, scene, marks)
-    name_runs(panel, marks.x, marks.y, odd_names(scene, scene.period, shown, " s", "↓↑"))
-    label_margin(panel, scene, labels, [float(min(end, top)) for end in ends])
-    law = f"lines: τ = 2π I_zz ψ̇ / |M + M0|; {bars_note(panel, marks)}"
-    write_title(sheet, "Precession period against spin", with_hollow(scene, law))
-    return sheet
-
-
-def _draw_product(scene: Scene, medium: Medium) -> Sheet:
-    """φ̇ψ̇ against spin: level for each torque, with the mean and its band."""
-    labels = list_labels(scene, medium, medium.room(2), [mean_text(group) for group in scene.groups])
-    sheet = medium.sheet()
-    limits = (0.0, 1.06 * float((scene.spin + scene.spin_u).max()))
-    bottom, top = zero_range(scene.product, scene.product_u, scene.hollow)
-    panel = Panel(sheet, medium.boxes(labels.right, 2)[0], limits, (bottom, top))
-    draw_axes(panel, "spin ψ̇ [rpm]", "φ̇ψ̇ [rad²/s²]")
-    means = [group.summary.product.value for group in scene.groups]
-    for group, mean in zip(scene.groups, means, strict=True):
-        half = np.full(2, 2 * (group.summary.product.u or 0.0))
-        panel.band(limits, mean - half, mean + half, group.colour, 0.2)
-        panel.level(mean, group.colour, 1.0)
-    if bottom < 0 < top:
-        panel.level(0.0, SOFT, 0.8)
-    product = np.clip(scene.product, bottom, top)
-    marks = Marks(scene.spin, product, scene.spin_u, scene.product_u)
-    draw_runs(panel, scene, marks)
-    name_runs(panel, marks.x, marks.y, odd_names(scene, scene.product, product, "", "↓↑"))
-    label_margin(panel, scene, labels, means)
-    bands = f"bands: weighted mean ± 2 u; {bars_note(panel, marks)}"
-    write_title(sheet, "Precession rate × spin for each torque", with_hollow(scene, bands))
-    return sheet
-
-
-def _draw_torque(scene: Scene, medium: Medium) -> Sheet:
-    """Torque against φ̇ψ̇ with the recommended line, its 95 % band, the line through the origin, and what is left."""
-    strokes = ["M = I_zz φ̇ψ̇ − M0, with its 95 % band"]
-    if scene.origin is not None:
-        strokes.append(f"through the origin: {with_u(scene.origin, scene.origin_u)} kg·m²")
-    rows = 1 + len(strokes)
-    labels = list_labels(scene, medium, 0.6 * medium.room(rows, strip=True))
-    sheet = medium.sheet(strip=True)
-    upper, lower = medium.boxes(labels.right, rows, strip=True)
-    unit, factor = torque_unit(float(np.abs(scene.torque).max()))
-    x = np.linspace(*zero_range(scene.product, scene.product_u, scene.hollow), 41)
-    limits = (float(x[0]), float(x[-1]))
-    torque, torque_u = factor * scene.torque, factor * scene.torque_u
-    line = factor * (x * scene.inertia - scene.imbalance)
-    down, up = (factor * way for way in line_band(scene, x))
-    low, high = zero_range(torque, torque_u, scene.hollow)
-    low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
-    panel = Panel(sheet, upper, limits, (low, high))
-    draw_axes(panel, "", f"torque M [{unit}]")
-    panel.band(x, line - down, line + up, _BAND, 0.15)
-    panel.line(limits, line[[0, -1]], INK, 1.2)
-    if scene.origin is not None:
-        panel.line(limits, factor * scene.origin * x[[0, -1]], SOFT, 0.9, dashed=True)
-    panel.level(0.0, SOFT, 0.8)
-    if limits[0] < 0 < limits[1]:
-        panel.plumb(0.0, SOFT, 0.8)
-    product = np.clip(scene.product, *limits)
-    draw_runs(panel, scene, Marks(product, torque, scene.product_u, torque_u))
-    name_runs(panel, product, torque, odd_names(scene, scene.product, product, "", "←→"))
-    label_margin(panel, scene, labels, [factor * group.summary.torque for group in scene.groups])
-    _draw_rest(sheet, lower, scene, unit, factor, x, (-down, up))
-    title = f"I_zz = {scene.inertia_text}" if medium.telling else "Torque against precession rate × spin"
-    write_title(sheet, title, with_hollow(scene, "bars: ± 1 standard uncertainty"), strokes)
-    return sheet
-
-
-def _draw_rest(
-    sheet: Sheet, box: Box, scene: Scene, unit: str, factor: float, x: Floats, band: tuple[Floats, Floats]
-) -> None:
-    """What the line leaves of each run's torque: much larger than it stands where the line rises to the torque."""
-    rest, rest_u = factor * scene.rest, factor * scene.rest_u
-    kept = ~scene.hollow if not scene.hollow.all() else np.ones_like(scene.hollow)
-    # A wide band may leave the strip, that the runs have room in it.
-    reach = float((np.abs(rest) + rest_u)[kept].max())
-    limit = 1.1 * min(max(reach, float(np.abs(band).max())), 2 * reach) or 1.0
-    limits = (float(x[0]), float(x[-1]))
-    panel = Panel(sheet, box, limits, (-limit, limit))
-    # On a slide the unit stands at the axis above alone.
-    label = f"M − line [{unit}]" if box.tall > 70 else "M − line"
-    draw_axes(panel, "precession rate × spin, φ̇ψ̇ [rad²/s²]", label, y_ticks=round_ticks(panel.y, 4))
-    panel.band(x, *band, _BAND, 0.15)
-    panel.level(0.0, INK, 1.2)
-    if limits[0] < 0 < limits[1]:
-        panel.plumb(0.0, SOFT, 0.8)
-    if scene.origin is not None:
-        away = factor * ((scene.origin - scene.inertia) * x[[0, -1]] + scene.imbalance)
-        panel.line(limits, away, SOFT, 0.9, dashed=True)
-    shown = np.clip(rest, -0.9 * limit, 0.9 * limit)
-    product = np.clip(scene.product, *limits)
-    draw_runs(panel, scene, Marks(product, shown, np.zeros_like(rest), np.where(shown == rest, rest_u, 0.0)))
-    name_runs(panel, product, shown, odd_names(scene, rest, shown, f" {unit}", "↓↑"))
-
-
-def _draw_residuals(scene: Scene, medium: Medium) -> Sheet:
-    """Each run's time against what the others predict, in standard uncertainties, in the order of the log."""
-    labels = list_labels(scene, medium, medium.room(2))
-    sheet = medium.sheet()
-    count = len(scene.names)
-    deviations = np.nan_to_num(scene.deviations)
-    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
-    panel = Panel(sheet, medium.boxes(labels.right, 2)[0], (0.4, count + 0.6), (-limit, limit))
-    draw_axes(panel, "run, in the order of the log", "time − prediction [u]", _run_ticks(panel.box.wide, scene.names))
-    panel.band(panel.x, np.full(2, -2.0), np.full(2, 2.0), _BAND, 0.1)
-    panel.level(0.0, SOFT, 0.8)
-    nothing = np.zeros(count)
-    height = np.clip(deviations, -0.96 * limit, 0.96 * limit)
-    marks = Marks(np.arange(1.0, count + 1), height, nothing, nothing)
-    draw_runs(panel, scene, marks, bars=False)
-    told = np.where(height == deviations, deviations, np.round(deviations))
-    name_runs(panel, marks.x, marks.y, odd_names(scene, told, height, " u", "↓↑"))
-    label_margin(panel, scene, labels, None)
-    kept = np.abs(deviations[~scene.left_out])
-    inside = int(np.sum(kept <= 2))
-    title = f"Residuals: {inside} of {len(kept)} runs within ± 2 u" if medium.telling else "Residuals"
-    if scene.dof < 1:
-        title = "Residuals: as many unknowns as runs"
-    write_title(
-        sheet, title, with_hollow(scene, "predicted by the other runs; about 95 % of good runs lie in the band")
-    )
-    return sheet
-
-
-def _run_ticks(wide: float, names: Sequence[str]) -> dict[float, str]:
-    """Runs by their names where these have room, else every so many."""
-    # A character is 5.6 points wide.
-    step = max(1, math.ceil(len(names) * (max(len(name) for name in names) + 1.5) * 5.6 / wide))
-    return {1.0 + i: names[i] for i in range(0, len(names), step)}
-
-
-_DRAWERS: dict[str, Callable[[Scene, Medium], Sheet]] = {
-    "period": _draw_period,
-    "product": _draw_product,
-    "torque": _draw_torque,
-    "residuals": _draw_residuals,
+STYLE: Any = {
+    # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
+    "text.parse_math": False,
+    # Letters as the font has them: a tenth faster than letters fitted to the dots.
+    "text.hinting": "no_hinting",
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 5.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "grid.color": "#dddddd",
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "svg.hashsalt": "gyrodata",
 }
+"""For matplotlib's ``rc_context``, around drawing and saving."""
+
+SIZES = {"screen": (5.0, 3.2, 0.9, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
+"""Width and height of a figure, height that a second panel adds [inch], and dots of a PNG to the inch."""
+
+METADATA: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": "gyrodata"},
+    "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
+}
+"""What is written about each form: no date and no version, so that the same log gives the same bytes."""
+
+MOST_LABELS = 14
+"""If a log has more torques, only some of them are in the legend."""
+
+MOST_NAMES = 10
+"""If more runs than this are flagged or outside the axes, only the first flagged ones have a name."""
+
+# --- the four figures ----------------------------------------------------------------------------------------------
 
 
-def draw(analysis: Analysis, name: str, medium: Medium = MEDIA["screen"]) -> Sheet:
-    """Draw one figure."""
-    return _DRAWERS[name](gather(analysis, medium.grey_safe), medium)
+def draw_period(ax: Axes, scene: Scene) -> None:
+    """Draw the period against the spin, and the law of each torque."""
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    # A run without a weight may take an hour for a turn: it does not count for the limits.
+    loaded = scene.torque != 0
+    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[1]
+    ax.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="spin ψ̇ [rpm]", ylabel="precession period τ [s]")
+    for group in scene.groups:
+        working = abs(group.summary.torque + scene.imbalance)
+        if group.summary.torque and working:
+            ax.plot((0.0, right), (0.0, 2 * math.pi * scene.inertia * RPM * right / working), color=group.look.colour)
+    _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
+
+
+def describe_period(scene: Scene) -> str:
+    """Say in words what the figure shows."""
+    found = []
+    for group in scene.groups:
+        members = sorted((i for i in group.members if not scene.hollow[i]), key=lambda i: scene.spin[i])
+        ends = [f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm" for i in members]
+        if ends:
+            found.append(f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}")
+    law = scene.analysis.exponent
+    grows = f", growing as the spin to the power {with_u(law)}" if law else ""
+    return (
+        f"Precession period against spin, {_count(len(scene.names), 'run')} at {_count(len(scene.groups), 'torque')}"
+        f"{grows}; a line through zero for each torque, steeper for the smaller one. {_listed(found)}."
+    )
+
+
+def draw_product(ax: Axes, scene: Scene) -> None:
+    """Draw φ̇ψ̇ against the spin, with the mean of each torque and its band."""
+    right = 1.06 * float((scene.spin + scene.spin_u).max())
+    limits = _limits(scene.product, scene.product_u, ~scene.hollow)
+    ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
+    for group in scene.groups:
+        mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
+        ax.axhspan(mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0)
+        ax.axhline(mean, color=group.look.colour)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(ax, scene, scene.spin, scene.product, scene.spin_u, scene.product_u, means=len(scene.groups) <= 6)
+
+
+def describe_product(scene: Scene) -> str:
+    """Say in words what the figure shows."""
+    found = [f"{group.look.label}: {with_u(group.summary.product)} rad²/s²" for group in scene.groups]
+    same = scene.analysis.constancy
+    level = f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
+    return f"Precession rate times spin against spin: a level line for each torque{level}. {_listed(found)}."
+
+
+def draw_torque(ax: Axes, scene: Scene) -> None:
+    """Draw the torque against φ̇ψ̇, with the fitted line, its 95 % band and the line through the origin."""
+    x, line, (down, up) = _line(scene)
+    low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
+    low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
+    ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
+    ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]")
+    ax.set_title(f"I_zz = {_inertia_text(scene)}", loc="left")
+    ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
+    ax.plot(x, line, color=INK, label="fitted line")
+    origin = _origin(scene)
+    if origin is not None:
+        ax.plot(x, origin * x, color=SOFT, linestyle="dashed", label="through the origin")
+
+
+def draw_rest(ax: Axes, scene: Scene) -> None:
+    """Draw what the fitted line leaves of each run's torque, much larger than in the figure of the torque."""
+    x, line, (down, up) = _line(scene)
+    kept = ~scene.hollow if not scene.hollow.all() else np.ones_like(scene.hollow)
+    # The band may leave the panel, so that the runs are spread over it.
+    reach = float((np.abs(scene.rest) + scene.rest_u)[kept].max())
+    limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
+    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − line [{scene.unit}]")
+    ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
+    ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
+    ax.axhline(0.0, color=INK)
+    origin = _origin(scene)
+    if origin is not None:
+        ax.plot(x, origin * x - line, color=SOFT, linestyle="dashed")
+    _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
+
+
+def describe_torque(scene: Scene) -> str:
+    """Say in words what the figure shows."""
+    low, high = float(scene.torque.min()), float(scene.torque.max())
+    reach = f"from {as_number(low)} to {as_number(high)}" if high > low else f"of {as_number(high)}"
+    far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
+    farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
+    return (
+        f"Torque {reach} {scene.unit} against precession rate times spin: a straight line of slope I_zz = "
+        f"{_inertia_text(scene)}, which crosses zero product at {as_number(-scene.imbalance / scene.unit_size)} "
+        f"{scene.unit}, with its 95 % band; dashed, the line through the origin. Below, enlarged, what the line leaves "
+        f"of each run's torque: most, for its uncertainty, of {run_name(scene.names[farthest])}."
+    )
+
+
+def draw_residuals(ax: Axes, scene: Scene) -> None:
+    """Draw each run's time minus what the others predict, in standard uncertainties, in the order of the log."""
+    deviations = np.nan_to_num(scene.analysis.fit.deviations)
+    limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
+    number = np.arange(1.0, len(scene.names) + 1)
+    ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
+    ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
+    steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
+    # The axes have room for about 30 letters.
+    step = next(n for n in steps if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2) <= 30 * n)
+    ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
+    kept = np.abs(deviations[~scene.left_out])
+    title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
+    ax.set_title(title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs", loc="left")
+    ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
+    ax.axhline(0.0, color=SOFT, linewidth=0.8)
+    _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
+
+
+def describe_residuals(scene: Scene) -> str:
+    """Say in words what the figure shows."""
+    kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
+    return (
+        f"Each run's time minus what the other runs predict: {int(np.sum(kept <= 2))} of {_count(len(kept), 'run')} in "
+        f"the fit lie within ± 2 standard uncertainties, the farthest at {as_number(float(kept.max(initial=0.0)))}. "
+        "In the order of the log."
+    )
+
+
+class Kind(Struct, frozen=True):
+    """One of the figures of a log."""
+
+    panels: tuple[Callable[[Axes, Scene], None], ...]
+    """What draws on axes; a second panel is below the first, and has the same x axis."""
+    describe: Callable[[Scene], str]
+    """What the figure shows, in words, for a reader who cannot see it."""
+    caption: str
+
+
+FIGURES = {
+    "period": Kind(
+        (draw_period,),
+        describe_period,
+        "Period τ against spin ψ̇. Lines: the fitted law of each torque, τ = 2π I_zz ψ̇ / |M + M0|. "
+        "Bars: one standard uncertainty.",
+    ),
+    "product": Kind(
+        (draw_product,),
+        describe_product,
+        "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u. Bars: one standard uncertainty.",
+    ),
+    "torque": Kind(
+        (draw_torque, draw_rest),
+        describe_torque,
+        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 % band; dashed, the line through "
+        "the origin. Below, what the line leaves of each torque. Bars: one standard uncertainty.",
+    ),
+    "residuals": Kind(
+        (draw_residuals,),
+        describe_residuals,
+        "Each run's time against what the other runs predict, in standard uncertainties. About 95 % of good runs lie "
+        "in the band.",
+    ),
+}
+"""The figures by their names, in the order of the report."""
+
+# --- what the figures are made of ----------------------------------------------------------------------------------
+
+
+def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
+    """Give limits with zero and the kept runs inside; another run may stretch them by a half at most."""
+    shown = kept if kept.any() else np.ones_like(kept)
+    low, high = min(0.0, float((values - u)[shown].min())), max(0.0, float((values + u)[shown].max()))
+    span = high - low or 1.0
+    low, high = max(min(low, float(values.min())), low - span / 2), min(max(high, float(values.max())), high + span / 2)
+    space = 0.06 * (high - low)
+    return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
+
+
+def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """Give products [rad²/s²], and there the torque of the fitted line and how far it may lie lower and higher."""
+    x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
+    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, line_band(scene, x)
+
+
+def _origin(scene: Scene) -> float | None:
+    """Slope of the line through the origin, in the units of the figure."""
+    inertia = next((fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"), None)
+    return inertia.value / scene.unit_size if inertia else None
+
+
+def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: Floats, means: bool = False) -> None:
+    """Draw every run with the look of its torque; flagged ones are hollow and have their name.
+
+    A run outside the limits of the axes is drawn at their edge, without bars and with its value beside it. The label
+    of a torque has its mean φ̇ψ̇ below it if `means` asks for it.
+    """
+    at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
+    inside = (at_x == x) & (at_y == y)
+    colours = np.full(len(x), "#000000")
+    for rank, group in enumerate(sorted(scene.groups, key=lambda group: -group.summary.torque)):
+        colours[group.members] = colour = group.look.colour
+        label = group.look.label + (f"\n{with_u(group.summary.product)} rad²/s²" if means else "")
+        if rank % _labelled(scene):
+            label = "_"
+        for hollow in (False, True):
+            members = [i for i in group.members if scene.hollow[i] == hollow]
+            if members:
+                ax.plot(
+                    at_x[members], at_y[members], linestyle="none", marker=group.look.marker, color=colour,
+                    markerfacecolor="white" if hollow else colour, markeredgecolor=colour if hollow else "white",
+                    markeredgewidth=1.3 if hollow else 0.5, zorder=4 if hollow else 3, clip_on=False, label=label,
+                )  # fmt: skip
+                label = "_"
+    if x_u.any() or y_u.any():
+        of_bars: Any = list(colours[inside])
+        ax.errorbar(x[inside], y[inside], y_u[inside], x_u[inside], fmt="none", ecolor=of_bars, elinewidth=1.0)
+    names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
+    for i in odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]:
+        words = [run_name(scene.names[i])] if scene.hollow[i] else []
+        if at_x[i] != x[i]:
+            words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")
+        if at_y[i] != y[i]:
+            words.append(f"{'↑' if y[i] > at_y[i] else '↓'} {as_number(y[i])}")
+        names[int(i)] = " ".join(words)
+    _name_runs(ax, at_x, at_y, names)
+    if scene.hollow.any():
+        why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
+        ax.plot([], [], linestyle="none", marker="o", markerfacecolor="white", color=SOFT, label=f"hollow: {why}")
+    if len(odd) > MOST_NAMES and not inside.all():
+        ax.plot([], [], label="at the edge: beyond it", linestyle="none")
+
+
+def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
+    """Write names beside marks, each where it covers fewest of the marks and of the other names."""
+    points = 72 / ax.figure.dpi
+    middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
+    halves = [np.array([4.0, 4.0])] * len(middles)
+    corners = ax.bbox.get_points() * points
+    for i, name in names.items():
+        half = np.array([2.4 * len(name) + 3, 5.0])
+        aside = np.clip(middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1) - middles[i][0]
+        ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
+        offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
+        places = middles[i] + offsets
+        apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
+        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(axis=1)
+        # To cover another name is worse than to cover a mark.
+        weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
+        best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
+        middles.append(places[best])
+        halves.append(half)
+        ax.annotate(
+            name, (x[i], y[i]), tuple(offsets[best]), textcoords="offset points", ha="center", va="center",
+            fontsize=7.5, zorder=5, parse_math=False, bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
+            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5} if abs(offsets[best][1]) > 11 else None,
+        )  # fmt: skip
+
+
+def _labelled(scene: Scene) -> int:
+    """Give n, if one in n torques has its label in the legend."""
+    return math.ceil(len(scene.groups) / MOST_LABELS)
+
+
+def _inertia_text(scene: Scene) -> str:
+    return f"{with_u(scene.analysis.inertia)} kg·m²"
+
+
+def _listed(items: Sequence[str], most: int = 4) -> str:
+    return "; ".join(items[:most]) + (f"; and {len(items) - most} more" if len(items) > most else "")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+# --- figures and files ---------------------------------------------------------------------------------------------
+
+
+def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
+    """Draw one of `FIGURES` with its legend, and give its main axes."""
+    from matplotlib.ticker import FixedLocator, MaxNLocator
+
+    panels = FIGURES[name].panels
+    axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False, height_ratios=(2, 1)[: len(panels)]).flat)
+    # About what the layout will leave of the width: the names of runs look for their places before it is found.
+    figure.subplots_adjust(right=0.68)
+    for ax, draw in zip(axes, panels, strict=True):
+        draw(ax, scene)
+        for axis in (ax.xaxis, ax.yaxis):
+            if not isinstance(axis.get_major_locator(), FixedLocator):
+                # Found once: matplotlib would look for them again each time that it needs the size of the labels.
+                low, high = axis.get_view_interval()
+                places: Any = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+                axis.set_major_locator(FixedLocator(places[(places >= low) & (places <= high)]))
+        ax.xaxis.set_visible(ax is axes[-1])
+    step = _labelled(scene)
+    title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", title=title)
+    return axes[0]
+
+
+def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
+    """Draw one of `FIGURES` on axes of matplotlib; on a new figure, with legend and second panel, if none are given.
+
+    ValueError for a name that is none of them, TypeError for something else than axes.
+    """
+    from matplotlib.axes import Axes
+
+    insist_on_choice("name", name, FIGURES)
+    insist_on_type("ax", ax, Axes | None, "axes of matplotlib")
+    scene = gather(analysis)
+    if ax is None:
+        from matplotlib import pyplot
+
+        return _fill(pyplot.figure(layout="constrained"), scene, name)
+    FIGURES[name].panels[0](ax, scene)
+    return ax
 
 
 def render(
-    analysis: Analysis, form: Form = "png", medium: Medium = MEDIA["screen"], names: Sequence[str] = FIGURES
+    analysis: Analysis, form: Form = "png", style: str = "screen", names: Sequence[str] = tuple(FIGURES)
 ) -> dict[str, bytes]:
     """Draw figures as files, by their names."""
     from matplotlib import rc_context
+    from matplotlib.figure import Figure
 
-    # What is worked out comes first: beside other tasks it may wait for them, and the style is that of all.
-    scene = gather(analysis, medium.grey_safe)
+    scene = gather(analysis)
+    width, height, more, dpi = SIZES[style]
+    files = {}
     with rc_context(STYLE), warnings.catch_warnings():
         # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
-        return {name: _DRAWERS[name](scene, medium).save(form) for name in names}
+        for name in names:
+            size = (width, height + more * (len(FIGURES[name].panels) - 1))
+            figure = Figure(size, dpi)
+            _fill(figure, scene, name)
+            files[name] = _save(figure, form)
+    return files
 
 
-# --- the Earth that turns below ------------------------------------------------------------------------------
+def _save(figure: Figure, form: Form) -> bytes:
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-_EARTH_COLOURS = {"axis": "#0072B2", "east": "#D55E00"}
-_EARTH_LABELS = {"axis": "started along\nthe Earth's axis,\nto the {pole}", "east": "started level,\nto the east"}
-_BEARINGS = {0.0: "N 0", 90.0: "E 90", 180.0: "S 180", 270.0: "W 270", 360.0: "N 360"}
-
-
-def draw_earth(latitude: float, times: Sequence[float]) -> Sheet:
-    """Draw altitude and azimuth of both gyroscopes against the hours of the clock."""
-    dots = np.asarray(times, dtype=float)
-    fine = np.linspace(0.0, dots[-1], 1441)
-    hours = float(dots[-1]) / 3600
-    every = next((step for step in (0.25, 1, 3, 6, 12, 24, 72) if hours <= 9 * step), None)
-    ticks = None if every is None else number_ticks(np.arange(0, hours * (1 + 1e-9), every).tolist())
-    sheet = Sheet((6.6, 4.2), 150)
-    upper = Panel(sheet, Box(68, 160, 293, 103), (0.0, hours), (-90.0, 90.0))
-    lower = Panel(sheet, Box(68, 38, 293, 103), (0.0, hours), (0.0, 360.0))
-    draw_axes(upper, "", "altitude [°]", y_ticks=number_ticks((-90, -45, 0, 45, 90)))
-    draw_axes(lower, "time [hours of the clock]", "azimuth [°]", ticks, _BEARINGS)
-    upper.level(0.0, SOFT, 0.8)
-    # The pole of the sky that is up.
-    axis = (0.0, latitude) if latitude >= 0 else (math.pi, -latitude)
-    for rank, (name, start) in enumerate((("axis", axis), ("east", (math.pi / 2, 0.0)))):
-        colour = _EARTH_COLOURS[name]
-        course = balanced_direction(*start, latitude, fine)
-        marks = balanced_direction(*start, latitude, dots)
-        for panel, line, at in ((upper, course[1], marks[1]), (lower, course[0], marks[0])):
-            for part in np.split(np.arange(len(fine)), _jumps(line) if panel is lower else []):
-                sheet.items.append(Strokes([panel.at(fine[part] / 3600, np.degrees(line[part]))], colour, 1.4))
-            if len(dots) <= 100:
-                sheet.items.append(Dots(panel.at(dots / 3600, np.degrees(at)), "o", colour, 3.5))
-        height = 160 + 103 * (0.85 - 0.55 * rank)
-        sheet.items.append(Strokes([np.array([(370, height), (382, height)])], colour, 2.0))
-        lines = _EARTH_LABELS[name].format(pole="north" if latitude >= 0 else "south").split("\n")
-        for down, words in enumerate(lines):
-            sheet.items.append(Words(388, height + 10.2 * ((len(lines) - 1) / 2 - down) - 3, words, 8.5))
-    title = f"Where balanced gyroscopes point, latitude {math.degrees(latitude):.4g}°"
-    write_title(sheet, title, "seen from the ground, which turns under them; azimuth from north through east")
-    return sheet
+    # A figure that has a layout itself is drawn twice by `savefig`: to find the layout, and for the file.
+    ConstrainedLayoutEngine().execute(figure)
+    file = io.BytesIO()
+    options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
+    figure.savefig(file, format=form, metadata=METADATA[form], **options)
+    return file.getvalue()
 
 
-def _jumps(bearings: Floats) -> list[int]:
-    """Where a line goes through north, from 360° to 0°."""
-    return [int(i) + 1 for i in np.flatnonzero(np.abs(np.diff(bearings)) > math.pi)]
+def alt_text(analysis: Analysis, name: str) -> str:
+    """Say what a figure shows, for a reader who cannot see it."""
+    scene = gather(analysis)
+    odd = [run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) for i in np.flatnonzero(scene.hollow)]
+    return FIGURES[name].describe(scene) + (f" Drawn hollow: {_listed(odd)}." if odd else "")
+
+
+# --- the Earth that turns below ------------------------------------------------------------------------------------
 
 
 def render_earth(latitude: float, times: Sequence[float]) -> bytes:
-    """Draw the figure as a PNG."""
+    """Draw where two balanced gyroscopes point at some times [s] above a latitude [rad], as a PNG."""
     from matplotlib import rc_context
+    from matplotlib.figure import Figure
 
     with rc_context(STYLE):
-        return draw_earth(latitude, times).save("png")
+        figure = Figure((6.6, 4.2), 150)
+        draw_earth(figure.subplots(2, sharex=True), latitude, np.asarray(times, dtype=float))
+        return _save(figure, "png")
+
+
+def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
+    """Draw altitude, and below it azimuth, of both gyroscopes against the hours of the clock."""
+    upper, lower = axes
+    fine = np.linspace(0.0, times[-1], 1441)
+    pole = "north" if latitude >= 0 else "south"
+    starts = {
+        f"started along\nthe Earth's axis,\nto the {pole}": (0.0 if latitude >= 0 else math.pi, abs(latitude)),
+        "started level,\nto the east": (math.pi / 2, 0.0),
+    }
+    for (label, start), colour, marker in zip(starts.items(), COLOURS, MARKERS, strict=False):
+        azimuth, altitude = balanced_direction(*start, latitude, fine)
+        # No stroke across the axes, from 360° to 0°.
+        azimuth[1:][np.abs(np.diff(azimuth)) > math.pi] = np.nan
+        dots = balanced_direction(*start, latitude, times if len(times) <= 100 else times[:0])
+        for ax, line, dot in ((upper, altitude, dots[1]), (lower, azimuth, dots[0])):
+            ax.plot(fine / 3600, np.degrees(line), color=colour)
+            ax.plot(times[: len(dot)] / 3600, np.degrees(dot), marker, color=colour, markersize=4.0, clip_on=False)
+        upper.plot([], [], color=colour, marker=marker, markersize=4.0, label=label)
+    upper.set(xlim=(0.0, times[-1] / 3600), ylim=(-90.0, 90.0), yticks=range(-90, 91, 45), ylabel="altitude [°]")
+    upper.set_title(f"Where balanced gyroscopes point, seen at latitude {math.degrees(latitude):.4g}°", loc="left")
+    upper.axhline(0.0, color=SOFT, linewidth=0.8)
+    upper.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    lower.set(xlabel="time [hours of the clock]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
+    lower.set_yticks(range(0, 361, 90), ["N 0", "E 90", "S 180", "W 270", "N 360"])
+    lower.locator_params(axis="x", nbins=9, steps=[1, 2, 3, 6, 10])

@@ -12,6 +12,7 @@ from gyrodata.diagnostics import DIGITS_TOO_FEW, SIZE_NOT_USUAL
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate
 from gyrodata.measurements import torque_groups
+from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import values
 from gyrodata.reporting.phrases import EFFECT_NAMES, FIT_NAMES, MODEL_NAMES, SOURCE_NAMES, defaults_used, effect_verdict
@@ -405,7 +406,7 @@ def _runs(analysis: Analysis, torque: values.Scale) -> tuple[Block, ...]:
     return (
         looks,
         *([Text(items, "list")] if odd else []),
-        Figure("residuals", "Each run's time against what the other runs predict, in standard uncertainties."),
+        Figure("residuals", FIGURES["residuals"].caption),
         Table(heads, tuple(rows), caption, odd=odd, sortable=True, full=True),
     )
 

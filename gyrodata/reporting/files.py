@@ -23,13 +23,12 @@ def report_files(
     `document`: name of one that ends in .md or .tex, if there is to be one.
     """
     markdown = document.endswith(".md")
-    medium = plotting.MEDIA[style]
     shown = shown_form(figures)
     # Markdown shows no PDF either, and LaTeX includes no SVG.
     beside: plotting.Form = shown if markdown else "pdf" if figures == "svg" else figures
     kinds = sorted({figures, beside} if document else {figures})
-    drawn = {one: plotting.render(analysis, one, medium) for one in {shown, *kinds}}
-    looks = plotting.list_looks(analysis, medium.grey_safe)
+    drawn = {one: plotting.render(analysis, one, style) for one in {shown, *kinds}}
+    looks = plotting.list_looks(analysis)
     words = alternatives(analysis)
     contents = {f"{name}.{one}": data for one in kinds for name, data in drawn[one].items()}
     if markdown:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
+from gyrodata.plotting import FIGURES
 from gyrodata.reporting import tree, values
 from gyrodata.reporting.phrases import MODEL_NAMES
 from gyrodata.results import Analysis
@@ -154,7 +155,7 @@ def _period(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ...]:
     )
     return (
         tree.Text(((words,),), full=True),
-        tree.Figure("period", "Period τ against spin ψ̇, with the fitted law of each torque."),
+        tree.Figure("period", FIGURES["period"].caption),
         tree.Table(heads, rows, "The period for each 100 rpm of spin", full=True),
     )
 
@@ -242,7 +243,7 @@ def _product(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> t
         "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
         "and what I_zz would be without these runs"
     )
-    figure = tree.Figure("product", "φ̇ψ̇ against spin, with the mean of each torque and its band, ± 2 u.")
+    figure = tree.Figure("product", FIGURES["product"].caption)
     return (tree.Text((sentence,), full=True), figure, tree.filled(heads, rows, caption))
 
 
@@ -271,11 +272,8 @@ def _constant(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> 
         slope = tree.Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
         away = tree.Number(tree.signed(origin.deviation), "fits.1.deviation")
         words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
-    caption = (
-        "Torque M against φ̇ψ̇ with the recommended line; dashed, the line through the origin. Below, what the line "
-        "leaves of each torque, with its 95 % band."
-    )
-    return (tree.Text((law,), "result", True), tree.Text((words,), full=True), tree.Figure("torque", caption))
+    figure = tree.Figure("torque", FIGURES["torque"].caption)
+    return (tree.Text((law,), "result", True), tree.Text((words,), full=True), figure)
 
 
 def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:

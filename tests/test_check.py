@@ -181,8 +181,8 @@ class TestFix:
         assert rows[3][-1] == "door"
 
     def test_it_says_what_is_missing(self, tmp_path: Path) -> None:
-        told, _ = self.fixed(tmp_path, self.CLEAN.replace(";turns;", ";Kram;"))
-        assert "   turns is missing" in told
+        told, _ = self.fixed(tmp_path, self.CLEAN.replace("spin [rpm]", "Kram"))
+        assert "   spin is missing" in told
         assert '   the column "Kram"' in told
 
     def test_no_other_file_is_written_over_and_other_logs_go_on(self, tmp_path: Path) -> None:

@@ -218,6 +218,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G107", gzip.compress(GOOD.encode())[:-30], then_good("the CSV itself")),
     ("G109", above("# ± by hand").encode("latin-1"),
      lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)"))),
+    ("G147", written([list(column) for column in zip(*TABLE, strict=True)]), then_good("")),
     ("G201", written(TABLE[1:]), lambda hint: written([named(hint, r"such as: (.*)").split(", "), *TABLE[1:]])),
     ("G202", written(TABLE[:1]), then_good("one row for each timed run")),
     ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),

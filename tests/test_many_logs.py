@@ -121,4 +121,4 @@ def test_a_log_from_standard_input_has_the_name_given(same_names: Path) -> None:
     for command in ("analyze", "check"):
         assert f'"name": "{LABS[1]}"' in run(command, "-", "-f", "json", *options, stdin=data).stdout
         assert "bob/lab.csv:1:1: error G222" in run(command, "-", *options, stdin=b"x\n").output
-    assert "of bob/lab.csv (--inertia)" in run("predict", "tip", "--log", "-", *options, stdin=data).stdout
+    assert "of <stdin> (--inertia)" in run("predict", "tip", "--log", "-", stdin=data).stdout

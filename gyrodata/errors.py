@@ -14,7 +14,7 @@ from typing import Any, TypedDict
 
 from msgspec import Struct, convert
 
-from gyrodata.diagnostics import CODES, Severity
+from gyrodata.diagnostics import SEVERITIES, Severity
 
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Marks that turn the direction of a line, or break it: what follows would be read otherwise than it stands."""
@@ -74,7 +74,7 @@ class Diagnostic(Struct, frozen=True):
     Attributes
     ----------
     code : str
-        Stable code, a key of `CODES`.
+        Stable code, a key of `SEVERITIES`.
     severity : {"error", "warning", "note"}
         An error means that the log cannot be analysed as it stands.
     message : str
@@ -108,7 +108,7 @@ class Diagnostic(Struct, frozen=True):
     @classmethod
     def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
         """Make one of the severity that its code has; what follows the message is as in the record."""
-        return cls(code, CODES[code].severity, message, *about, **more)
+        return cls(code, SEVERITIES[code], message, *about, **more)
 
     def to_dict(self) -> DiagnosticJson:
         """Give the diagnostic as it is in every JSON, without its excerpt."""

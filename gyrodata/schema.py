@@ -15,7 +15,7 @@ import msgspec
 from msgspec import Struct
 
 from gyrodata.coverage import SelfCheck
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import SEVERITIES, explanations
 from gyrodata.prediction import ANSWERS, SCHEMA
 from gyrodata.results import AnalysisDocument, CheckDocument, Tool
 
@@ -80,8 +80,8 @@ def predictions_schema() -> dict[str, Any]:
 def diagnostics_table() -> list[dict[str, str]]:
     """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
     return [
-        {"code": code, "severity": entry.severity, "title": entry.title, "example": entry.example}
-        for code, entry in sorted(CODES.items())
+        {"code": code, "severity": SEVERITIES[code], "title": entry.title, "example": entry.example}
+        for code, entry in sorted(explanations().items())
     ]
 
 

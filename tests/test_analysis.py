@@ -8,7 +8,7 @@ import pytest
 from gates.labs import Bench, draw, write
 
 import gyrodata
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import SEVERITIES, explanations
 from gyrodata.errors import LogError
 from gyrodata.tables import NamedFit
 
@@ -92,17 +92,17 @@ def test_the_sample_is_what_its_maker_makes() -> None:
     assert make_sample_data.TARGET.read_text(encoding="utf-8") == make_sample_data.make()
 
 
-@pytest.mark.parametrize("code", sorted(code for code in CODES if code[:2] == "G4" and code[:3] != "G45"))
+@pytest.mark.parametrize("code", sorted(code for code in explanations() if code[:2] == "G4" and code[:3] != "G45"))
 def test_the_example_of_each_code_raises_it(code: str) -> None:
     try:
-        found = gyrodata.analyze(CODES[code].example.encode()).diagnostics
+        found = gyrodata.analyze(explanations()[code].example.encode()).diagnostics
     except LogError as error:
         found = error.diagnostics
-    assert {d.code: d.severity for d in found}.get(code) == CODES[code].severity
+    assert {d.code: d.severity for d in found}.get(code) == SEVERITIES[code]
 
 
 def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
-    log = CODES["G411"].example
+    log = explanations()["G411"].example
     bold, honest = (gyrodata.analyze(log.replace("0.01 s", u).encode()) for u in ("0.01 s", "0.4 s"))
     assert bold.inertia.u == pytest.approx(honest.inertia.u, rel=0.5)
     assert bold.budget[0].source == "unexplained_scatter"
@@ -130,7 +130,7 @@ class TestHints:
         assert abs(told.inertia.value - line.value) < abs(silent.inertia.value - line.value)
 
     def test_an_interval_that_holds_zero_is_no_measurement(self) -> None:
-        log = CODES["G435"].example
+        log = explanations()["G435"].example
         with pytest.raises(LogError, match=r"G435: I_zz is not measured: its 95 % interval, -(.|\n)*u_time: is it"):
             gyrodata.analyze(log.encode())
         assert gyrodata.analyze(log.replace("100 s", "0.1 s").encode()).inertia.interval_95[0] > 0

@@ -14,7 +14,7 @@ from scipy import stats
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.errors import LogError
 from gyrodata.simulation import TYPICAL, Design, Truth, simulate
 
@@ -130,7 +130,7 @@ def test_the_cause_is_named_and_clean_labs_have_none(
 
 
 def test_one_run_whose_spin_falls_alone_is_named() -> None:
-    log = "\n".join(CODES["G434"].example.splitlines()[1:])
+    log = "\n".join(explanations()["G434"].example.splitlines()[1:])
     for text, named in ((log, ["run 3"]), (log.replace("410,360", "410,405"), [])):
         found = gyrodata.analyze(text.encode()).diagnostics
         assert [one.message[:5] for one in found if one.code == "G434"] == named

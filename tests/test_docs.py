@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 import gyrodata
 from gyrodata import changes, docs, effects, findings, motion, physics, schema
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES, LOG
+from gyrodata.diagnostics import explanations
 from gyrodata.grading.platforms import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
 from gyrodata.readings import parse_header, read_log
@@ -220,7 +220,7 @@ def selfchecked() -> list[float]:
 
 def u_of_g(line: str) -> float:
     """Standard uncertainty of g [%] in a log with this line."""
-    sources = measure(read_log(f"{line}{LOG}20.0,15.0,400,13.0,1\n".encode())).sources
+    sources = measure(read_log(f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode())).sources
     return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
 
 
@@ -254,7 +254,7 @@ def test_a_number_is_what_the_code_gives(page: str, words: str, found: Callable[
 
 def test_a_code_or_column_on_a_page_is_one_of_gyro() -> None:
     whole = "".join(TEXTS.values())
-    assert set(re.findall(r"\bG\d{3}\b", whole)) <= set(CODES)
+    assert set(re.findall(r"\bG\d{3}\b", whole)) <= set(explanations())
     assert {n for n in re.findall(r"`(\w+) \[[^\]]+\]`", whole) if n not in parse_header(f"{n} [s]").roles} == set()
 
 

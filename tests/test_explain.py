@@ -9,15 +9,15 @@ import pytest
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import SEVERITIES, explanations
 
 
-@pytest.mark.parametrize("code", sorted(CODES))
+@pytest.mark.parametrize("code", sorted(explanations()))
 def test_every_code_is_explained(code: str) -> None:
     done = CliRunner().invoke(app, ["explain", code.lower()])
     assert done.exit_code == 0, done.output
     head, example, *told = done.stdout.split("\n\n")
-    assert head == f"{code}, {CODES[code].severity}: {CODES[code].title}"
+    assert head == f"{code}, {SEVERITIES[code]}: {explanations()[code].title}"
     assert example.startswith("For example:\n  ")
     # What gyro says of the example has a line of advice below, or there is one of its own.
     said = told[0].startswith("Of this log gyro says:\n  ") and f" {code}: " in told[0] and told[0].count("\n") > 2

@@ -16,7 +16,7 @@ import typer
 from documents import ROOT, run
 
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.docs import PAGES
 
 
@@ -81,7 +81,7 @@ def completed(line: str) -> list[str]:
         ("gyro se", ["selfcheck"]),
         ("gyro analyze log.csv --fo", ["--format"]),
         ("gyro analyze --format nd", ["ndjson"]),
-        ("gyro explain ", [*PAGES, *sorted(CODES)]),
+        ("gyro explain ", [*PAGES, *sorted(explanations())]),
         # The shell's own files come where there is nothing to say.
         ("gyro analyze lo", []),
     ],

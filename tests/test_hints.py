@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.errors import Diagnostic, GyroError
 
 GOOD = lab().text().replace("# ball_mass: 4.3 kg\n# ball_diameter: 10.16 cm\n", "")
@@ -246,7 +246,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
      then_good("take one column out")),
     ("G306", above("# g: fast", NO_G),
-     lambda hint: above(named(CODES["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
+     lambda hint: above(named(explanations()["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
     ("G307", f"# g: 9.81 m/s^2\n{GOOD}", then_good("keep one")),
     ("G340", written([SURFACE_HEAD, *TABLE[1:]]),
      lambda hint: above(named(hint, r'"(# position_from: centre)"'), written([SURFACE_HEAD, *TABLE[1:]]))),
@@ -292,5 +292,5 @@ def test_the_answer_with_the_unit_that_is_asked_for() -> None:
 
 def test_every_hint_of_a_log_is_carried_out_or_asks_for_the_lab() -> None:
     carried = {one[0] for one in (*CASES, *READER)} | set(" ".join(OTHERWISE.values()).split())
-    assert carried <= set(CODES)
-    assert {code for code in CODES if re.match("G[1-4]", code)} <= carried
+    assert carried <= set(explanations())
+    assert {code for code in explanations() if re.match("G[1-4]", code)} <= carried

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.errors import Diagnostic, GyroError
 
 G, HEAD = "# g: 9.803 m/s^2\n", "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -153,12 +153,12 @@ def test_the_template_is_printed_then(options: str, mended: str) -> None:
 
 
 def test_what_is_explained_is_right_too(tmp_path: Path) -> None:
-    (typed,) = re.findall('--set g="([^"]+)"', CODES["G504"].remedy)
-    (line,) = re.findall("such as (g = .*)", CODES["G505"].remedy)
-    (spins,) = re.findall("such as (--spins .*)", CODES["G506"].remedy)
+    (typed,) = re.findall('--set g="([^"]+)"', explanations()["G504"].remedy)
+    (line,) = re.findall("such as (g = .*)", explanations()["G505"].remedy)
+    (spins,) = re.findall("such as (--spins .*)", explanations()["G506"].remedy)
     assert_right(WITHOUT_G, settings={"g": typed})
     (tmp_path / "station.toml").write_text(line)
     assert_right(WITHOUT_G, config=tmp_path / "station.toml")
     assert CliRunner().invoke(app, f"template {spins}").exit_code == 0
-    assert CODES["G501"].remedy.endswith("such as turns")
-    assert CODES["G503"].remedy.endswith("such as time")
+    assert explanations()["G501"].remedy.endswith("such as turns")
+    assert explanations()["G503"].remedy.endswith("such as time")

@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata import physics
 from gyrodata.cli import app
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.readings import Uncertainty, read_log
 from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Simulation, SpinReading, Truth, simulate
 
@@ -234,7 +234,11 @@ MESSAGES = [
     ("--repeats 1000000", "a log has 1 to"),
     ("--pitch 60deg --spins 40rpm --weights 60g", "it takes more than 61.6 rpm"),
     ("--motion released --spin-decay 10%", "with one time constant"),
-    *((CODES[code].example.removeprefix("simulate "), code) for code in CODES if code.startswith("G63")),
+    *(
+        (explanations()[code].example.removeprefix("simulate "), code)
+        for code in explanations()
+        if code.startswith("G63")
+    ),
 ]
 
 

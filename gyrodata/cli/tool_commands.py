@@ -12,11 +12,11 @@ from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, Setti
 from gyrodata.cli.terminal import STDIN, name_of, progress_bar, refuse, source_of, tell, write_out
 from gyrodata.diagnostics import (
     CODE_PAGE_GUESSED,
-    CODES,
     COMPRESSED_FILE_DAMAGED,
     EXPLAINED_CODE_UNKNOWN,
     NO_UNLOADED_RUN,
     REPORT_CANNOT_BE_WRITTEN,
+    explanations,
 )
 from gyrodata.disk import telling, write_folder
 from gyrodata.errors import GyroError
@@ -125,7 +125,8 @@ def _topics(incomplete: str) -> list[tuple[str, str]]:
     """List the pages and codes that begin so, each with its title, for a shell that completes."""
     from gyrodata.docs import PAGES, page_title
 
-    listed = [(name, page_title(name)) for name in PAGES] + [(code, one.title) for code, one in sorted(CODES.items())]
+    listed = [(name, page_title(name)) for name in PAGES]
+    listed += [(code, one.title) for code, one in sorted(explanations().items())]
     return [(name, title) for name, title in listed if name.startswith(incomplete)]
 
 
@@ -167,7 +168,7 @@ def _explanation(asked: str) -> str:
     from gyrodata.docs import PAGES
 
     code = f"G{asked.strip().upper().removeprefix('G')}"
-    if code not in CODES:
+    if code not in explanations():
         hint = (
             f"take a code as a message shows it, such as {NO_UNLOADED_RUN}, or a page: {', '.join(PAGES)}; "
             "gyro schema diagnostics lists all codes"
@@ -181,13 +182,13 @@ def _raised(code: str) -> Diagnostic | None:
     from gyrodata.procedure import check_log
     from gyrodata.readings import read_log
 
-    if code >= OPTIONS or CODES[code].example.startswith("analyze "):
+    if code >= OPTIONS or explanations()[code].example.startswith("analyze "):
         return None
     found: tuple[Diagnostic, ...] = ()
     try:
         # A byte that is no UTF-8 is what two of them are about.
         page = "latin-1" if code in (COMPRESSED_FILE_DAMAGED, CODE_PAGE_GUESSED) else "utf-8"
-        readings = read_log(CODES[code].example.encode(page), name="log.csv")
+        readings = read_log(explanations()[code].example.encode(page), name="log.csv")
         found = readings.diagnostics
         if code not in {one.code for one in found}:
             found = check_log(readings)[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.diagnostics import CODES, OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
+from gyrodata.diagnostics import OUTLIER, SEVERITIES, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS, explanations
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting import values
@@ -188,7 +188,7 @@ LONGEST, WIDEST = 14, 100
 
 def explanation(code: str, raised: Diagnostic | None) -> str:
     """Say what a code means, with its example, and what to do about it: in words, or as the example's own message."""
-    entry = CODES[code]
+    entry = explanations()[code]
     lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
     shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]
     shown += [f"… and {len(lines) - LONGEST} lines more"] if len(lines) > LONGEST else []
@@ -203,7 +203,7 @@ def explanation(code: str, raised: Diagnostic | None) -> str:
             "explain",
         )
         shown = [f"gyro {shown[0]}"] if command else shown
-    blocks = [[f"{code}, {entry.severity}: {entry.title}"], ["For example:", *_indented(shown)]]
+    blocks = [[f"{code}, {SEVERITIES[code]}: {entry.title}"], ["For example:", *_indented(shown)]]
     blocks += [["Of this log gyro says:", *_indented(str(raised).splitlines())]] if raised is not None else []
     blocks += [["What to do:", f"  {entry.remedy}"]] if entry.remedy else []
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"

@@ -29,7 +29,7 @@ from test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
 from typer.testing import Result
 
 import gyrodata
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import SEVERITIES, explanations
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading.rubric import read_rubric
@@ -40,7 +40,7 @@ from gyrodata.readings import read_log
 def hint_of(done: Result, code: str) -> str:
     """Give what is below the first message of a code."""
     lines = iter(done.stderr.splitlines())
-    assert any(re.search(rf"\b{CODES[code].severity} {code}: ", line) for line in lines), done.stderr
+    assert any(re.search(rf"\b{SEVERITIES[code]} {code}: ", line) for line in lines), done.stderr
     return "\n".join(line.strip() for line in itertools.takewhile(lambda one: one.startswith("   "), lines))
 
 
@@ -56,8 +56,8 @@ HINTS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
 
 def test_the_hint_of_every_code_is_followed() -> None:
     here = set(re.findall(r'"(G[567]\d\d)"', Path(__file__).read_text("utf-8") + TABLE.read_text("utf-8")))
-    assert OF_A_LOG | OF_A_CLASS | here == {code for code in CODES if code[1] in "567"}
-    assert all(CODES[code].remedy for code in here)
+    assert OF_A_LOG | OF_A_CLASS | here == {code for code in explanations() if code[1] in "567"}
+    assert all(explanations()[code].remedy for code in here)
 
 
 # --- options of a command ------------------------------------------------------------------------------------
@@ -275,7 +275,7 @@ def test_what_is_damaged_in_a_zip_costs_one_student(home: Path) -> None:
 
 
 def test_an_answer_beside_the_log() -> None:
-    note = found("it into the log, (# [^,]+),", CODES["G717"].remedy)
+    note = found("it into the log, (# [^,]+),", explanations()["G717"].remedy)
     told = read_answers(None, [("report.txt", note[2:].encode())])
     written = read_answers(read_log(f"{note}\n{LOG}".encode()))
     for answers, codes in ((told, ["G717"]), (written, [])):
@@ -289,7 +289,7 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     journal.write_bytes(journal.read_bytes()[:-300] + b"\n[]\n7\n{}\n\0\0\n")
     done, points = grade("class -o grades")
     assert ("note G762: 5 lines of the journal cannot be read" in done.stderr, points) == (True, POINTS)
-    assert CODES["G762"].remedy == "nothing: what is lost is graded anew"
+    assert explanations()["G762"].remedy == "nothing: what is lost is graded anew"
     assert "G762" not in grade("class -o grades")[0].stderr
 
 

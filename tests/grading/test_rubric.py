@@ -12,7 +12,7 @@ import pytest
 from msgspec.structs import astuple
 
 from gyrodata import schema
-from gyrodata.diagnostics import CODES
+from gyrodata.diagnostics import explanations
 from gyrodata.errors import InputError
 from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import default_rubric_text, read_rubric
@@ -49,9 +49,9 @@ def test_parts_shown_commented_out_can_be_switched_on() -> None:
     assert costs == pytest.approx([2.0, 6.0])
 
 
-@pytest.mark.parametrize("code", sorted(code for code in CODES if code.startswith("G72")))
+@pytest.mark.parametrize("code", sorted(code for code in explanations() if code.startswith("G72")))
 def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
-    (told,) = faults(CODES[code].example)
+    (told,) = faults(explanations()[code].example)
     assert f"error {code}: " in told
 
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import gyrodata
-from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, CODES
+from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import Mark
 from gyrodata.grading.grade import Grade, not_graded
@@ -163,7 +163,8 @@ def _output(grade: Grade) -> str:
 def _found(diagnostic: Mapping[str, Any]) -> str:
     where = f"line {diagnostic['line']}: " if diagnostic.get("line") else ""
     hint = f" ({diagnostic['hint']})" if diagnostic.get("hint") else ""
-    words = CODES[diagnostic["code"]].title if _tells_inertia(diagnostic["code"]) else f"{diagnostic['message']}{hint}"
+    code = diagnostic["code"]
+    words = explanations()[code].title if _tells_inertia(code) else f"{diagnostic['message']}{hint}"
     return f"{diagnostic['severity']}: {where}{words}"
 
 

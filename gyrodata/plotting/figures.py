@@ -384,7 +384,10 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     if ax is None:
         from matplotlib import pyplot
 
-        return _fill(pyplot.figure(layout="constrained"), scene, name)
+        figure = pyplot.figure()
+        main = _fill(figure, scene, name)
+        figure.set_layout_engine("constrained")
+        return main
     FIGURES[name].panels[0](ax, scene)
     return ax
 

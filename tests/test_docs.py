@@ -220,7 +220,9 @@ def selfchecked() -> list[float]:
 
 def u_of_g(line: str) -> float:
     """Standard uncertainty of g [%] in a log with this line."""
-    sources = measure(read_log(f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode())).sources
+    sources = measure(
+        read_log(f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode())
+    ).sources
     return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
+from decimal import Decimal, DecimalException
 from functools import lru_cache
 from itertools import accumulate, pairwise
 from statistics import fmean
@@ -18,7 +19,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
 from gyrodata import vocabulary
-from gyrodata.quantities import NUMBER, PLAIN, CellError, as_read, read_cell, to_float
+from gyrodata.quantities import NUMBER, PLAIN, fold_number, to_float
 from gyrodata.readings import roles as known
 from gyrodata.readings.cells import BLANKS
 from gyrodata.readings.headers import (
@@ -583,22 +584,14 @@ def _with_differences(layout: Layout, faults: Faults) -> Layout:
         counts = next(at for at, header in enumerate(layout.headers) if "spin_turns" in header.roles)
         made += [(f"spin_period_{end} [s]", names[f"spintime{end}"], counts) for end in ("start", "end")]
     for name, one, other in made:
-        is_time = name == "time [s]"
+        sign = "minus" if name == "time [s]" else "over"
         try:
-            pairs = [
-                (
-                    read_cell(row.texts[one], "time", "s"),
-                    read_cell(row.texts[other], *(("time", "s") if is_time else ("number", None))),
-                )
-                for row in layout.rows
-            ]
-        except (CellError, IndexError):
+            pairs = [(_seconds(row.texts[one]), _seconds(row.texts[other])) for row in layout.rows]
+            texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
+        except (DecimalException, IndexError):
             return layout
-        if is_time:
-            texts = [as_read(stop.value - start.value, stop.step or 0.0) for stop, start in pairs]
-        else:
-            texts = [f"{time.value / count.value:.7g}" for time, count in pairs]
-        sign = "minus" if is_time else "over"
+        if any(text.startswith("-") for text in texts):
+            return layout
         message = f'"{layout.cells[one].text}" {sign} "{layout.cells[other].text}" is read as {name}'
         faults.add(codes.HEADER_READ_AS, message, "if it is not, write that column yourself", layout.cells[one])
         width = len(layout.cells)
@@ -613,3 +606,9 @@ def _with_differences(layout: Layout, faults: Faults) -> Layout:
         header = replace(parse_header(name), text=layout.headers[one].text)
         layout = replace(layout, cells=[*layout.cells, layout.cells[one]], headers=[*layout.headers, header], rows=rows)
     return layout
+
+
+def _seconds(text: str) -> Decimal:
+    """Read the hands of a clock, "12:01:10.25" or "1:10", or a plain number."""
+    parts = fold_number(text).replace(",", ".").split(":")
+    return sum((Decimal(part) * 60**at for at, part in enumerate(reversed(parts))), Decimal())

@@ -69,9 +69,20 @@ def test_headers_in_many_languages_and_styles(header: str) -> None:
     assert is_right(G_LINE + table(";", head=header.split(";")))
 
 
+TEX = ("$m$ [\\si{\\gram}]", "$x$ [cm]", "$f$ [rpm]", "$t$ [s]", "$N$")
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
 BY_WEIGHT = "".join(
     f"Mass:,{mass},g\n" + table(rows=[row[1:] for row in ROWS if row[0] == mass], head=HEAD[1:]) + "\n"
+    for mass in ("20.1", "40.3", "60.2")
+)
+CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
+         for row in ROWS]  # fmt: skip
+DISK = [[*row[:2], "10", f"{597 / float(row[2]):.2f}", f"{603 / float(row[2]):.2f}", *row[3:]] for row in ROWS]
+COLUMNS = list(zip(*ROWS, strict=True))
+THIRDS = [[*row[:3], f"{float(row[3]) / 3:.2f}", "1/3"] for row in ROWS]
+WITHOUT_ARM = [[row[0], *row[2:4]] for row in ROWS]
+TITLED = "".join(
+    f"m = {mass} g\n" + table(rows=[row[2:4] for row in ROWS if row[0] == mass], head=HEAD[2:4]) + "\n"
     for mass in ("20.1", "40.3", "60.2")
 )
 PAIRS = [[*row[:2], f"{int(row[2]) + 6} - {int(row[2]) - 6}", *row[3:]] for row in ROWS]
@@ -96,7 +107,28 @@ FORMS = {
     "a third in words": table(rows=[[*row[:3], f"{float(row[3]) / 3:.2f}", "Drittel"] for row in ROWS]),
     "ditto marks": table(rows=[[row[0] if at % 3 == 0 else '"', *row[1:]] for at, row in enumerate(ROWS)]),
     "spin at start and end": table(rows=PAIRS),
+    "start and stop of a clock": table(rows=CLOCK, head=[*HEAD[:3], "start", "stop", "turns"]),
+    "ten turns of the disk": table(rows=DISK, head=[*HEAD[:2], "spin_turns", "spin_time_start [s]",
+                                                    "spin_time_end [s]", *HEAD[3:]]),
     "one table a weight": BY_WEIGHT,
+    "LaTeX": "\\begin{tabular}{lllll}\n" + table(" & ", head=TEX, frame="{} \\\\ \\hline\n") + "\\end{tabular}\n",
+    "LaTeX with {,}": table(" & ", [[cell.replace(".", "{,}") for cell in row] for row in ROWS], frame="${}$ \\\\\n"),
+    "turned": "".join(",".join([name, *cells]) + "\n" for name, cells in zip(HEAD, COLUMNS, strict=True)),
+    "turned, with one position": "".join(
+        ",".join([name, *(cells if name != "position [cm]" else [ARM])]) + "\n"
+        for name, cells in zip(HEAD, COLUMNS, strict=True)),
+    "fractions below an unknown name": table(rows=THIRDS, head=[*HEAD[:4], "how far"]),
+    "a word for turns in an unknown name": table(head=[*HEAD[:4], "nb de tours faits"]),
+    "angles below an unknown name": table(rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]),
+    "what holds for all below the table": table(rows=WITHOUT_ARM, head=[HEAD[0], *HEAD[2:4]])
+    + f"\nDistance from centre: {ARM} cm\nAll times for one full turn\n",
+    "what holds for all tables above the first": f"x = {ARM} cm, one turn each\n" + TITLED,
+    "a decimal comma in a line above": "x = 14,8 cm\n" + table(rows=[[row[0], *row[2:]] for row in ROWS],
+                                                             head=[HEAD[0], *HEAD[2:]]),
+    "± beside each column": table(rows=[[a, "0.1", b, "0.1", c, "2", d, "0.2", "1"] for a, b, c, d, _ in ROWS],
+                                  head=[HEAD[0], "±", HEAD[1], "±", HEAD[2], "±", HEAD[3], "±", "turns"]),
+    "snake case": table(rows=[[*row[:2], f"{float(row[2]) * math.pi / 30:.4f}", *row[3:]] for row in ROWS],
+                        head=["mass_g", "x_cm", "omega_rad_s", "t_s", "turns"]),
     "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n" + table(";", [["ABC"[at // 3], *row[1:]]
                                                                             for at, row in enumerate(ROWS)]),
     "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
@@ -120,6 +152,33 @@ def test_a_header_that_may_mean_something_else_is_not_read(header: str) -> None:
     with pytest.raises(LogError) as caught:
         analyze(table(head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
     assert "G301" in [one.code for one in caught.value.diagnostics]
+
+
+WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
+           "position": table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]])}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("line", "missing"),
+    [
+        ("Three marks on the circle, 120 deg apart", "turns"),
+        ("rod horizontal (90 deg to the axis)", "turns"),
+        ("Kugelradius r = 5.08 cm", "position"),
+        ("R = 5.08 cm (ball)", "position"),
+        ("a tape mark 5.0 cm wide", "position"),
+        ("Position 15,5 cm", "position"),
+    ],
+)
+def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str, missing: str) -> None:
+    with pytest.raises(LogError, match=f"{missing} is missing"):
+        analyze(f"{line}\n{WITHOUT[missing]}")
+
+
+@pytest.mark.parametrize("header", ["ruler (cm)", "position from the end (cm)", "thirds of a turn"])
+def test_a_header_with_another_zero_or_part_is_asked_about(header: str) -> None:
+    at = 1 if "cm" in header else 4
+    with pytest.raises(LogError):
+        analyze(table(rows=[[*row[:4], "3"] for row in ROWS], head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
 
 
 @pytest.mark.parametrize("legend", ["A = 20.1 g + 5 g", "A = 20.1 g without the hanger", "A = 20.1 g\nA = 25.1 g"])

@@ -9,7 +9,9 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-from gyrodata import plotting, reporting
+from gyrodata import plotting
+from gyrodata.reporting.data import json_text
+from gyrodata.reporting.page import report_page
 from gyrodata.reporting.phrases import defaults_used
 from gyrodata.results import Analysis
 
@@ -21,7 +23,7 @@ WORDS = {name: f"what {name} shows" for name in plotting.FIGURES}
 
 
 def make_page(analysis: Analysis, figures: Mapping[str, bytes] = PIXEL, alt: Mapping[str, str] = WORDS) -> str:
-    return reporting.report_page(analysis, figures, "png", alt, plotting.list_looks(analysis))
+    return report_page(analysis, figures, "png", alt, plotting.list_looks(analysis))
 
 
 VOID = {"meta", "img", "br", "hr", "input", "link", "path"}
@@ -79,7 +81,7 @@ def strings(found: Any) -> list[str]:
 
 def known(analysis: Analysis) -> list[str]:
     """Texts with digits that are no numbers of the result, the longest first: what the log says, and what is fixed."""
-    document = json.loads(reporting.json_text(analysis.to_dict()))
+    document = json.loads(json_text(analysis.to_dict()))
     # What is short and begins with a digit may be a number that is shown.
     quoted = [text for text in strings(document) if len(text) > (20 if text[:1].isdigit() else 3)]
     texts = {*quoted, *TOLD["fixed"], *analysis.readings.metadata.values(), *map(str.strip, defaults_used(analysis))}

@@ -22,8 +22,12 @@ from PIL import Image
 from tex import faults_of_document
 from typer.testing import CliRunner, Result
 
-from gyrodata import analyze, plotting, reporting
+from gyrodata import analyze, plotting
 from gyrodata.cli import app
+from gyrodata.reporting.data import runs_csv
+from gyrodata.reporting.latex import latex_report
+from gyrodata.reporting.markdown import markdown_report
+from gyrodata.reporting.text import summary
 from gyrodata.results import Analysis
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
@@ -82,7 +86,7 @@ def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -
 
 def test_the_commands_that_a_report_names_answer() -> None:
     path = SAMPLES / "salort_one_torque.csv"
-    report = reporting.markdown_report(analyze(path))
+    report = markdown_report(analyze(path))
     commands = re.findall("`gyro ((?:predict|explain) [^`]*)`", report)
     assert [command.split()[1] for command in commands] == [
         "tip", "precession", "twist", "earth", "platform", "statistics", "theory"
@@ -111,7 +115,7 @@ def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
     # A note may contain any number.
     analysis = replace(analysis, readings=replace(analysis.readings, notes=("",) * len(analysis.run_table)))
     told = known(analysis)
-    text = re.sub(r"\\(.)", r"\1", reporting.markdown_report(analysis))
+    text = re.sub(r"\\(.)", r"\1", markdown_report(analysis))
     text = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0|\s+", " ", text.replace("−", "-"))
     for words in told:
         plain = re.escape(re.sub(r"M0|\s+", " ", words.replace("−", "-")))
@@ -131,7 +135,7 @@ def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
         r"\input{x} a_b --log": r"\textbackslash{}input\{x\} a\_b -{}-log",
         "\u202e\u200b": "",
     }
-    report = reporting.latex_report(replace(evil(), name=f"qqq {' qqq '.join(written)} qqq"))
+    report = latex_report(replace(evil(), name=f"qqq {' qqq '.join(written)} qqq"))
     shown = [text.strip() for text in report.split("qqq")[1 : len(written) + 1]]
     assert dict(zip(written, shown, strict=True)) == written
 
@@ -139,7 +143,7 @@ def test_signs_are_formulas_and_letters_stay_as_they_are_in_latex() -> None:
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=25)
 def test_the_document_is_sound_whatever_the_log_says(text: str) -> None:
-    assert faults_of_document(reporting.latex_report(with_texts(text))) == []
+    assert faults_of_document(latex_report(with_texts(text))) == []
 
 
 @pytest.mark.parametrize(("engine", "analysis"), [("lualatex", evil), ("pdflatex", lambda: analyze(SAMPLE))])
@@ -149,7 +153,7 @@ def test_the_document_compiles_when_latex_is_installed(
     found = shutil.which("kpsewhich")
     if shutil.which(engine) is None or found is None or subprocess.run([found, "siunitx.sty"]).returncode:
         pytest.skip(f"no {engine} with siunitx on this machine")
-    (tmp_path / "report.tex").write_text(reporting.latex_report(analysis()), encoding="utf-8")
+    (tmp_path / "report.tex").write_text(latex_report(analysis()), encoding="utf-8")
     for name in plotting.FIGURES:
         Image.new("RGB", (66, 42), "white").save(tmp_path / f"{name}.png")
     command = [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"]
@@ -174,11 +178,11 @@ OTHER_TAG = re.compile(r"<(?!/?(?:h[1-3]|p|em|strong|code|img|ul|li|table|thead|
 @given(TEXTS)
 @settings(derandomize=True, deadline=None, max_examples=20)
 def test_text_stays_text_in_markdown(text: str) -> None:
-    assert not OTHER_TAG.search(shown_as(reporting.markdown_report(with_texts(text))))
+    assert not OTHER_TAG.search(shown_as(markdown_report(with_texts(text))))
 
 
 def test_a_hostile_log_is_a_harmless_page() -> None:
-    page = shown_as(reporting.markdown_report(evil()))
+    page = shown_as(markdown_report(evil()))
     assert "<script" not in page
     assert "<i>" not in page
     assert re.findall(r'<img src="([^"]*)', page) == [f"{name}.png" for name in plotting.FIGURES]
@@ -193,7 +197,7 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 @settings(derandomize=True, deadline=None, max_examples=100)
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
     analysis = with_texts(text)
-    table = reporting.runs_csv(analysis)
+    table = runs_csv(analysis)
     head, *rows = csv.reader(io.StringIO(table, newline=""))
     assert [len(row) for row in rows] == [len(head)] * len(analysis.run_table)
     # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.
@@ -213,7 +217,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
 def test_no_text_commands_a_terminal(text: str) -> None:
     analysis = with_texts(text)
     runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
-    shown = reporting.summary(replace(analysis, run_table=runs))
+    shown = summary(replace(analysis, run_table=runs))
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
 
 

@@ -11,7 +11,12 @@ from itertools import pairwise
 import pytest
 from pages import KINDS, LOG, Structure, find, known, make_page
 
-from gyrodata import analyze, plotting, reporting
+from gyrodata import analyze, plotting
+from gyrodata.reporting.data import json_text
+from gyrodata.reporting.latex import latex_report
+from gyrodata.reporting.markdown import markdown_report
+from gyrodata.reporting.text import summary
+from gyrodata.reporting.values import inertia_text, number_text
 from gyrodata.results import Analysis
 
 
@@ -76,7 +81,7 @@ def shows(text: str, shown: float) -> bool:
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> None:
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
-    document = json.loads(reporting.json_text(analysis.to_dict()))
+    document = json.loads(json_text(analysis.to_dict()))
     page = Structure(make_page(analysis))
     assert len(page.numbers) > 40
     assert not {"nan", "None", "inf"} & set(page.text.split())
@@ -98,11 +103,11 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
 
 def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
     text = words(page)
-    assert said(reporting.inertia_text(analysis.inertia.value, analysis.inertia.u)) in text
+    assert said(inertia_text(analysis.inertia.value, analysis.inertia.u)) in text
     assert analysis.sha256 in text
     texts = [*analysis.advice, *(diagnostic.message for diagnostic in analysis.diagnostics)]
     texts += [*(effect.reason for effect in analysis.effects), *(fit.note for fit in analysis.fits)]
-    texts += [reporting.number_text(group.product.value, group.product.u) for group in analysis.torques]
+    texts += [number_text(group.product.value, group.product.u) for group in analysis.torques]
     assert [told for told in texts if said(told) not in text] == []
     rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
     assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
@@ -112,18 +117,18 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
 def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     log = KINDS["far too much scatter"].replace("40.1,1", "60.1,1")
     analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
-    for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], reporting.summary(analysis)):
+    for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], summary(analysis)):
         assert "Do not rely on this answer: " in (before := re.split("I_?zz = ", text)[0])
         assert "contradict each other" in before
-    for form in (reporting.markdown_report, reporting.latex_report):
+    for form in (markdown_report, latex_report):
         assert "Do not rely on this answer" in form(analysis).partition("95")[0]
-    assert "Do not rely" not in reporting.summary(analyze(LOG.encode()))
+    assert "Do not rely" not in summary(analyze(LOG.encode()))
 
 
 def test_one_torque_has_the_value_of_a_balanced_ball() -> None:
     analysis = analyze(KINDS["one torque"].encode())
     assert analysis.if_balanced is not None
-    balanced = reporting.inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
+    balanced = inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
     assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
     assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
 
@@ -135,7 +140,7 @@ def test_one_run_is_worked_out_by_hand() -> None:
     runs += "".join(row(20 * k, rpm, 0.0993 * rpm / k) for k in (2, 3) for rpm in (206, 407, 605))
     analysis = analyze(f"# g: 9.803 m/s^2\n{head}\n{runs}".encode())
     assert [run.left_out for run in analysis.run_table[:3]] == [False, True, False]
-    text = reporting.markdown_report(analysis).replace("\\", "")
+    text = markdown_report(analysis).replace("\\", "")
     section = text.partition("## One run by hand")[2].partition("\n## ")[0]
     assert "Run 3 (line 5)" in section
     steps = re.findall(r"^- (.*)$", section, re.M)

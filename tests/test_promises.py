@@ -17,7 +17,7 @@ import gyrodata
 from gyrodata import schema
 from gyrodata.cli import app
 from gyrodata.grading.rubric import default_rubric_text
-from gyrodata.reporting import markdown_report
+from gyrodata.reporting.markdown import markdown_report
 
 TESTS = ROOT / "tests"
 LISTED: dict[str, dict[str, str]] = tomllib.loads((TESTS / "promises.toml").read_text(encoding="utf-8"))

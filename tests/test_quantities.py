@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 import gyrodata
 from gyrodata.errors import GyroError
 from gyrodata.readings import read_log, write_log
-from gyrodata.reporting import inertia_text
+from gyrodata.reporting.values import inertia_text
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns"
 ROW = "20,15.0,406,13.06,1/3"

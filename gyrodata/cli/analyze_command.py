@@ -219,7 +219,7 @@ def _header(form: Format, table: Table) -> str:
     """What stands once above the rows of all logs."""
     if form != "csv":
         return ""
-    from gyrodata.reporting import table_header
+    from gyrodata.reporting.data import table_header
 
     return table_header(table)
 
@@ -308,12 +308,12 @@ def _without_answer(
 ) -> _Told:
     """Tell why a log has no answer; a pipe gets an object or a row for it all the same."""
     if request.form == "csv" and request.table == "logs":
-        from gyrodata.reporting import unanswered_row
+        from gyrodata.reporting.data import unanswered_row
 
         return _Told(code, unanswered_row(name, diagnostics), diagnostics)
     if request.form not in ("json", "ndjson"):
         return _Told(code, "", diagnostics)
-    from gyrodata.reporting import json_text
+    from gyrodata.reporting.data import json_text
     from gyrodata.results import AnalysisDocument, Input, to_json
 
     digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
@@ -327,29 +327,33 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
 
     `below`: the folder of its report if there are several logs; `written`: whether it has a report.
     """
-    from gyrodata import reporting
+    from gyrodata.reporting.data import json_text, table_rows
+    from gyrodata.reporting.files import alternatives, shown_form
+    from gyrodata.reporting.latex import latex_report
+    from gyrodata.reporting.markdown import markdown_report
+    from gyrodata.reporting.text import summary
 
     form = request.form
     after = "" if below is None else "\n"
     if form == "text":
         rest = "all the rest: gyro analyze -v" + (", or the report's page" if written else "")
-        return reporting.summary(analysis, request.verbose, rest) + after
+        return summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote
 
         # That of one log belongs where the figures are, that of several beside their folders.
         place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
-        figures = f"{place}{{}}.{reporting.shown_form(request.figures)}"
-        return reporting.markdown_report(analysis, figures, reporting.alternatives(analysis)) + after
+        figures = f"{place}{{}}.{shown_form(request.figures)}"
+        return markdown_report(analysis, figures, alternatives(analysis)) + after
     if form == "latex":
-        return reporting.latex_report(analysis)
+        return latex_report(analysis)
     if form == "csv":
-        return reporting.table_rows(analysis, request.table)
-    return reporting.json_text(analysis.to_dict(), indent=2 if form == "json" else None)
+        return table_rows(analysis, request.table)
+    return json_text(analysis.to_dict(), indent=2 if form == "json" else None)
 
 
 def _files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
-    from gyrodata.reporting import report_files
+    from gyrodata.reporting.files import report_files
 
     return report_files(analysis, request.figures, request.style, DOCUMENTS.get(request.form, ""))
 

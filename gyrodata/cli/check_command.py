@@ -141,8 +141,9 @@ def _fix(log: Path, name: str, read: Callable[[], Read], form: CheckFormat) -> N
 
 def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: bool) -> int:
     """Check one log, print what was found, and give the exit code."""
-    from gyrodata import reporting
     from gyrodata.procedure import ADVICE, check_log
+    from gyrodata.reporting.data import json_text
+    from gyrodata.reporting.text import check_text
 
     readings: Readings | None = None
     hand_in: HandIn | None = None
@@ -166,7 +167,7 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
     if form == "text":
         well = "with an answer" if hand_in else "complete"
         runs = len(readings.runs) if readings else None
-        write_out(coloured(reporting.check_text(name, runs, found, well, analysis), sys.stdout))
+        write_out(coloured(check_text(name, runs, found, well, analysis), sys.stdout))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
         from gyrodata.results import CheckDocument, Input, to_json
@@ -179,5 +180,5 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
             diagnostics=tuple(one.to_dict() for one in found),
             hand_in=hand_in,
         )
-        write_out(reporting.json_text(to_json(document), indent=2 if form == "json" else None))
+        write_out(json_text(to_json(document), indent=2 if form == "json" else None))
     return code

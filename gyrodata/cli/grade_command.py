@@ -327,7 +327,7 @@ def _tell(*groups: Iterable[str]) -> None:
 
 def _told_where(folder: Path, waiting: int) -> list[str]:
     from gyrodata.grading.ledger import TODO
-    from gyrodata.reporting import count_text
+    from gyrodata.reporting.values import count_text
 
     waits = f"; {count_text(waiting, 'line')} for you in {folder / TODO}" if waiting else ""
     return [f"grades: {folder / 'grades.csv'}{waits}", f"class: {folder / 'class.html'}"]
@@ -338,7 +338,7 @@ def _told(found: ClassGrades, options: GradingOptions) -> Iterator[str]:
     from gyrodata.grading.desk import waiting_lines
     from gyrodata.grading.ledger import DESK
     from gyrodata.readings import listing
-    from gyrodata.reporting import count_text
+    from gyrodata.reporting.values import count_text
 
     reasons: dict[str, list[str]] = {}
     for student, why in found.again.items():

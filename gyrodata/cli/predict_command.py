@@ -429,6 +429,6 @@ def _tell(name: str, options: Mapping[str, Any], notes: Sequence[str], answer: A
     if form == "text":
         write_out(prediction_text(options, notes, answer))
         return
-    from gyrodata.reporting import json_text
+    from gyrodata.reporting.data import json_text
 
     write_out(json_text(document(name, options, notes, answer)))

@@ -67,7 +67,8 @@ def simulate(
     are shared in a lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and in
     its first line the truth. The same options give the same log.
     """
-    from gyrodata import reporting, simulation
+    from gyrodata import simulation
+    from gyrodata.reporting.data import json_text
 
     scene = simulation.Truth(
         inertia=quantity("--inertia", inertia, "inertia", positive=True),
@@ -86,7 +87,7 @@ def simulate(
     done = simulation.simulate(scene, design, _noise(noise), seed)
     if truth is not None:
         options = {name: value for name, value in context.params.items() if name != "truth"}
-        _write(truth, reporting.json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
+        _write(truth, json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
     write_out(done.log)
 
 

@@ -43,11 +43,11 @@ def selfcheck(
     """
     import time
 
-    from gyrodata import reporting
     from gyrodata.analysis import analyze_readings
     from gyrodata.coverage import selfcheck as simulate
     from gyrodata.measurements import select
     from gyrodata.readings import read_log
+    from gyrodata.reporting.data import json_text
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log, name_of(log, stdin)), settings=given[0], mapping=given[1], config=config)
@@ -56,7 +56,7 @@ def selfcheck(
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
     measured = select(analysis.measurements, kept)
     done = simulate(measured, time.perf_counter, labs, seed=seed, tilted=tilted, progress=progress_bar(labs))
-    write_out(reporting.json_text(done.to_dict()) if form == "json" else done.to_text() + "\n")
+    write_out(json_text(done.to_dict()) if form == "json" else done.to_text() + "\n")
 
 
 def benchmark(
@@ -107,14 +107,15 @@ def schema(
     as_json: Annotated[bool, typer.Option("--json", help="The table of diagnostics as JSON.")] = False,
 ) -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
-    from gyrodata import reporting
     from gyrodata import schema as schemas
+    from gyrodata.reporting.data import json_text
+    from gyrodata.reporting.text import diagnostics_text
 
     if name == "diagnostics":
         table = schemas.diagnostics_table()
-        write_out(reporting.json_text({"diagnostics": table}) if as_json else reporting.diagnostics_text(table))
+        write_out(json_text({"diagnostics": table}) if as_json else diagnostics_text(table))
     else:
-        write_out(reporting.json_text(getattr(schemas, f"{name}_schema")()))
+        write_out(json_text(getattr(schemas, f"{name}_schema")()))
 
 
 OPTIONS = "G5"
@@ -164,8 +165,8 @@ def explain(
 
 def _explanation(asked: str) -> str:
     """Say what a code means."""
-    from gyrodata import reporting
     from gyrodata.docs import PAGES
+    from gyrodata.reporting.text import explanation
 
     code = f"G{asked.strip().upper().removeprefix('G')}"
     if code not in explanations():
@@ -174,7 +175,7 @@ def _explanation(asked: str) -> str:
             "gyro schema diagnostics lists all codes"
         )
         refuse(EXPLAINED_CODE_UNKNOWN, f'there is no code "{asked}", and no such page', hint)
-    return reporting.explanation(code, _raised(code))
+    return explanation(code, _raised(code))
 
 
 def _raised(code: str) -> Diagnostic | None:

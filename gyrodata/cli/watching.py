@@ -101,7 +101,7 @@ def state(
 ) -> str:
     """Say how the lab stands by what the file holds, or why it does not say yet."""
     from gyrodata.procedure import what_lacks
-    from gyrodata.reporting import unfinished_text, watch_text
+    from gyrodata.reporting.text import unfinished_text, watch_text
 
     try:
         readings = read(data)

@@ -17,7 +17,7 @@ from gyrodata.grading.rubric import ASKS, KINDS, Criterion
 from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
-from gyrodata.reporting import count_text, factor_text, inertia_range_text, inertia_text, p_text
+from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
 if TYPE_CHECKING:
     from gyrodata.results import Analysis

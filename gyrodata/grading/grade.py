@@ -27,7 +27,7 @@ from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
 from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
 from gyrodata.readings import Readings, read_reported
-from gyrodata.reporting import factor_text
+from gyrodata.reporting.values import factor_text
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission

@@ -11,7 +11,7 @@ from gyrodata.grading.grade import station_of
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.grading.submissions.student_files import Answers
 from gyrodata.readings import Readings, Reported, listing
-from gyrodata.reporting import inertia_text
+from gyrodata.reporting.values import inertia_text
 from gyrodata.results import HandIn
 
 

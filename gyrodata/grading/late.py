@@ -13,7 +13,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, field
 
 from gyrodata.quantities import parse_uncertainty
-from gyrodata.reporting import duration_text
+from gyrodata.reporting.values import duration_text
 from gyrodata.toml_table import Path, Text, UnfitError
 from gyrodata.units import UnitError
 

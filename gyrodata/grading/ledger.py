@@ -21,7 +21,7 @@ from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import listing, read_reported
-from gyrodata.reporting import csv_cell, csv_lines
+from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"

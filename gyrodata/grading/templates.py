@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from gyrodata.errors import shown
 from gyrodata.grading.grade import points_text
 from gyrodata.grading.yardsticks import fit_words
-from gyrodata.reporting import factor_text, inertia_text
+from gyrodata.reporting.values import factor_text, inertia_text
 
 if TYPE_CHECKING:
     from jinja2 import Environment

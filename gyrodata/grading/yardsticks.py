@@ -27,7 +27,7 @@ from gyrodata.quantities import parse_quantity, parse_uncertainty
 from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
 from gyrodata.readings.roles import CONSTANTS
 from gyrodata.readings.settings import Given, read_settings
-from gyrodata.reporting import count_text, inertia_text
+from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.units import Uncertainty, UnitError
 

@@ -16,7 +16,8 @@ from msgspec import Struct, field
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text, two_decimals
 from gyrodata.grading.ledger import csv_table
-from gyrodata.reporting import count_text, csv_cell, csv_lines, in_columns
+from gyrodata.reporting.data import csv_cell, csv_lines
+from gyrodata.reporting.values import count_text, in_columns
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades

@@ -12,7 +12,7 @@ from gyrodata.grading.classroom import ClassGrades, CriterionFigures
 from gyrodata.grading.exports import Change
 from gyrodata.grading.grade import Grade, ShownGrade
 from gyrodata.grading.yardsticks import BenchScatter, Reference
-from gyrodata.reporting import json_text
+from gyrodata.reporting.data import json_text
 from gyrodata.results import Tool, encode, to_json
 
 

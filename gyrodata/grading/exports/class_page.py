@@ -17,7 +17,8 @@ from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import COLUMNS, DESK, Offer
 from gyrodata.grading.templates import environment
 from gyrodata.physics import RPM
-from gyrodata.reporting import count_text, csv_lines, number_text, power_of_ten
+from gyrodata.reporting.data import csv_lines
+from gyrodata.reporting.values import count_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades

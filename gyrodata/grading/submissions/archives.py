@@ -23,7 +23,7 @@ from msgspec import Struct
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import MAX_BYTES
-from gyrodata.reporting import size_text
+from gyrodata.reporting.values import size_text
 
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip that are looked at; an entry has some hundred

@@ -25,7 +25,7 @@ from gyrodata.readings import (
     split_lines,
 )
 from gyrodata.readings.headers import name_roles
-from gyrodata.reporting import size_text
+from gyrodata.reporting.values import size_text
 from gyrodata.units import kinds_of
 
 TABLES = (".csv", ".tsv")  # endings that say table

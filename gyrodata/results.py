@@ -39,7 +39,7 @@ DOF_REASON = (
 
 
 def _above(room: str) -> Any:
-    """Give a room above this one, which shows what is here: loaded when somebody looks, not when it is made."""
+    """Give a module of a room above this one, which shows what is here: loaded when somebody looks, not when it is made."""
     return import_module(f"gyrodata.{room}")
 
 
@@ -222,7 +222,7 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting").summary(self, verbose=False, rest="all the rest: .report(FOLDER)"))
+        return str(_above("reporting.text").summary(self, verbose=False, rest="all the rest: .report(FOLDER)"))
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures of the report.
@@ -260,7 +260,7 @@ class Analysis(Struct, frozen=True, eq=False):
             Of the page, report.html.
         """
         target = Path(folder)
-        write_folder(target, _above("reporting").report_files(self))
+        write_folder(target, _above("reporting.files").report_files(self))
         return target / "report.html"
 
     def _repr_html_(self) -> str:
@@ -274,7 +274,7 @@ class Analysis(Struct, frozen=True, eq=False):
         return f'<pre style="white-space: pre-wrap">{told}</pre>{picture}' + (f"<ul>{found}</ul>" if found else "")
 
     def _repr_markdown_(self) -> str:
-        return str(_above("reporting").markdown_report(self))
+        return str(_above("reporting.markdown").markdown_report(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""

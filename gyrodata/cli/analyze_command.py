@@ -328,28 +328,31 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
     `below`: the folder of its report if there are several logs; `written`: whether it has a report.
     """
     from gyrodata.reporting.data import json_text, table_rows
-    from gyrodata.reporting.files import alternatives, shown_form
-    from gyrodata.reporting.latex import latex_report
-    from gyrodata.reporting.markdown import markdown_report
-    from gyrodata.reporting.text import summary
 
     form = request.form
     after = "" if below is None else "\n"
+    if form == "csv":
+        return table_rows(analysis, request.table)
+    if form in ("json", "ndjson"):
+        return json_text(analysis.to_dict(), indent=2 if form == "json" else None)
     if form == "text":
+        from gyrodata.reporting.text import summary
+
         rest = "all the rest: gyro analyze -v" + (", or the report's page" if written else "")
         return summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote
 
+        from gyrodata.reporting.files import alternatives, shown_form
+        from gyrodata.reporting.markdown import markdown_report
+
         # That of one log belongs where the figures are, that of several beside their folders.
         place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
         figures = f"{place}{{}}.{shown_form(request.figures)}"
         return markdown_report(analysis, figures, alternatives(analysis)) + after
-    if form == "latex":
-        return latex_report(analysis)
-    if form == "csv":
-        return table_rows(analysis, request.table)
-    return json_text(analysis.to_dict(), indent=2 if form == "json" else None)
+    from gyrodata.reporting.latex import latex_report
+
+    return latex_report(analysis)
 
 
 def _files(analysis: Analysis, request: _Request) -> dict[str, bytes]:

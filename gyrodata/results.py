@@ -39,7 +39,7 @@ DOF_REASON = (
 
 
 def _above(room: str) -> Any:
-    """Give a module of a room above this one, which shows what is here: loaded when somebody looks, not when it is made."""
+    """Give a module of a room above this one: it is loaded when somebody looks, not when a result is made."""
     return import_module(f"gyrodata.{room}")
 
 

@@ -185,3 +185,22 @@ def test_a_header_with_another_zero_or_part_is_asked_about(header: str) -> None:
 def test_legend_that_says_more_than_one_quantity_is_asked_about(legend: str) -> None:
     with pytest.raises(LogError, match="name of a weight"):
         analyze(f"# {legend.replace(chr(10), chr(10) + '# ')}\n" + table(rows=[["A", *row[1:]] for row in ROWS[:3]]))
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "said"),
+    [
+        # The time is there already, so that nobody needs to know what "T" is.
+        ("mass [g],position [cm],spin [rpm],time [s],turns,ω [rad/s]", "40.3,14.8,407,9.2,1,42.6", "is only compared"),
+        ("mass [g],position [cm],spin [rpm],T [s]", "40.3,14.8,407,9.2", "is read as the time of one whole turn"),
+        ("mass [g],position [cm],T [s],frequency [Hz]", "40.3,14.8,9.2,6.78", "is read as the time of one whole turn"),
+        ("mass [g],position [cm],spin [rpm],T [s],turns", "40.3,14.8,407,9.2,1/3", "fits time and precession_period"),
+    ],
+)
+def test_header_of_two_meanings_is_decided_by_what_else_is_there(head: str, row: str, said: str) -> None:
+    log = f"{G_LINE}{head}\n{row}\n"
+    try:
+        found = analyze(log).diagnostics
+    except LogError as error:
+        found = error.diagnostics
+    assert any(said in one.message for one in found), found

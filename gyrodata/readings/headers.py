@@ -202,7 +202,8 @@ def _modified(name: str) -> tuple[str, ...]:
     for words, letters in ((tokens[:-1], tokens[-1:]), (tokens[:-2], tokens[-2:]), (tokens[1:], tokens[:1])):
         word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())
         both = tuple(role for role in symbol and (_known(word) or _modified(word)) if role in symbol)
-        if both and len(squeeze(words[0])) > 2:
+        # A word of Chinese or Japanese may have two signs.
+        if both and (len(squeeze(words[0])) > 2 or words[0] > "\u2e80"):
             return both
     lower = [squeeze(token).lower() for token in tokens]
     affixes = [affix for affix in _AFFIXES if not affix[0].isdisjoint(lower)]

@@ -195,13 +195,11 @@ def _eliminate(layout: Layout, several: list[Chosen], choice: Choice, faults: Fa
         choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
     for column in several:
         left, cell = _left(column, choice), column.cell
-        if set(left) <= roles.derived_roles(choice.there) or not _may_be_needed(left, choice.there):
+        if not _may_be_needed(left, choice.there):
             message = f'the column "{cell.text}" is not used: it fits {" and ".join(column.header.roles)}'
             faults.add(codes.COLUMN_NOT_USED, message, "", cell)
             continue
         ways = {role: f'--map {role}="{cell.text}"' for role in left}
-        if "time" in ways and "precession_period" in ways and choice.there.isdisjoint(roles.COUNTS):
-            ways["time"] += " (with --set turns=…)"
         choice.asked.update(left)
         message = f'the header "{cell.text}" fits {" and ".join(left)}'
         faults.add(codes.HEADER_FITS_TWO_ROLES, message, f"say which: {' or '.join(ways.values())}", cell)

@@ -16,13 +16,31 @@ from msgspec.structs import asdict, replace
 from gyrodata import diagnostics as codes
 from gyrodata.errors import insist_on_type
 from gyrodata.quantities import CellError, read_cell
-from gyrodata.readings.cells import Reported, check_value, read_reported, rounded_turns
-from gyrodata.readings.columns import choose, note_unplaced
-from gyrodata.readings.headers import parse_header
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
+from gyrodata.readings.columns import check_meaning, choose, note_unplaced, warn_of_notes
+from gyrodata.readings.lablog import (
+    MOST_OF_ONE_CODE,
+    Column,
+    Faults,
+    Place,
+    Reading,
+    Readings,
+    Reported,
+    check_value,
+    listing,
+    read_reported,
+    rounded_turns,
+    split_lines,
+)
 from gyrodata.readings.layout import Layout, find_layout
-from gyrodata.readings.meaning import check_meaning, warn_of_notes
-from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, kind_of_role, stated_u, to_display, u_keys
+from gyrodata.readings.roles import (
+    SHARED_UNCERTAINTIES,
+    as_u_of,
+    kind_of_role,
+    parse_header,
+    stated_u,
+    to_display,
+    u_keys,
+)
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, value_text
 from gyrodata.readings.table import TableReader

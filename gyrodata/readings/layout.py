@@ -20,22 +20,9 @@ from msgspec.structs import replace
 from gyrodata import diagnostics as codes
 from gyrodata import vocabulary
 from gyrodata.quantities import NUMBER, PLAIN, fold_number, to_float
-from gyrodata.readings import roles as known
-from gyrodata.readings.cells import BLANKS
-from gyrodata.readings.headers import (
-    Header,
-    are_turns,
-    clock_word,
-    counts_weights,
-    from_centre,
-    origin_in,
-    parse_header,
-    split_unit,
-    turns_in,
-    with_unit,
-)
-from gyrodata.readings.lablog import Faults, Text, listing, span
-from gyrodata.readings.roles import BY_NAME, TEXTS, TIMINGS, kind_of_role, squeeze
+from gyrodata.readings import roles
+from gyrodata.readings.lablog import BLANKS, Faults, Text, listing, span
+from gyrodata.readings.roles import TEXTS, Header, kind_of_role, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row, find_place
 from gyrodata.units import kinds_of
 
@@ -143,7 +130,7 @@ def _is_summary(row: Row, headers: list[Header]) -> bool:
     text = row.texts[at]
     words = re.split(r"[\s_:,;(=]+", text)[0], re.sub(r"[()=:]", "", text)
     is_note = at < len(headers) and "note" in headers[at].roles
-    return not is_note and not known.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
+    return not is_note and not roles.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in words)
 
 
 _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
@@ -166,11 +153,11 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
 @lru_cache(maxsize=4096)
 def is_of_means(header: str) -> bool:
     """Tell whether a column holds means, by its name."""
-    return any(squeeze(word).lower() in known.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
+    return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
 def _is_timed(names: list[str]) -> bool:
-    return any(turns_in(name) or set(parse_header(name).roles).intersection(TIMINGS) for name in names)
+    return any(turns_in(name) or set(parse_header(name).roles).intersection(roles.TIMINGS) for name in names)
 
 
 # What a caption says -----------------------------------------------------------------------------------------------
@@ -213,9 +200,9 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
             continue  # "Position 15,5 cm" may be parted at its decimal comma
         role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
-        role = "" if role == "position" and origin_in(whole) else role
-        of_the_ball = re.search(_BALL, clause) and not from_centre(clause) and not re.search(_WEIGHT, clause)
-        if role and (from_centre(clause) or not (of_the_ball or beside & known.NOT_THE_WEIGHT)):
+        role = "" if role == "position" and roles.origin_in(whole) else role
+        of_the_ball = re.search(_BALL, clause) and not roles.from_centre(clause) and not re.search(_WEIGHT, clause)
+        if role and (roles.from_centre(clause) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
     name, *rest = re.split(r"\s*[:=：]\s*", whole, maxsplit=1)
@@ -225,18 +212,18 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
     if re.search(f"(?i){_any_of('not_timed')}", whole):
-        found = {role: items for role, items in found.items() if role == "position" and from_centre(whole)}
+        found = {role: items for role, items in found.items() if role == "position" and roles.from_centre(whole)}
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 
 
 def _lacking(headers: list[Header]) -> set[str]:
     """Name what a caption may say of a table: what no column of it contains."""
     there = {role for header in headers for role in header.roles}
-    if there & {"angle", *TIMINGS[1:]} or any(turns_in(header.text) for header in headers):
+    if there & {"angle", *roles.TIMINGS[1:]} or any(turns_in(header.text) for header in headers):
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
-    if "force" in there or any(map(counts_weights, headers)):
+    if "force" in there or any(map(roles.counts_weights, headers)):
         there.add("mass")
     if any(role.startswith("spin") for role in there):
         there.add("spin")
@@ -280,8 +267,8 @@ class _Sheet:
         self.head = head
         self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
-            sign = squeeze(split_unit(cell.text)[0]).lower()
-            if len(left.roles) == 1 and (sign in known.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
+            sign = squeeze(roles.split_unit(cell.text)[0]).lower()
+            if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
                 # "±" or "error" belongs to the column on its left.
                 unit = header.unit or left.unit
                 self.here[at] = (
@@ -303,7 +290,7 @@ class _Sheet:
             for at, (unit, header) in enumerate(zip(units, headers, strict=False)):
                 if unit not in BLANKS and header.unit is None:
                     # Minutes and seconds stand below one "time".
-                    named = with_unit(header if header.text or not at else headers[at - 1], unit)
+                    named = roles.with_unit(header if header.text or not at else headers[at - 1], unit)
                     self.here[at] = self.here[at][0], named
         elif self.fresh and (below := self._names_below(row)):
             self.here = below
@@ -329,7 +316,7 @@ class _Sheet:
         over = ""
         for at, text in enumerate(row.texts):
             over = named[at][0].text or over
-            name, unit = split_unit(over)
+            name, unit = roles.split_unit(over)
             if text and not (parse_header(text).roles and parse_header(text).unit):
                 text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
             if text and not parse_header(text).roles:
@@ -348,7 +335,9 @@ class _Sheet:
             # "moved to 10.0 cm" between the runs holds for the blank cells below it, until another value is typed.
             blank = set() if is_first else {"mass", "position"} - typed
             lacking = blank | _lacking([header for _, header in self.here])
-            if any(are_turns(header, [text]) for (_, header), text in zip(self.here, row.texts, strict=False) if text):
+            if any(
+                roles.are_turns(header, [text]) for (_, header), text in zip(self.here, row.texts, strict=False) if text
+            ):
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
         if self.skipped:
@@ -365,7 +354,7 @@ class _Sheet:
     def _begin_runs(self) -> None:
         """Give the columns of a table their places among all columns, unless its rows are no runs."""
         names = [cell.text for cell, _ in self.here]
-        timings = [header.text for _, header in self.here if set(header.roles).intersection(TIMINGS)]
+        timings = [header.text for _, header in self.here if set(header.roles).intersection(roles.TIMINGS)]
         title = " ".join(text for words in self.words for text in words.texts)
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
         untimed = self.any_timed and not _is_timed(names)
@@ -396,7 +385,7 @@ class _Sheet:
         headers = [header for (_, header), text in zip(self.here, row.texts, strict=False) if text]
         told = {role for header in headers for role in header.roles} | set(self.given)
         if not self.tables:
-            self.told = told & {*known.FILLED_DOWN, *TIMINGS} - {"torque"}
+            self.told = told & {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
         self.tables.append(len(self.runs))
         if any("position" in header.roles for _, header in self.here):
             told.add("position")  # blank in a run without a weight
@@ -404,7 +393,9 @@ class _Sheet:
             message = (
                 f"the table below line {self.head.line} has no {lost[0]} in its first row; the first table has one"
             )
-            hint = f'write it there, or in the line above the table, such as "{lost[0]} {BY_NAME[lost[0]].sample}"; '
+            hint = (
+                f'write it there, or in the line above the table, such as "{lost[0]} {roles.BY_NAME[lost[0]].sample}"; '
+            )
             hint += "or put # before its lines if they are no runs"
             raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
 
@@ -470,7 +461,7 @@ class _Sheet:
                 message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
                 hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
                 hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
-                for origin in filter(None, (origin_in(" ".join(row.texts)) for row, _ in left)):
+                for origin in filter(None, (roles.origin_in(" ".join(row.texts)) for row, _ in left)):
                     length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
                     hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
                 self.faults.add(code, message, hint, self.grid.cell(*left[0]))
@@ -498,8 +489,8 @@ def _moved(row: Row, places: list[int], given: _Given, headers: list[Header]) ->
     width = len(headers)
     if not given and places == list(range(width)):
         return row
-    roles = [header.roles for header in headers]
-    cells = {roles.index((role,)): one for role, one in given.items()}
+    named = [header.roles for header in headers]
+    cells = {named.index((role,)): one for role, one in given.items()}
     places = [*places, *range(width, width + len(row.texts))]
     cells |= {
         place: (text, row.spot(at)) for at, (place, text) in enumerate(zip(places, row.texts, strict=False)) if text
@@ -574,11 +565,11 @@ def _with_differences(layout: Layout, faults: Faults) -> Layout:
     The columns "spin_turns" with "spin_time_start" and "spin_time_end" are the usual ones for a large disk.
     """
     there = {role for header in layout.headers for role in header.roles}
-    names = {squeeze(split_unit(header.text)[0]).lower(): at for at, header in enumerate(layout.headers)}
+    names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(layout.headers)}
     free = [at for at, one in enumerate(layout.headers) if one.unit in (None, "s") and not one.roles]
-    clocks = {clock_word(layout.headers[at].text): at for at in free}
+    clocks = {roles.clock_word(layout.headers[at].text): at for at in free}
     made: list[tuple[str, int, int]] = []
-    if there.isdisjoint(TIMINGS) and {"start", "stop"} <= clocks.keys():
+    if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
         made.append(("time [s]", clocks["stop"], clocks["start"]))
     if "spin_turns" in there and {"spintimestart", "spintimeend"} <= names.keys():
         counts = next(at for at, header in enumerate(layout.headers) if "spin_turns" in header.roles)

@@ -18,15 +18,14 @@ from gyrodata import diagnostics as codes
 from gyrodata import quantities
 from gyrodata.errors import InputError
 from gyrodata.quantities import CellError, Quantity, read_cell
-from gyrodata.readings import cells, roles
-from gyrodata.readings.headers import name_roles
+from gyrodata.readings import lablog, roles
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
-from gyrodata.readings.roles import KEYS, TEXTS, kind_of_role
+from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.source import value_text
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
-_REPORTED = tuple(f"{cells.PREFIX}{name}" for name in cells.REPORTED_KINDS)
+_REPORTED = tuple(f"{lablog.PREFIX}{name}" for name in lablog.REPORTED_KINDS)
 
 
 class Given(Struct, frozen=True):
@@ -62,7 +61,7 @@ class Settings(Struct):
     steps: dict[str, float] = field(default_factory=dict)
     """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, cells.Reported] = field(default_factory=dict)
+    reported: dict[str, lablog.Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read, which has been said."""
 
@@ -75,7 +74,7 @@ def read_options(
     given = [Given(key.strip(), value_text(value).strip(), f"--set {key}", None) for key, value in settings.items()]
     table = {} if config is None else _read_config(Path(config), faults)
     given += [Given(key, text, f"--config {key}", None) for key, text in table.items()]
-    keys = [key for key in KEYS if key not in TEXTS]
+    keys = [key for key in roles.KEYS if key not in TEXTS]
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     names = [(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", item.key, keys) for item in given]
     names += [(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", role, mapped) for role in mapping]
@@ -83,7 +82,7 @@ def read_options(
         if name in known or (known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)):
             continue
         close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
-        close = close or [role for role in name_roles(name)[0] if role in known]
+        close = close or [role for role in roles.name_roles(name)[0] if role in known]
         faults.add(
             code, message, f"did you mean {' or '.join(close)}?" if close else f"known are: {listing(known, 99)}"
         )
@@ -121,14 +120,14 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
-        reported, (name, _, value) = cells.canonical_key(key), text.text.partition("=")
-        if known.startswith(cells.PREFIX) and reported in cells.REPORTED_KINDS:
+        reported, (name, _, value) = lablog.canonical_key(key), text.text.partition("=")
+        if known.startswith(lablog.PREFIX) and reported in lablog.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)
         elif reported == "inertia":
             answers.append((key, text))
-        elif known not in KEYS and cells.canonical_key(name.strip()) == "inertia":
+        elif known not in roles.KEYS and lablog.canonical_key(name.strip()) == "inertia":
             answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
-        elif known not in KEYS or known in TEXTS:
+        elif known not in roles.KEYS or known in TEXTS:
             settings.metadata[key] = text.text
             _warn_if_misspelt(settings, key, text, faults)
         elif (known == "time" and ":" in text.text) or not text.text:
@@ -142,7 +141,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
             _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
-        read = cells.read_reported(key, text.text)
+        read = lablog.read_reported(key, text.text)
         # "I = 3" may be a current, and "I_zz: see the report" is no answer.
         if read.fault is None or (len(key) > 1 and read.value is not None):
             _enter_reported(settings, key, text, faults, ask)
@@ -155,18 +154,18 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
     """Keep a reported value; what is wrong with it is for whoever grades it, and only a note to its writer."""
-    name = cells.canonical_key(key)
+    name = lablog.canonical_key(key)
     before = settings.reported.get(name)
-    if text.text in cells.BLANKS or (before is not None and before.text == text.text):
+    if text.text in lablog.BLANKS or (before is not None and before.text == text.text):
         return
-    reported = cells.read_reported(key, text.text, text.line, ask)
+    reported = lablog.read_reported(key, text.text, text.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
-        reported = cells.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+        reported = lablog.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = reported
     if reported.problem:
         hint = "write value, uncertainty and unit; I_zz like 4.40e-3 ± 0.05e-3 kg m^2"
-        message = f"{cells.PREFIX}{name}: {reported.problem}"
+        message = f"{lablog.PREFIX}{name}: {reported.problem}"
         faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
 
 
@@ -179,7 +178,7 @@ def warn_of_lost_keys(comments: list[Text], faults: Faults) -> None:
     """Find "# spin 400 rpm", which lacks the colon and so says nothing."""
     for comment in comments:
         match = re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text)
-        if match and match[1].lower() in (*KEYS, *_REPORTED):
+        if match and match[1].lower() in (*roles.KEYS, *_REPORTED):
             _add_remark(comment.text, f"{match[1].lower()}: {match[2]}", comment, faults)
 
 
@@ -189,7 +188,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
     close = _nearest(key.lower())
     if not close and text.text[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))  # "# m1 = 47 g"
-        close = [role for name in names for role in name_roles(name)[0] if kind_of_role(role) != "text"]
+        close = [role for name in names for role in roles.name_roles(name)[0] if kind_of_role(role) != "text"]
     if close:
         # Of "14.8 cm from centre" the value is meant.
         value = re.match(rf"{quantities.NUMBER}\s*\S*", text.text) if close[0] in roles.ROLES else None
@@ -199,7 +198,7 @@ def _warn_if_misspelt(settings: Settings, key: str, text: Text, faults: Faults) 
 @lru_cache(maxsize=1024)
 def _nearest(key: str) -> list[str]:
     # Kept, because a class writes the same remarks a thousand times.
-    return difflib.get_close_matches(key, (*KEYS, *_REPORTED), n=1, cutoff=0.8) if len(key) > 2 else []
+    return difflib.get_close_matches(key, (*roles.KEYS, *_REPORTED), n=1, cutoff=0.8) if len(key) > 2 else []
 
 
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
@@ -241,7 +240,7 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         cell = _read_g(item, ask, faults) if key == "g" else read_cell(item.text, kind_of_role(key), None, ask)
         if key in roles.CONSTANTS and not cell.value > 0:
             raise CellError("is not above zero")
-        fault, hint = cells.check_value(key, cell.value)
+        fault, hint = lablog.check_value(key, cell.value)
         if fault:
             raise CellError(fault, hint)
         if key not in roles.CONSTANTS:
@@ -316,7 +315,7 @@ def _read_balance(item: Given) -> tuple[float, ...]:
     except UnitError as error:
         raise CellError(f"is not understood: {error}", error.hint or hint) from None
     for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
-        fault, _ = cells.check_value(role, number if role == "time" or number == 0 else abs(number))
+        fault, _ = lablog.check_value(role, number if role == "time" or number == 0 else abs(number))
         if fault and (number or role != "angle"):
             raise CellError(fault, hint)
     return numbers

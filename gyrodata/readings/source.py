@@ -25,8 +25,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
 from gyrodata.errors import printable
-from gyrodata.readings.cells import find_in_row
-from gyrodata.readings.lablog import Faults, Place, Text, listing
+from gyrodata.readings.lablog import Faults, Place, Text, find_in_row, listing
 from gyrodata.readings.roles import CONSTANTS, is_word
 from gyrodata.units import kinds_of
 

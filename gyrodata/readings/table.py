@@ -11,13 +11,11 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics as codes
 from gyrodata.quantities import NUMBER, CellError, Quantity, fold_number, parse_uncertainty, read_cell, to_float
-from gyrodata.readings import cells, roles
-from gyrodata.readings.cells import BLANKS
+from gyrodata.readings import lablog, roles
 from gyrodata.readings.columns import TWO_READINGS, Choice, Chosen
-from gyrodata.readings.headers import origin_in, part_counted
-from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, Text, span
+from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Text, span
 from gyrodata.readings.layout import Layout, is_number
-from gyrodata.readings.roles import TEXTS, kind_of_role, stated_u, u_keys
+from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.settings import Settings
 from gyrodata.readings.source import MAX_COLUMNS, decimal_signs, find_place
 from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
@@ -240,7 +238,7 @@ class TableReader:
             try:
                 if ask:
                     read_cell(text.replace(".", ","), kind, unit, ask=True)
-                meant = cells.said_otherwise(text, role) if role in cells.SPOKEN else ""
+                meant = lablog.said_otherwise(text, role) if role in lablog.SPOKEN else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except CellError as error:
                 if error.code == codes.UNIT_MISSING:
@@ -248,7 +246,7 @@ class TableReader:
                     break
                 faulty[text] = error.code, f'{role} "{text[:60]}"{error.joint}{error}', error.hint
                 continue
-            fault, hint = cells.check_value(role, read[text].value)
+            fault, hint = lablog.check_value(role, read[text].value)
             if fault:
                 faulty[text] = codes.NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
         if role in _COUNTS:
@@ -259,15 +257,15 @@ class TableReader:
                 self.unmoved.add(i)  # the rod did not move in a run without a weight
             elif text in faulty:
                 faults.add(*faulty[text], self.grid.cell(row, at))
-        if dates := [text for text in read if kind == "number" and cells.fraction_of_date(text)]:
-            message = "; ".join(f'{role} "{text}" is {cells.fraction_of_date(text)}' for text in dates[:4])
+        if dates := [text for text in read if kind == "number" and lablog.fraction_of_date(text)]:
+            message = "; ".join(f'{role} "{text}" is {lablog.fraction_of_date(text)}' for text in dates[:4])
             cell = self.grid.cell(self.rows[texts.index(dates[0])], at)
             self.faults.add(codes.DATE_IS_A_FRACTION, f"{message}: a spreadsheet made a date of it", "", cell)
         return read
 
     def _in_turns(self, chosen: Chosen, read: dict[str, Quantity], faults: Faults) -> dict[str, Quantity]:
         """Give the turns of numbers that count parts of a turn, as the header says."""
-        part = part_counted(chosen.header.text)
+        part = roles.part_counted(chosen.header.text)
         # Fractions are turns already.
         if part == 1 or not read or any(one.value < 0 or one.value % 1 for one in read.values()):
             return {}
@@ -331,11 +329,11 @@ class TableReader:
 
     def _spreads(self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
         """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
-        common, kind = stated_u(role, self.settings.uncertainties), kind_of_role(role)
+        common, kind = roles.stated_u(role, self.settings.uncertainties), kind_of_role(role)
         if chosen is not None and chosen.header.spread:
             common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", faults)
         spreads = [common] * len(self.rows)
-        key = next((key for key in u_keys(role) if key in self.choice.used), None)
+        key = next((key for key in roles.u_keys(role) if key in self.choice.used), None)
         if key is None:
             return spreads
         column, own_kind = self.choice.used[key][0], kind_of_role(key)
@@ -417,7 +415,7 @@ class TableReader:
             if not ones:
                 continue
             read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
-            u, line = stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
+            u, line = roles.stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else _BLANK for one in ones]
             header = next(one.cell.text for one in many if one.turns)
             spots = tuple(line * MAX_COLUMNS + one.at for one in ones)
@@ -440,7 +438,7 @@ class TableReader:
         """Warn of 0.33, which is no third."""
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(texts):
-            meant, doubt = cells.rounded_turns(text)
+            meant, doubt = lablog.rounded_turns(text)
             if turns and meant and doubt > _SMALL_DOUBT * to_float(text):
                 message = f'turns "{text}" is taken as {text} ± {doubt:.1g}: is it {meant}, rounded?'
                 hint, place = f"write {meant} where {meant} is meant", turns.place(texts.index(text))
@@ -454,7 +452,7 @@ class TableReader:
         position, stated = columns.get("position"), self.settings.position_from
         if position is None:
             return 0.0
-        origin = stated or ("" if position.header.startswith(("#", "--")) else origin_in(position.header))
+        origin = stated or ("" if position.header.startswith(("#", "--")) else roles.origin_in(position.header))
         if origin in ("", "centre"):
             return 0.0
         self.settings.position_from = origin
@@ -482,7 +480,7 @@ class TableReader:
 
     def _note_unused(self, columns: dict[str, Column]) -> None:
         """Name each uncertainty that belongs to no reading, and the digits that a DataFrame does not contain."""
-        heard = {key for role in columns for key in u_keys(role)}
+        heard = {key for role in columns for key in roles.u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
                 base = key.removeprefix("u_")

@@ -13,8 +13,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.quantities import CellError, Quantity, parse_quantity, read_cell
-from gyrodata.readings.cells import PREFIX
-from gyrodata.readings.lablog import Column, Readings, header_of
+from gyrodata.readings.lablog import PREFIX, Column, Readings, header_of
 from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 

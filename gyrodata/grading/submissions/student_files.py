@@ -24,7 +24,7 @@ from gyrodata.readings import (
     read_reported,
     split_lines,
 )
-from gyrodata.readings.headers import name_roles
+from gyrodata.readings.roles import name_roles
 from gyrodata.reporting.values import size_text
 from gyrodata.units import kinds_of
 

@@ -63,6 +63,21 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+def cropped(came: str, shown: str) -> str:
+    """Leave lines out of an output as a document does with lines "…".
+
+    What is between two of them is found by its first line.
+    """
+    whole, parts = came.rstrip().split("\n"), [part.strip("\n").split("\n") for part in shown.split("…\n")]
+    if len(parts) == 1:
+        return came.rstrip()
+    first, *middle, last = [[] if part == [""] else part for part in parts]
+    starts = [whole.index(part[0]) if part[0] in whole else 0 for part in middle]
+    kept = [whole[start : start + len(part)] for start, part in zip(starts, middle, strict=True)]
+    kept = [whole[: len(first)], *kept, whole[len(whole) - len(last) :]]
+    return "\n…\n".join("\n".join(part) for part in kept).strip("\n")
+
+
 def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
     """Type a document's examples in their order: what was typed, what is shown, what came, and what went wrong."""
     shutil.copytree(ROOT / "sample_data", folder / "sample_data")

@@ -1,11 +1,11 @@
-"""Write what the README and the pages of `gyro explain` show of their examples anew; read the difference."""
+"""Update the outputs in the README and in the pages of `gyro explain`; read the difference."""
 
 from __future__ import annotations
 
 import tempfile
 from pathlib import Path
 
-from documents import DOCUMENTS, typed
+from documents import DOCUMENTS, cropped, typed
 
 if __name__ == "__main__":
     for path in DOCUMENTS:
@@ -15,5 +15,5 @@ if __name__ == "__main__":
                 if wrong:
                     print(f"{path.name}: {command}: {wrong}")
                 before = f"{command}```\n\n```text\n" if "\n" in command else f"$ {command}\n"
-                text = text.replace(before + shown, f"{before}{came.rstrip()}\n", 1)
+                text = text.replace(before + shown, f"{before}{cropped(came, shown)}\n", 1)
         path.write_text(text, encoding="utf-8")

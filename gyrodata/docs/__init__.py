@@ -5,7 +5,16 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-PAGES = ("first-timer", "theory", "ladder", "statistics", "instructors")
+PAGES = (
+    "first-timer",
+    "log-format",
+    "theory",
+    "statistics",
+    "approximations",
+    "instructors",
+    "python",
+    "pipelines",
+)
 """Their names, in the order in which they are listed."""
 
 WIDEST = 100

@@ -1,4 +1,4 @@
-"""The texts for people contain few of the patterns that the style guide in `.github/CONTRIBUTING.md` advises against."""
+"""Texts contain few of the patterns that the style guide in `.github/CONTRIBUTING.md` advises against."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ ODD = re.compile(
     r"|(?:^|[.;]\s+)Where (?!the|is|are|do|to|it)\w+[^.?]*,"
     r"|\b(?:stands?|stood|standing) (?:in|above|below|beside|there|over|once|twice)\b"
     r"|\b(?:goes?|going) with (?:the|each|these|those|others?)\b|\banew\b|\bonce more\b|\bbeside\b|\bas where\b"
-    r"|\b(?:tells?|told) (?!the user|you|the student|a student|people|everyone|apart)\w+|\b(?:holds?|held) (?!down|on\b)\w+",
+    r"|\b(?:tells?|told) (?!the user|you|the student|a student|people|everyone|apart)\w+"
+    r"|\b(?:holds?|held) (?!down|on\b)\w+",
     re.MULTILINE,
 )
 CODE = sorted((ROOT / "gyrodata").rglob("*.py"))

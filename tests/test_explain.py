@@ -53,7 +53,7 @@ EFFECTS = [
     ("G407", "it is 2.1 %", ",15.00,", ",15,", 1, 2.1),
     ("G408", "0.68 % instead of 0.78 %", r"(?s)(1,20.*)", r"\1\1", 0.999, 0.68),
     ("G414", "9 % instead of 0.78 %", "(?s)4,39.*", "", 0.988, 9.1),
-    ("G426", "1.3 % instead of 0.78 %", ",ccw|,precession_sense", "", 0.992, 1.3),
+    ("G426", "1.3 % instead of 0.78 %", ",ccw|,precession_sense", "", 0.992, 1.34),
     ("G440", "1000 times too large", r"mass \[g\]", "mass [kg]", 1000, 0),
     ("G441", "920 times too large", r"spin \[rpm\],time \[s\]", "time [s],spin [rpm]", 922, 0),
     ("G454", "0.98 % instead of 0.78 %", "10,0,.*", "", 0.99, 0.98),

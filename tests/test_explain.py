@@ -44,7 +44,7 @@ def test_errors_and_warnings_of_a_log_have_a_reason() -> None:
 
 TURNS = {"1/3": "1", "2/3": "2", "1": "3", "1/12": "1/4"}
 EFFECTS = [
-    ("G206", "9.5 times too small", r"spin \[rpm\]", "spin [rad/s]", 1 / 9.55, 0),
+    ("G206", "9.55 times too small", r"spin \[rpm\]", "spin [rad/s]", 1 / 9.55, 0),
     ("G206", "60 times too small", r"spin \[rpm\]", "spin [Hz]", 1 / 60, 0),
     ("G230", "3 times too small", r",([\d/]+),ccw", lambda found: f",{TURNS[found[1]]},ccw", 1 / 2.99, 0),
     ("G229", "4 % too small", r"(\d+)\.\d+,([\d/]+),ccw", r"\1,\2,ccw", 0.959, 0),

@@ -289,7 +289,7 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     journal.write_bytes(journal.read_bytes()[:-300] + b"\n[]\n7\n{}\n\0\0\n")
     done, points = grade("class -o grades")
     assert ("note G762: 5 lines of the journal cannot be read" in done.stderr, points) == (True, POINTS)
-    assert explanations()["G762"].remedy.startswith("Nothing: ")
+    assert explanations()["G762"].remedy.startswith("Do nothing: ")
     assert "G762" not in grade("class -o grades")[0].stderr
 
 

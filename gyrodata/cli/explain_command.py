@@ -126,7 +126,8 @@ def _about_key(key: str) -> str:
     if base in roles.BY_NAME:
         lines.append(f"As a column: {key} [{unit}]" if unit else f"As a column: {key}")
     if key not in roles.TEXTS:
-        lines.append(f"For all runs: # {key}: NUMBER {unit}".rstrip())
+        value = role.sample if role and role.sample else f"NUMBER {unit}".rstrip()
+        lines.append(f"For all runs: # {key}: {value}")
     return "".join(f"{line}\n" for line in lines)
 
 

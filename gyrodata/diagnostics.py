@@ -1,6 +1,6 @@
-"""Every diagnostic by name: its number, which never changes, and its severity. `diagnostics.toml` contains the texts.
+"""Every diagnostic by name: its code, which never changes, and its severity. `diagnostics.toml` contains the texts.
 
-The tool prints the number, and people look it up; the code uses the name.
+gyro prints the code, such as G454, so that users can look it up. The source text uses the name.
 """
 
 from __future__ import annotations
@@ -15,32 +15,38 @@ from msgspec import Struct, convert
 Severity = Literal["error", "warning", "note"]
 
 SEVERITIES: dict[str, Severity] = {}
-"""Severity of every code that the tool can raise."""
+"""Severity of each code."""
 
 
 class Code(Struct, frozen=True):
-    """What a diagnostic code means."""
+    """The texts about a diagnostic code."""
 
     title: str
+    """A statement: what gyro found."""
     example: str
-    """A short log, or a command after ``gyro``, that raises it."""
-    remedy: str = ""
-    """What to do; "" if the message that the example raises says it."""
+    """A short log that raises the code, or a command after ``gyro``."""
+    remedy: str
+    """What to do."""
+    means: str = ""
+    """What the title says, in more words."""
+    why: str = ""
+    """How large the effect on I_zz or its uncertainty is."""
 
 
 @cache
 def explanations() -> dict[str, Code]:
-    """Read what each code means; the texts are needed by ``explain`` and ``schema`` only."""
+    """Read the texts about each code. Only ``explain``, ``schema`` and Gradescope's feedback need them."""
     texts = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-    for code, example in _LONG.items():
-        texts[code]["example"] = example
+    # This example needs more runs than a file of texts should contain.
+    runs = (f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600))
+    texts[TOO_MANY_SHARED_READINGS]["example"] += "".join(runs)
     return convert(texts, dict[str, Code])
 
 
-def _code(severity: Severity, number: str) -> str:
-    """Enter a diagnostic into `SEVERITIES`, and give its number for a name."""
-    SEVERITIES[number] = severity
-    return number
+def _code(severity: Severity, code: str) -> str:
+    """Add a code to `SEVERITIES` and return it."""
+    SEVERITIES[code] = severity
+    return code
 
 
 _error, _warning, _note = (partial(_code, severity) for severity in ("error", "warning", "note"))
@@ -95,13 +101,12 @@ NOTE_IS_ONLY_A_NUMBER = _warning("G229")
 TURNS_FOR_ONE_PERIOD = _error("G230")
 TIME_AND_PERIOD_EXCHANGED = _error("G231")
 HEADER_PARTED_BY_COMMA = _error("G232")
-HEADER_READ_AS = _note("G236")
-LINE_READ_AS_KEY = _note("G310")
-NOTE_MAY_CHANGE_READING = _warning("G240")
-LAPS_OF_ONE_CLOCK = _error("G241")
 COLON_BELOW_SECONDS = _error("G233")
 COLONS_ARE_POINTS = _note("G234")
 FLOATS_WITHOUT_DIGITS = _note("G235")
+HEADER_READ_AS = _note("G236")
+NOTE_MAY_CHANGE_READING = _warning("G240")
+LAPS_OF_ONE_CLOCK = _error("G241")
 
 # what the log says
 QUANTITY_MISSING = _error("G301")
@@ -113,6 +118,7 @@ KEY_VALUE_CANNOT_BE_READ = _error("G306")
 KEY_GIVEN_TWICE = _error("G307")
 REPORTED_VALUE_CANNOT_BE_READ = _note("G308")
 G_WITHOUT_UNIT = _note("G309")
+LINE_READ_AS_KEY = _note("G310")
 POSITION_ORIGIN_UNKNOWN = _error("G340")
 POSITION_MOVED = _note("G341")
 TURNS_ROUNDED = _warning("G342")
@@ -129,60 +135,30 @@ ROWS_IDENTICAL = _warning("G408")
 
 # what the fit says
 OUTLIER = _warning("G410")
-
-# u_time: 0.01 s
 SCATTER_TOO_LARGE = _warning("G411")
-
-# u_imbalance: 0.00001 N*m
 BALANCE_TEST_CONTRADICTED = _warning("G412")
 NO_TORQUE = _error("G413")
 SINGLE_TORQUE = _warning("G414")
-
-# transverse_inertia: 0.02 kg*m^2
 NO_STEADY_PRECESSION = _error("G415")
 TOO_MANY_SHARED_READINGS = _error("G416")
-
-# u_time: 0.01 s
-
-# u_time_bias: 0 s
-
-# u_spin_delay: 0 s
-
-# u_imbalance: 0 N*m
-
-# u_position_zero: 0.1 mm
-
-# u_mass: 0.05 %
-
-# u_pitch: 0.5 deg
 TRANSVERSE_INERTIA_NOT_GIVEN = _warning("G417")
 RELEASE_NOT_TOLD = _note("G418")
 RUNS_CONTRADICT_EACH_OTHER = _warning("G419")
 TURNS_OF_WEIGHTS_WRONG = _error("G420")
 NO_INERTIA_FITS = _error("G421")
-
-# motion: released
 RELEASE_FALLS = _error("G425")
 DIRECTION_MISSING = _warning("G426")
 ROD_STAYED = _note("G427")
-
-# u_time: 0.14 s
 PATTERN_IN_RESIDUALS = _warning("G431")
-
-# u_time: 0.5 s
 AGREES_TOO_WELL = _note("G432")
 BALANCE_POOR = _warning("G433")
 SPIN_FELL_ALONE = _warning("G434")
 NOT_MEASURED = _error("G435")
 
-# what is not of this lab
+# values outside the range of this lab
 SIZE_UNUSUAL = _warning("G440")
 COLUMNS_EXCHANGED = _warning("G441")
 INERTIA_UNUSUAL = _warning("G442")
-
-# ball_mass: 4.3 kg
-
-# ball_diameter: 10.16 cm
 BALL_DISAGREES = _warning("G443")
 SIZE_NOT_USUAL = _warning("G444")
 EITHER_RUN_WRONG = _warning("G445")
@@ -229,8 +205,8 @@ TURNS_NEVER_COMPLETED = _error("G634")
 SIMULATED_OPTIONS_CONTRADICT = _error("G635")
 NOISE_CANNOT_BE_READ = _error("G636")
 TRUTH_CANNOT_BE_WRITTEN = _error("G637")
-FIXED_LOG_CANNOT_BE_WRITTEN = _error("G639")
 OUT_IS_NO_FOLDER = _error("G638")
+FIXED_LOG_CANNOT_BE_WRITTEN = _error("G639")
 
 # a class
 CLASS_IS_NO_FOLDER_OR_ZIP = _error("G701")
@@ -257,10 +233,10 @@ CRITERION_KIND_UNKNOWN = _error("G725")
 CONDITION_CANNOT_BE_USED = _error("G726")
 RUBRIC_PARTS_CONTRADICT = _error("G727")
 
-# roster
+# the roster
 ROSTER_CANNOT_BE_READ = _error("G744")
 
-# gradebooks
+# the gradebook
 GRADEBOOK_CANNOT_BE_READ = _error("G751")
 NO_CANVAS_GRADEBOOK = _error("G752")
 GRADEBOOK_COLUMN_NOT_CLEAR = _error("G753")
@@ -284,14 +260,8 @@ DESK_CANNOT_BE_READ = _error("G771")
 DESK_STUDENT_UNKNOWN = _error("G772")
 DESK_LINE_CANNOT_BE_USED = _error("G773")
 DESK_LINES_CONTRADICT = _error("G774")
-LOG_CONTRADICTS_RIGHT_ANSWER = _warning("G776")
 DESK_NAME_SHARED = _error("G775")
+LOG_CONTRADICTS_RIGHT_ANSWER = _warning("G776")
 
 # gyro itself
 FAULT_OF_GYRO = _error("G901")
-
-_LONG = {
-    TOO_MANY_SHARED_READINGS: "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
-    + "".join(f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600)),
-}
-"""Examples that are too long for the file of texts."""

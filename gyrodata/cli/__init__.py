@@ -42,7 +42,9 @@ _COMMANDS = {
         ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "> log.csv"),
     ),
     "explain": _Kind(
-        "tool_commands", "Show a page of the documentation, or what a code means.", (f"gyro explain {NO_UNLOADED_RUN}",)
+        "explain_command",
+        "Explain a code of a message, a word or a key; or show a page.",
+        (f"gyro explain {NO_UNLOADED_RUN}",),
     ),
     "grade": _Kind("grade_command", "Grade a class, with feedback for everybody.", ("gyro grade sample_data/class",)),
     "autograde": _Kind("grade_command"),

@@ -1,28 +1,16 @@
-"""Commands about the tool itself: whether its intervals hold, how fast it is, what its output and diagnostics mean."""
+"""Commands about the tool itself: whether its intervals hold, how fast it is, and the schemas of its output."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 from gyrodata.cli.options import ConfigOption, MappingOption, PlainFormat, SettingsOption, StdinOption, pairs
-from gyrodata.cli.terminal import STDIN, name_of, progress_bar, refuse, source_of, tell, write_out
-from gyrodata.diagnostics import (
-    CODE_PAGE_GUESSED,
-    COMPRESSED_FILE_DAMAGED,
-    EXPLAINED_CODE_UNKNOWN,
-    NO_UNLOADED_RUN,
-    REPORT_CANNOT_BE_WRITTEN,
-    explanations,
-)
+from gyrodata.cli.terminal import STDIN, name_of, progress_bar, source_of, tell, write_out
+from gyrodata.diagnostics import REPORT_CANNOT_BE_WRITTEN
 from gyrodata.disk import telling, write_folder
-from gyrodata.errors import GyroError
-
-if TYPE_CHECKING:
-    from gyrodata.errors import Diagnostic
 
 
 def selfcheck(
@@ -116,83 +104,3 @@ def schema(
         write_out(json_text({"diagnostics": table}) if as_json else diagnostics_text(table))
     else:
         write_out(json_text(getattr(schemas, f"{name}_schema")()))
-
-
-OPTIONS = "G5"
-"""From here on codes are about options and classes, not about one log."""
-
-
-def _topics(incomplete: str) -> list[tuple[str, str]]:
-    """List the pages and codes that begin so, each with its title, for a shell that completes."""
-    from gyrodata.docs import PAGES, page_title
-
-    listed = [(name, page_title(name)) for name in PAGES]
-    listed += [(code, one.title) for code, one in sorted(explanations().items())]
-    return [(name, title) for name, title in listed if name.startswith(incomplete)]
-
-
-def explain(
-    topics: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[PAGE | CODE]...",
-            autocompletion=_topics,
-            help=f"A page of the documentation, or a code as a message shows it: {NO_UNLOADED_RUN}. "
-            "Without one, the pages are listed.",
-        ),
-    ] = None,
-) -> None:
-    """Show a page of the documentation, or say what a diagnostic means.
-
-    Of a diagnostic: a log that raises it, what gyro says of that log, and what to do.
-    """
-    from gyrodata.docs import PAGES, for_terminal, page_text, page_title
-
-    if not topics:
-        longest = max(map(len, PAGES))
-        listed = [f"  gyro explain {name:<{longest}}  {page_title(name)}" for name in PAGES]
-        code = f"  gyro explain {NO_UNLOADED_RUN:<{longest}}  what a code in a message means, and what to do"
-        write_out("\n".join(["Pages:", *listed, "Codes:", code]) + "\n")
-    parts = []
-    for topic in topics or []:
-        if (name := topic.lower().removesuffix(".md")) in PAGES:
-            page = page_text(name)
-            parts.append(for_terminal(page) if sys.stdout.isatty() else page)
-        else:
-            parts.append(_explanation(topic))
-    write_out("\n".join(parts))
-
-
-def _explanation(asked: str) -> str:
-    """Say what a code means."""
-    from gyrodata.docs import PAGES
-    from gyrodata.reporting.text import explanation
-
-    code = f"G{asked.strip().upper().removeprefix('G')}"
-    if code not in explanations():
-        hint = (
-            f"take a code as a message shows it, such as {NO_UNLOADED_RUN}, or a page: {', '.join(PAGES)}; "
-            "gyro schema diagnostics lists all codes"
-        )
-        refuse(EXPLAINED_CODE_UNKNOWN, f'there is no code "{asked}", and no such page', hint)
-    return explanation(code, _raised(code))
-
-
-def _raised(code: str) -> Diagnostic | None:
-    """Let the example raise its diagnostic, where it is a log."""
-    from gyrodata.procedure import check_log
-    from gyrodata.readings import read_log
-
-    if code >= OPTIONS or explanations()[code].example.startswith("analyze "):
-        return None
-    found: tuple[Diagnostic, ...] = ()
-    try:
-        # A byte that is no UTF-8 is what two of them are about.
-        page = "latin-1" if code in (COMPRESSED_FILE_DAMAGED, CODE_PAGE_GUESSED) else "utf-8"
-        readings = read_log(explanations()[code].example.encode(page), name="log.csv")
-        found = readings.diagnostics
-        if code not in {one.code for one in found}:
-            found = check_log(readings)[1]
-    except GyroError as error:
-        found = error.diagnostics
-    return next((one for one in found if one.code == code), None)

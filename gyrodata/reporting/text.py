@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from gyrodata.diagnostics import OUTLIER, SEVERITIES, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS, explanations
+from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting import values
@@ -180,30 +180,3 @@ def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
         example = "\n".join(f"      {chr(9).join(map(visible, cells))}" for cells in lines)
         blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
     return "\n".join(blocks)
-
-
-LONGEST, WIDEST = 14, 100
-"""Lines and characters of an example that are shown."""
-
-
-def explanation(code: str, raised: Diagnostic | None) -> str:
-    """Say what a code means, with its example, and what to do about it: in words, or as the example's own message."""
-    entry = explanations()[code]
-    lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
-    shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]
-    shown += [f"… and {len(lines) - LONGEST} lines more"] if len(lines) > LONGEST else []
-    if raised is None:
-        command = entry.example.split(" ")[0] in (
-            "analyze",
-            "check",
-            "grade",
-            "predict",
-            "simulate",
-            "template",
-            "explain",
-        )
-        shown = [f"gyro {shown[0]}"] if command else shown
-    blocks = [[f"{code}, {SEVERITIES[code]}: {entry.title}"], ["For example:", *_indented(shown)]]
-    blocks += [["Of this log gyro says:", *_indented(str(raised).splitlines())]] if raised is not None else []
-    blocks += [["What to do:", f"  {entry.remedy}"]] if entry.remedy else []
-    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"

@@ -1,0 +1,170 @@
+"""``gyro explain``: pages of the documentation, codes of messages, words, and keys of a log."""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+from textwrap import fill, indent
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gyrodata import diagnostics, docs
+from gyrodata.cli.terminal import refuse, write_out
+from gyrodata.errors import PICTURES, GyroError
+
+if TYPE_CHECKING:
+    from gyrodata.errors import Diagnostic
+
+LONGEST, WIDEST = 14, 100
+"""Lines and characters of an example that are shown."""
+COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "template")
+"""First words of examples that are commands."""
+
+
+def _topics(incomplete: str) -> list[tuple[str, str]]:
+    """List pages and codes that begin with a text, each with its title, for a shell that completes."""
+    listed = [(name, docs.page_title(name)) for name in docs.PAGES]
+    listed += [(code, entry.title) for code, entry in sorted(diagnostics.explanations().items())]
+    return [(name, title) for name, title in listed if name.startswith(incomplete)]
+
+
+def explain(
+    topics: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[PAGE | CODE | WORD | KEY]...",
+            autocompletion=_topics,
+            help=f"A page of the documentation; a code of a message, such as {diagnostics.NO_UNLOADED_RUN}; a word, "
+            "such as M0; or a key of a log, such as u_time. Without one, the pages and words are listed.",
+        ),
+    ] = None,
+) -> None:
+    """Show a page of the documentation, or explain a code, a word or a key of a log.
+
+    For a code: what it means, why it matters, how to fix it, and an example.
+    """
+    write_out("\n".join(map(_explanation, topics)) if topics else _contents())
+
+
+def _glossary() -> dict[str, dict[str, str]]:
+    """Read the texts about "words" and "keys" of a log, by all names of a word, separated by commas."""
+    return tomllib.loads(Path(docs.__file__).with_name("glossary.toml").read_text(encoding="utf-8"))
+
+
+def _contents() -> str:
+    longest = max(map(len, docs.PAGES))
+    pages = [f"  gyro explain {name:<{longest}}  {docs.page_title(name)}" for name in docs.PAGES]
+    words = ", ".join(names.partition(",")[0] for names in _glossary()["words"])
+    parts = {
+        "Pages:": "\n".join(pages),
+        "Codes of messages, such as:": f"  gyro explain {diagnostics.NO_UNLOADED_RUN}",
+        "Words:": fill(words, 76, initial_indent="  ", subsequent_indent="  "),
+        "Keys of a log, such as:": "  gyro explain u_time",
+    }
+    return "".join(f"{head}\n{text}\n" for head, text in parts.items())
+
+
+def _folded(name: str) -> str:
+    """Return a name in small letters, with one "_" for blanks and hyphens."""
+    return re.sub(r"[\s_-]+", "_", name.strip().lower().removesuffix(".md"))
+
+
+def _explanation(asked: str) -> str:
+    """Return the text about a page, a code, a word or a key.
+
+    Raises
+    ------
+    InputError
+        If there is no such name; the message proposes the nearest one.
+    """
+    from difflib import get_close_matches
+
+    from gyrodata.readings.roles import KEYS
+
+    texts = _glossary()["keys"] | _glossary()["words"]
+    words = {word: names for names in texts for word in names.split(", ")}
+    known = {_folded(name): name for name in (*KEYS, *words, *diagnostics.explanations(), *docs.PAGES)}
+    name = f"g{asked}" if asked.isdigit() else _folded(asked)
+    if name not in known:
+        near = get_close_matches(name, known, n=1)
+        hint = f"did you mean {known[near[0]]}?" if near else ""
+        hint = hint or f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
+        refuse(diagnostics.EXPLAINED_CODE_UNKNOWN, f'there is no page, code, word or key "{asked}"', hint)
+    found = known[name]
+    if found in docs.PAGES:
+        page = docs.page_text(found)
+        return docs.for_terminal(page) if sys.stdout.isatty() else page
+    if found in diagnostics.SEVERITIES:
+        return _about_code(found)
+    told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
+    told += _about_key(found) if found in KEYS else ""
+    return f"{words.get(found, found)}:\n{indent(told, '  ')}"
+
+
+def _about_key(key: str) -> str:
+    """Say what a key of a log means and how it is written."""
+    from gyrodata.error_sources import SOURCES
+    from gyrodata.readings import roles
+    from gyrodata.units import DISPLAY
+
+    if key in (*roles.BALANCE, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
+        # The glossary shows these lines as a whole.
+        return ""
+    lines = []
+    base, role = key.removeprefix("u_"), roles.BY_NAME.get(key)
+    if role and role.meaning:
+        lines.append(f"As a quantity of a run: {role.meaning}.")
+    if key != base and key in roles.UNCERTAINTIES:
+        source = SOURCES.get(base)
+        lines.append(f"Standard uncertainty of {source.words if source else base}.")
+        if source:
+            lines.append(f"If the log does not state it, gyro assumes {source.usual}.")
+    unit = DISPLAY[roles.kind_of_role(key)]
+    if base in roles.BY_NAME:
+        lines.append(f"As a column: {key} [{unit}]" if unit else f"As a column: {key}")
+    if key not in roles.TEXTS:
+        value = role.sample if role and role.sample else f"NUMBER {unit}".rstrip()
+        lines.append(f"For all runs: # {key}: {value}")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _about_code(code: str) -> str:
+    """Say what a code means, why it matters and how to fix it, with an example and what gyro says about it."""
+    entry, raised = diagnostics.explanations()[code], _raised(code)
+    lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
+    shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]
+    shown += [f"… and {len(lines) - LONGEST} more lines"] if len(lines) > LONGEST else []
+    if not raised and lines[0].split()[0] in COMMANDS:
+        shown = [f"gyro {lines[0]}"]
+    blocks = {
+        "What it means": entry.means,
+        "Why it matters": entry.why,
+        "How to fix it": entry.remedy,
+        "Example": "\n".join(shown),
+        "gyro says about this log": str(raised or ""),
+    }
+    told = [f"{head}:\n{indent(text.rstrip(), '  ')}" for head, text in blocks.items() if text]
+    whole = "\n\n".join([f"{code}, {diagnostics.SEVERITIES[code]}: {entry.title}", *told])
+    return whole.translate(PICTURES) + "\n"
+
+
+def _raised(code: str) -> Diagnostic | None:
+    """Return the diagnostic that the example of a code raises; None if the example is not a log."""
+    from gyrodata.procedure import check_log
+    from gyrodata.readings import read_log
+
+    example = diagnostics.explanations()[code].example
+    # Codes from G5 on are about options and classes.
+    if code >= "G5" or example.startswith("analyze "):
+        return None
+    # These two codes are about bytes that are not UTF-8.
+    encoding = "latin-1" if code in (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED) else "utf-8"
+    try:
+        readings = read_log(example.encode(encoding), name="log.csv")
+        found = (*readings.diagnostics, *check_log(readings)[1])
+    except GyroError as error:
+        found = error.diagnostics
+    return next((one for one in found if one.code == code), None)

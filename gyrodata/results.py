@@ -222,7 +222,7 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting.text").summary(self, verbose=False, rest="all the rest: .report(FOLDER)"))
+        return str(_above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)"))
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures of the report.

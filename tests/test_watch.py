@@ -82,13 +82,13 @@ def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
     ("log", "title", "words"),
     [
         # An odd run is repeated before its weight comes off.
-        (SLIP, "with 60.00 g at 15.0 cm on the rod", "repeat run 8 (line 10): fits 1 turn, not 2"),
-        (SLIP + "0,,400,160,1/12\n", "still open", "repeat run 8 (line 10), with 60.00 g at 15.0 cm: fits 1 turn"),
+        (SLIP, "while 60.00 g at 15.0 cm is on the rod", "repeat run 8 (line 10): fits 1 turn, not 2"),
+        (SLIP + "0,,400,160,1/12\n", "still to do", "repeat run 8 (line 10), with 60.00 g at 15.0 cm: fits 1 turn"),
         # What the weight on the rod lacks is said of it.
-        (HEAD + LIGHT + MIDDLE, "with 40.00 g at 15.0 cm on the rod", "add 1 run, for example at 600 rpm"),
-        (HEAD + LIGHT + MIDDLE, "still open", "no run without a weight"),
-        (HEAD + LIGHT, "with 20.00 g", "3 runs, and nothing is missing; if there is time, repeat run"),
-        (SAMPLE, "what would gain most", "three times the turns in every run: u of I_zz from"),
+        (HEAD + LIGHT + MIDDLE, "while 40.00 g at 15.0 cm is on the rod", "add 1 run, for example at 600 rpm"),
+        (HEAD + LIGHT + MIDDLE, "still to do", "no run without a weight"),
+        (HEAD + LIGHT, "while 20.00 g", "3 runs, and nothing is missing; if you have time, repeat run"),
+        (SAMPLE, "what would reduce u most", "three times the turns in every run: u of I_zz from"),
     ],
 )
 def test_a_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str, tmp_path: Path) -> None:

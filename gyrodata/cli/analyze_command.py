@@ -338,7 +338,7 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
     if form == "text":
         from gyrodata.reporting.text import summary
 
-        rest = "all the rest: gyro analyze -v" + (", or the report's page" if written else "")
+        rest = "More: gyro analyze -v" + (", or the HTML report" if written else "")
         return summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote

@@ -83,13 +83,13 @@ def report(analysis: Analysis) -> Report:
     torque = common_torque_scale(analysis)
     found = (
         Section("", tuple(_summary(analysis, scale, torque))),
-        Section("What the answer hangs on", _hangs_on(analysis, scale), "hangs", "What it hangs on"),
+        Section("Sensitivity to assumptions", _sensitivity(analysis, scale), "sensitivity", "Sensitivity"),
         Section("Three fits side by side", tuple(_fits(analysis, scale, torque)), "fits", "Fits"),
         *answer_questions(analysis, scale, torque),
         Section("Runs", _runs(analysis, torque), "runs", "Runs"),
         Section("Effects considered", _effects(analysis), "effects", "Effects"),
-        Section("Where the uncertainty comes from", tuple(_budget(analysis, scale)), "uncertainty", "Uncertainty"),
-        Section("What to do better next time", _advice(analysis), "advice", "Next time"),
+        Section("Uncertainty budget", tuple(_budget(analysis, scale)), "uncertainty", "Uncertainty"),
+        Section("How to improve the next lab", _advice(analysis), "advice", "Next time"),
         Section("Diagnostics", _diagnostics(analysis), "diagnostics", "Diagnostics"),
         Section("Method and how to cite it", tuple(_method(analysis)), "method", "Method"),
         Section("Provenance", (_provenance(analysis),), "provenance", "Provenance"),
@@ -109,7 +109,7 @@ def residual_torque(analysis: Analysis, scale: values.Scale) -> Fact:
     """Give the residual torque."""
     found = analysis.residual_torque
     value = Value(found.value, found.u, scale, "residual_torque.value")
-    return Fact("residual torque", (value,), "M0", ("torque at work = applied + M0",))
+    return Fact("residual torque", (value,), "M0", ("net torque = applied torque + M0",))
 
 
 def _size(analysis: Analysis) -> Sentence:
@@ -128,17 +128,17 @@ def _summary(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> I
     if inertia.interval_95 is not None:
         interval = Interval(*inertia.interval_95, scale, "inertia.interval_95")
         found: Sentence = ("k = ", Number(f"{inertia.k or 0.0:.2f}", "inertia.k"))
-        yield Text((("95 % interval ", interval, " (", *found, ")"),))
+        yield Text((("95 % interval: ", interval, " (", *found, ")"),))
     facts = [residual_torque(analysis, torque)]
     if bias.u:
         facts.append(Fact("timing bias", (Value(bias.value, bias.u, values.SECOND, "timing_bias.value"),), "b"))
     facts.append(_goodness(analysis))
     # The summary names them where it lists them.
-    odd = [Number(run.run, f"runs.{i}.run") for i, run in enumerate(analysis.run_table) if run.flagged]
-    names = tuple(part for name in odd[:6] for part in (", ", name))[1:] + ((" and more",) if len(odd) > 6 else ())
-    yield Facts((*facts, Fact("flagged runs", names or ("none",), full=True)))
+    flagged = [Number(run.run, f"runs.{i}.run") for i, run in enumerate(analysis.run_table) if run.flagged]
+    names = tuple(part for name in flagged[:6] for part in (", ", name))[1:] + ((" and more",) * (len(flagged) > 6))
+    yield Facts((*facts, Fact("suspected outliers", names or ("none",), full=True)))
     yield Text(
-        (("Every value stands with one standard uncertainty u, which holds how the runs scatter too.",),),
+        (("Every ± is one standard uncertainty u, which includes the scatter of the runs.",),),
         "small",
         full=True,
     )
@@ -163,12 +163,12 @@ def _read_as(analysis: Analysis, torque: values.Scale) -> Sentence:
 
 
 def _doubts(analysis: Analysis) -> tuple[Sentence, ...]:
-    """Say why the answer is not to be relied on, where not even u holds what is wrong."""
+    """Return the reasons why the answer is not reliable, if u does not include what is wrong."""
     if not analysis.doubts:
         return ()
     first, *others = analysis.doubts
     end = "" if first.remedy.endswith("?") else "."
-    more = tuple((Styled("Besides: ", "warn"), f"{other.words}.") for other in others)
+    more = tuple((Styled("Also: ", "warn"), f"{other.words}.") for other in others)
     return (
         (Styled("Do not rely on this answer: ", "warn"), f"{first.words}. Find the cause: {first.remedy}{end}"),
         *more,
@@ -183,17 +183,17 @@ def _brief(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Ite
     inertia, m0 = analysis.inertia, analysis.residual_torque
     if inertia.interval_95 is not None:
         yield (
-            "95 % interval ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
+            "95 % interval: ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
             "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
         )  # fmt: skip
     yield (NO_BALL,) if analysis.ball is None else beside(analysis)
     yield from _to_repeat(analysis)
     for advice in analysis.advice[:1] if not analysis.doubts else ():
-        yield (f"next time: {advice}",)
+        yield (f"To improve: {advice}",)
 
 
 def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
-    """Name the odd runs, and those that are worth another look."""
+    """Name the suspected outliers, and the runs that are worth repeating."""
     table = analysis.run_table
     odd = [i for i, run in enumerate(table) if run.flagged]
     far = [
@@ -203,14 +203,19 @@ def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
     ]
     for i in odd[:FEW]:
         fate = "left out" if table[i].left_out else "kept"
-        yield ("odd: ", *_run_place(analysis, i), f", {fate}: {table[i].reason}; look at it, or time it again")
+        yield (
+            "Suspected outlier: ",
+            *_run_place(analysis, i),
+            f", {fate}: {table[i].reason}. Check it, or repeat the run.",
+        )
     if len(odd) > FEW:
-        yield (f"odd: {len(odd) - FEW} more, marked in the table of runs",)
+        yield (f"{len(odd) - FEW} more suspected outliers are marked in the table of runs.",)
     if far:
         named = [part for i in far[:FEW] for part in (", ", *_run_place(analysis, i))][1:]
-        yield ("to repeat if there is time: ", *named, f", over {FAR:g} u from what the others say")
+        them = "it is" if len(far) == 1 else "they are"
+        yield ("If you have time, repeat ", *named, f": {them} over {FAR:g} u away from the other runs' prediction.")
     if not odd and not far:
-        yield ("odd runs: none" + "; nothing has to be repeated" * (not analysis.doubts),)
+        yield ("No suspected outliers." if analysis.doubts else "No suspected outliers; no run needs repeating.",)
 
 
 def _run_place(analysis: Analysis, i: int) -> Sentence:
@@ -227,23 +232,24 @@ def _agreement(analysis: Analysis) -> Sentence:
     scatter, time_u = analysis.fit.scatter, analysis.measurements.time_u
     the_runs: Sentence = ("The ", *count(len(analysis.run_table), "run", "/input.rows"))
     if any(run.left_out for run in analysis.run_table):
-        the_runs = ("Of the ", *the_runs[1:], " those that are kept")
+        the_runs = ("Of the ", *the_runs[1:], ", those that were kept")
     if analysis.p is None:
-        return ("There are as many unknowns as runs, so nothing tells whether they agree",)
+        return ("There are as many unknowns as runs, so nothing shows if they agree",)
     if analysis.runs_disagree:
-        return (*the_runs, " do not agree with one line within what the log states")
+        return (*the_runs, " do not agree with one line within the stated uncertainties")
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
         return (*the_runs, f" agree with one line{better}")
     if scatter < NOTICEABLE:
         return (*the_runs, " agree badly with one line")
-    stated: Part = "stated" if time_u is None else Value(time_u, None, values.SECOND, "goodness.time_u")
+    stated: Part = "the log" if time_u is None else Value(time_u, None, values.SECOND, "goodness.time_u")
     times = Number(values.uncertainty_text(scatter), "goodness.scatter")
-    return (*the_runs, " scatter about one line ", times, " times as much as ", stated, ", which u holds")
+    return (*the_runs, " scatter ", times, " times as much as the timing uncertainty of ", stated,
+            "; u already includes this")  # fmt: skip
 
 
 def _largest_part(analysis: Analysis) -> Iterator[Part]:
-    """Name the largest part of u, and a balance that the design does not tell."""
+    """Name the largest uncertainty component, and a balance that these runs do not determine."""
     if not analysis.budget:
         yield "."
         return
@@ -251,12 +257,12 @@ def _largest_part(analysis: Analysis) -> Iterator[Part]:
     if largest.source != "residual_torque":
         name = SOURCE_NAMES.get(largest.source, largest.source)
         name = name if name == "g" or name.startswith("each") else f"the {name}"
-        yield from (f"; the largest uncertainty is {name}, ", *_share(largest.share, 0), " of u².")
+        yield from (f". Largest uncertainty: {name} (", *_share(largest.share, 0), " of the variance).")
     for at, share in enumerate(analysis.budget):
         if share.source == "residual_torque" and (at == 0 or share.share > UNTOLD):
             yield "." * (at == 0)
-            words = " These runs do not tell how well the ball is balanced, and that is "
-            yield from (words, "the largest part of u², " * (at == 0), *_share(share.share, at), ".")
+            words = " These runs cannot show how well the ball is balanced. This uncertainty is "
+            yield from (words, "the largest: " * (at == 0), *_share(share.share, at), " of the variance.")
 
 
 def _share(share: float, at: int) -> Sentence:
@@ -264,31 +270,31 @@ def _share(share: float, at: int) -> Sentence:
 
 
 def _on_balance(analysis: Analysis, balanced: Estimate, scale: values.Scale) -> tuple[Sentence, ...]:
-    """Say what I_zz from one torque rests on."""
+    """Say which assumption I_zz depends on if all torques are equal."""
     measured = analysis.measurements
     if measured.torque_unseen is not None:
         return (("All torques are equal, so the answer depends on the run without a weight.",),)
     if measured.balanced or measured.balance_test is not None:
         by = "the balance test" if measured.balance_test is not None else "the ball being balanced"
-        return ((f"All torques are equal, so the answer rests on {by}.",),)
+        return ((f"All torques are equal, so the answer depends on {by}.",),)
     value, line = Value(balanced.value, balanced.u, scale, "if_balanced.value"), Styled("# balanced: yes", "code")
-    usual = "; the usual imbalance, 5 % of the torque, moves it by 5 %."
+    usual = "; a usual imbalance, 5 % of the torque, changes it by 5 %."
     return (
         ("If the ball is balanced as in step 2, I_zz = ", value, usual),
         (
-            "All torques are equal: to settle it, write ",
+            "All torques are equal. To decide, write ",
             line,
-            ", add a balance test, or time a run without a weight.",
+            ", add a balance test, or time a run without an added mass.",
         ),
     )
 
 
-def _hangs_on(analysis: Analysis, scale: values.Scale) -> tuple[Block, ...]:
-    """Show I_zz as it is, and as it would be if one thing were otherwise."""
+def _sensitivity(analysis: Analysis, scale: values.Scale) -> tuple[Block, ...]:
+    """Show I_zz, and its value after one change of the assumptions."""
     if not analysis.sensitivity:
         return ()
     answer, u = analysis.inertia, analysis.inertia.u or 0.0
-    rows: list[tuple[Cell, ...]] = [(("as it is",), Value(answer.value, answer.u, scale, "inertia.value"), None)]
+    rows: list[tuple[Cell, ...]] = [(("no change",), Value(answer.value, answer.u, scale, "inertia.value"), None)]
     dots: list[tuple[float, float] | None] = [(answer.value, u)]
     for i, case in enumerate(analysis.sensitivity):
         at, found = f"sensitivity.{i}", case.inertia
@@ -296,26 +302,28 @@ def _hangs_on(analysis: Analysis, scale: values.Scale) -> tuple[Block, ...]:
         value = ("no answer",) if found is None else Value(found.value, found.u, scale, f"{at}.inertia.value")
         rows.append(((case.words,), value, away))
         dots.append(None if found is None else (found.value, found.u or 0.0))
-    heads = (Head("if"), Head("I_zz", scale), Head("moved by", values.NUMBER))
+    heads = (Head("if"), Head("I_zz", scale), Head("shift", values.NUMBER))
     band = (answer.value - u, answer.value + u)
     picture = Picture("I_zz", tuple(dots), band, "the bars are ± u, the band is that of the answer", reach=5.0)
     weights = [i for i, case in enumerate(analysis.sensitivity, 1) if case.name == "without"]
     weights.sort(key=lambda i: -abs(analysis.sensitivity[i - 1].deviation or 0.0))
     short = tuple(i for i in range(len(rows)) if i not in weights[WEIGHTS:])
-    return (Table(heads, tuple(rows), "I_zz if one thing is otherwise", picture, main=0, short=short),)
+    return (
+        Table(heads, tuple(rows), "I_zz after one change; the shift is in units of u", picture, main=0, short=short),
+    )
 
 
 def _goodness(analysis: Analysis) -> Fact:
     fit = analysis.fit
     if analysis.p is None:
-        return Fact("goodness", ("not available: no degrees of freedom left",))
+        return Fact("fit quality", ("not available: no degrees of freedom",))
     chi2 = Number(f"{fit.chi2:.3g}", "goodness.chi2")
     scatter = Number(values.uncertainty_text(fit.scatter), "goodness.scatter")
     dof = count(fit.dof, "degree", "goodness.dof")
     return Fact(
-        "goodness",
+        "fit quality",
         chance(analysis.p, "goodness.p"),
-        remark=("chi-square ", chi2, " for ", *dof, " of freedom; scatter ", scatter, " times as stated"),
+        remark=("chi-square ", chi2, " for ", *dof, " of freedom; scatter ", scatter, " times the stated one"),
     )
 
 
@@ -331,7 +339,7 @@ def _fits(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iter
             (
                 (FIT_NAMES[fit.name],),
                 Value(value.value, value.u, scale, f"{at}.inertia.value") if value else ("not possible",),
-                Value(-m0.value, m0.u, torque, f"{at}.constant.value") if m0 else ("taken as 0",) if value else None,
+                Value(-m0.value, m0.u, torque, f"{at}.constant.value") if m0 else ("assumed 0",) if value else None,
                 away,
             )
         )
@@ -341,7 +349,7 @@ def _fits(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iter
     yield Table(
         (Head("fit"), Head("I_zz", scale), Head("M0", torque), Head("from recommended", values.NUMBER)),
         tuple(rows),
-        "The recommended fit and the two of the textbook",
+        "The recommended fit, and the two straight lines of the textbook",
         Picture("I_zz", dots, (best - u, best + u), words),
         main=0,
     )
@@ -392,7 +400,7 @@ def _runs(analysis: Analysis, torque: values.Scale) -> tuple[Block, ...]:
     heads = (
         Head("run"),
         Head("line", values.NUMBER),
-        Head("on the rod"),
+        Head("load"),
         Head("spin", values.RPM),
         Head("time", values.SECOND),
         Head("turns", values.NUMBER),
@@ -401,8 +409,8 @@ def _runs(analysis: Analysis, torque: values.Scale) -> tuple[Block, ...]:
         Head("residual", values.Scale("u", "u")),
         Head("remark", wrap=0.2),
     )
-    caption = "The residual is the time minus what the other runs predict, in standard uncertainties"
-    looks = Text((("These runs are flagged:",),)) if odd else Text((("No run is flagged or left out.",),))
+    caption = "The residual is the time minus the time that the other runs predict, in units of u"
+    looks = Text((("Suspected outliers:",),)) if odd else Text((("No suspected outliers; all runs are in the fit.",),))
     return (
         looks,
         *([Text(items, "list")] if odd else []),
@@ -412,7 +420,7 @@ def _runs(analysis: Analysis, torque: values.Scale) -> tuple[Block, ...]:
 
 
 def _effects(analysis: Analysis) -> tuple[Block, ...]:
-    choice = ", as asked" if analysis.model.asked else ", the simplest that is good enough here"
+    choice = ", as asked" if analysis.model.asked else ", the simplest model that is sufficient here"
     rows: list[tuple[Cell, ...]] = []
     for i, effect in enumerate(analysis.effects):
         size = "" if effect.size is None else f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
@@ -433,7 +441,7 @@ def _effects(analysis: Analysis) -> tuple[Block, ...]:
         Head("verdict", wrap=0.12),
         Head("why", wrap=0.3, full=True),
     )
-    caption = "What I_zz would change by if the effect were left out of the model, in per cent and in its u"
+    caption = "Change of I_zz if the effect is ignored, in % and in units of u"
     short = tuple(i for i, row in enumerate(rows) if row[1] is not None)
     model = Text(((f"Model: {MODEL_NAMES[analysis.model.name]}{choice}.",),))
     return (model, Table(heads, tuple(rows), caption, short=short))
@@ -450,30 +458,30 @@ def _budget(analysis: Analysis, scale: values.Scale) -> Iterator[Block]:
         for i, share in enumerate(analysis.budget)
     )
     heads = (
-        Head("source"),
-        Head("share of u²", values.NUMBER),
+        Head("component"),
+        Head("share of the variance", values.NUMBER),
         Head("u of I_zz", scale, full=True),
         Head("shared by", wrap=0.35),
     )
-    bars = Picture("share of u²", tuple((share.share, 0.0) for share in analysis.budget), None)
+    bars = Picture("share of the variance", tuple((share.share, 0.0) for share in analysis.budget), None)
     short = tuple(i for i, share in enumerate(analysis.budget) if share.share >= 0.01)
-    caption = "Shares of the variance u² of I_zz, the largest first"
-    yield Table(heads, rows, caption, bars, short=short) if rows else Text((("No source of uncertainty was stated.",),))
+    caption = "Uncertainty components with their shares of the variance u² of I_zz, the largest first"
+    yield Table(heads, rows, caption, bars, short=short) if rows else Text((("The log states no uncertainty.",),))
     if defaults := defaults_used(analysis):
-        yield Text((("Not stated in the log, and taken by default:",),))
+        yield Text((("The log does not state these uncertainties, so default values are used:",),))
         yield Text(tuple((Styled(line, "code"),) for line in defaults), "list")
 
 
 def _advice(analysis: Analysis) -> tuple[Block, ...]:
     if not analysis.advice:
-        return (Text((("No single change stands out.",),), full=True),)
-    words = Text((("Each computed for this log, the largest gain first.",),), full=True)
+        return (Text((("No single change would help much.",),), full=True),)
+    words = Text((("Each line is computed for this log, the largest gain first.",),), full=True)
     return (words, Text(tuple((advice,) for advice in analysis.advice), "numbered"))
 
 
 def _diagnostics(analysis: Analysis) -> tuple[Block, ...]:
     if not analysis.diagnostics:
-        return (Text((("None: the log was read without a remark.",),), full=True),)
+        return (Text((("None.",),), full=True),)
     return (Text(tuple(_diagnostic(i, found) for i, found in enumerate(analysis.diagnostics)), "list", full=True),)
 
 
@@ -496,9 +504,9 @@ def _method(analysis: Analysis) -> Iterator[Block]:
     words = (
         f" at once, by {MODEL_NAMES[analysis.model.name]}: least squares with errors in every reading (Gauss-Helmert "
         "model; its simplest case is a straight line with errors in both coordinates, York and others 2004). An error "
-        "that runs share, such as that of the ruler or of the hand, is one unknown for all of them. What the log does "
-        "not tell of its own errors is integrated over: by what factor the runs scatter more or less than stated "
-        "(Thompson and Ellison 2011), and how well the ball was balanced. I_zz is the median of the posterior "
+        "that runs share, such as that of the ruler or of the hand, is one unknown for all of them. Unknown "
+        "sizes of errors are marginalised: the factor by which the runs scatter more or less than stated "
+        "(Thompson and Ellison 2011), and the imbalance of the ball. I_zz is the median of the posterior "
         "distribution, u is half of its 68.3 % interval, and the 95 % interval goes from its 2.5 % to its 97.5 % "
         "quantile. The terms are those of the GUM."
     )
@@ -507,7 +515,7 @@ def _method(analysis: Analysis) -> Iterator[Block]:
     cite: Sentence = (Styled("To cite: ", "strong"), "gyrodata, version ", version, does, ", method as above; log ",
                       Number(analysis.name, "/input.name"), ", its SHA-256 as below.")  # fmt: skip
     pages = (Styled("gyro explain statistics", "code"), " and ", Styled("gyro explain theory", "code"))
-    yield Text(((*fitted, words), cite, ("More is said by ", *pages, "; and in:")), full=True)
+    yield Text(((*fitted, words), cite, ("More: ", *pages, "; and in:")), full=True)
     yield Text(tuple((line,) for line in REFERENCES), "list", full=True)
 
 
@@ -522,7 +530,7 @@ def _provenance(analysis: Analysis) -> Block:
     facts = [
         Fact("tool", ("gyrodata ", Number(__version__, "/tool.version"))),
         Fact("log", (analysis.name,)),
-        Fact("its SHA-256", (Styled(analysis.sha256, "code"),)),
+        Fact("SHA-256 of the log", (Styled(analysis.sha256, "code"),)),
         *(
             Fact(f"option {key.replace('_', ' ')}", (_option(value),))
             for key, value in asdict(analysis.options).items()

@@ -1,4 +1,4 @@
-"""What fits, models, sources and effects are called, and the sentences that several forms share."""
+"""Names of fits, models, uncertainty components and effects, and phrases that several formats share."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from gyrodata.results import Analysis
 
 FIT_NAMES = {
     "recommended": "recommended",
-    "through_origin": "through the origin",
-    "with_constant": "with a constant",
+    "through_origin": "without an intercept",
+    "with_constant": "with an intercept",
 }
 
 MODEL_NAMES = {
     "horizontal": "eq. (9), a level rod",
     "steady": "eq. (8), a tilted rod",
-    "released": "the mean rate of a rod let go from rest",
+    "released": "the mean rate of a rod released from rest",
 }
 
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | {
-    "residual_torque": "balance not told by this design",
+    "residual_torque": "imbalance of the ball, which these runs do not determine",
     "unexplained_scatter": "unexplained scatter",
-    "nutation": "nutation at the last click",
+    "nutation": "nutation at the last button press",
     "release": "transverse inertia, in the nutation",
 }
 

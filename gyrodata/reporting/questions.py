@@ -1,4 +1,4 @@
-"""The questions of the lab sheet: one run by hand, question 3 (a) to (e), and where the others are answered."""
+"""The questions of the lab sheet: one run by hand, question 3 (a) to (e), and commands for the others."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ ANSWERS = (
     ("question 2, gyroscopes above the turning Earth", "earth"),
     (f"question 4, a wheel turned over on the platform{_WHEEL}", "platform"),
 )
-"""What the data do not answer, and the part of `gyro predict` that does."""
+"""Questions that the data do not answer, with the part of `gyro predict` for each."""
 
 
 def answer_questions(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Iterator[tree.Section]:
-    """Answer question 3 from the data, and say where the others are answered."""
+    """Answer question 3 from the data, and name the commands for the others."""
     yield tree.Section("One run by hand", _by_hand(analysis, scale), "byhand", "By hand")
-    yield tree.Section("Question 3: what the data show", (), "q3")
+    yield tree.Section("Question 3: results from the data", (), "q3")
     yield tree.Section("(a) Precession period against spin", _period(analysis, torque), "q3a", "3 (a)", 3)
     yield tree.Section("(b) How the period depends on the spin", _exponents(analysis, torque), "q3b", "(b)", 3)
     yield tree.Section("(c) The product φ̇ψ̇ at one torque", _product(analysis, scale, torque), "q3c", "(c)", 3)
-    words = "(d) Torque against φ̇ψ̇: the constant of proportionality"
+    words = "(d) Torque against φ̇ψ̇: the slope"
     yield tree.Section(words, _constant(analysis, scale, torque), "q3d", "(d)", 3)
-    yield tree.Section("(e) What the constant means", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3)
+    yield tree.Section("(e) The meaning of the slope", tuple(_meaning(analysis, scale)), "q3e", "(e)", 3)
     yield tree.Section("The other questions", _others(analysis), "others", "Other questions")
 
 
@@ -104,8 +104,8 @@ def _by_hand(analysis: Analysis, scale: values.Scale) -> tuple[tree.Block, ...]:
         "), the first with a load that is in the fit, by eq. (9):",
     )  # fmt: skip
     words = (
-        "One run holds the errors of its own readings, the residual torque M0 and the timing bias b. The fit takes all "
-        f"runs together, by {MODEL_NAMES[analysis.model.name]}, and finds M0 and b with I_zz = "
+        "A single run is affected by its reading errors, by M0 and by b. The fit uses all runs together, by "
+        f"{MODEL_NAMES[analysis.model.name]}, and determines M0 and b together with I_zz = "
     )
     last: tree.Sentence = (words, tree.Value(inertia.value, inertia.u, scale, "inertia.value"), ".")
     return (tree.Text((first,), full=True), tree.Text(steps, "list", full=True), tree.Text((last,), full=True))
@@ -114,8 +114,8 @@ def _by_hand(analysis: Analysis, scale: values.Scale) -> tuple[tree.Block, ...]:
 def _others(analysis: Analysis) -> tuple[tree.Block, ...]:
     given = " (add the --set and --map that you gave)" if analysis.options.set or analysis.options.map else ""
     words = (
-        "Questions 1, 2 and 4 are not in this report: they ask for what you saw and felt. These commands say what "
-        f"theory expects of it; --log takes I_zz and the fastest spin of this log{given}:"
+        "Questions 1, 2 and 4 ask what you saw and felt, so this report cannot answer them. These commands show what "
+        f"theory predicts; --log takes I_zz and the fastest spin from this log{given}:"
     )
     # A name that a shell would take apart is not written into a command.
     log = analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", analysis.name) else "LOG"
@@ -124,16 +124,13 @@ def _others(analysis: Analysis) -> tuple[tree.Block, ...]:
 
 
 def _period(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ...]:
-    words = (
-        "At no torque are there two different spins, so the runs alone do not show how the period grows with the spin."
-    )
+    words = "No torque has runs at two different spins, so the runs do not show how the period depends on the spin."
     if analysis.exponent:
         words = (
-            "At each torque the period grows in proportion to the spin: the runs lie on a straight line through zero, "
-            "the steeper the smaller the torque."
+            "At each torque the period is proportional to the spin: the runs are on a straight line through zero. "
+            "A smaller torque gives a steeper line."
             if tree.agrees(analysis.exponent.deviation)
-            else "At each torque the period grows with the spin, though not in proportion within the uncertainties, "
-            "as (b) shows."
+            else "At each torque the period increases with the spin, but not proportionally, as (b) shows."
         )
     # τ/ψ̇ in seconds for each 100 rpm.
     steepness = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
@@ -148,7 +145,7 @@ def _period(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ...]:
         for slope in (group.period_per_spin,)
     )
     heads = (
-        tree.Head("on the rod"),
+        tree.Head("load"),
         tree.Head("torque M", torque),
         tree.Head("runs", values.NUMBER),
         tree.Head("τ/ψ̇", steepness),
@@ -167,17 +164,17 @@ def _exponents(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ..
         ("So τ = 2π I_zz ψ̇ / (M + M0): at one torque the period is proportional to the spin, τ ∝ ψ̇ⁿ with n = 1.",),
     )
     if whole is None:
-        words = "No torque has runs at two different spins, so the log does not tell the exponent n of τ ∝ ψ̇ⁿ."
+        words = "No torque has runs at two different spins, so the log does not determine the exponent n of τ ∝ ψ̇ⁿ."
         return (tree.Text((*derived, (words,)), full=True),)
     away = tree.Number(tree.signed(whole.deviation), "exponent.deviation")
     agree: tree.Sentence = (
         "The exponent agrees with 1 (",
         away,
-        " u from it): the period is proportional to the spin, as eq. (9) says.",
+        " u away): the period is proportional to the spin, as in eq. (9).",
     )
     if not tree.agrees(whole.deviation):
-        advice = "look at the torques one by one, and at the flagged runs"
-        agree = ("The exponent does not agree with 1 (", away, f" u from it), which eq. (9) asks for: {advice}.")
+        advice = "Check each torque, and the suspected outliers"
+        agree = ("The exponent does not agree with 1 (", away, f" u away), the value of eq. (9). {advice}.")
     everything = tree.Value(whole.value, whole.u, values.NUMBER, "exponent.value")
     rows: list[tuple[tree.Cell, ...]] = [
         (
@@ -190,7 +187,7 @@ def _exponents(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ..
     rows.append((("all together",), everything, None))
     laws = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in analysis.power_law]
     dots = (*laws, (whole.value, whole.u or 0.0))
-    heads = (tree.Head("on the rod"), tree.Head("exponent n", values.NUMBER), tree.Head("remark", wrap=0.45))
+    heads = (tree.Head("load"), tree.Head("exponent n", values.NUMBER), tree.Head("remark", wrap=0.45))
     picture = tree.Picture("exponent n", dots, (1.0, 1.0), "the bars are ± u, the line is n = 1")
     table = tree.filled(heads, rows, "Exponent of each torque, and one for all", picture, main=len(rows) - 1)
     return (
@@ -203,14 +200,12 @@ def _exponents(analysis: Analysis, torque: values.Scale) -> tuple[tree.Block, ..
 
 def _product(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> tuple[tree.Block, ...]:
     found = analysis.constancy
-    sentence: tree.Sentence = (
-        "No torque has two runs, so the log does not tell whether φ̇ψ̇ is constant at one torque.",
-    )
+    sentence: tree.Sentence = ("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.",)
     if found is not None:
         constant, where = (
             ("constant within the uncertainties", ", and ")
             if found.p >= tree.UNLIKELY
-            else ("not constant within the stated uncertainties", ", where ")
+            else ("not constant within the stated uncertainties", ", but ")
         )
         sentence = (
             f"At one torque φ̇ψ̇ is {constant}: the runs scatter about the mean of their torque by ",
@@ -233,15 +228,15 @@ def _product(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> t
             )
         )
     heads = (
-        tree.Head("on the rod"),
+        tree.Head("load"),
         tree.Head("mean φ̇ψ̇", values.PRODUCT),
         tree.Head("scatter", values.PRODUCT),
-        tree.Head("chance of it", values.NUMBER),
-        tree.Head("I_zz without", scale),
+        tree.Head("p", values.NUMBER),
+        tree.Head("I_zz without these runs", scale),
     )
     caption = (
-        "The weighted mean at each torque, the standard deviation of the single runs and the chance of one as large, "
-        "and what I_zz would be without these runs"
+        "For each torque: the weighted mean, the standard deviation of the runs, the probability p of a scatter at "
+        "least as large, and I_zz without these runs"
     )
     figure = tree.Figure("product", FIGURES["product"].caption)
     return (tree.Text((sentence,), full=True), figure, tree.filled(heads, rows, caption))
@@ -253,16 +248,16 @@ def _constant(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> 
     balance = ""
     if m0.u:
         balance = (
-            ": no sign of an imperfect balance" if tree.agrees(m0.value / m0.u) else ": the balance was not perfect"
+            ": the ball shows no imbalance" if tree.agrees(m0.value / m0.u) else ": the ball was not perfectly balanced"
         )
     value = tree.Value(m0.value, m0.u, torque, "residual_torque.value")
     words: tree.Sentence = (
-        "The torque grows in proportion to φ̇ψ̇, but for a residual torque of ",
+        "The torque is a linear function of φ̇ψ̇. Its residual torque is ",
         value,
-        f", which shifts the line and leaves its slope alone{balance}.",
+        f", which shifts the line but does not change its slope{balance}.",
     )
     if analysis.runs_disagree:
-        unsaid = "Whether the torque grows in proportion to φ̇ψ̇ these runs do not show: they do not follow one line."
+        unsaid = "These runs do not show a linear relation between torque and φ̇ψ̇: they do not agree with one line."
         words = (
             f"{unsaid} If they did, the residual torque would be ",
             value,
@@ -271,16 +266,16 @@ def _constant(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> 
     if origin.inertia is not None and origin.deviation is not None:
         slope = tree.Value(origin.inertia.value, origin.inertia.u, scale, "fits.1.inertia.value")
         away = tree.Number(tree.signed(origin.deviation), "fits.1.deviation")
-        words = (*words, " A line forced through the origin has the slope ", slope, ", ", away, " u from it.")
+        words = (*words, " A line without an intercept has the slope ", slope, ", ", away, " u away.")
     figure = tree.Figure("torque", FIGURES["torque"].caption)
     return (tree.Text((law,), "result", True), tree.Text((words,), full=True), figure)
 
 
 def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:
     words = (
-        "The constant is the moment of inertia of all that spins, ball, rod and weight, about the rod: as a mass "
-        "resists a change of its speed, I_zz resists a change of the spin, and the larger it is, the slower the same "
-        "torque turns the axis."
+        "The slope is the moment of inertia about the rod of everything that spins: ball, rod and weight. A mass "
+        "resists a change of its speed; in the same way I_zz resists a change of the spin. The larger I_zz is, the "
+        "slower the same torque turns the axis."
     )
     yield tree.Text(((words,),), full=True)
     ball, inertia = analysis.ball, analysis.inertia
@@ -294,11 +289,11 @@ def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:
             lines[0],
             ", ",
             lines[1],
-            ") it is compared with 2/5 m r² here; without them a wrong unit in a whole column cannot be detected.",
+            ") gyro compares I_zz with 2/5 m r². Without them gyro cannot detect a wrong unit in a whole column.",
         )
         yield tree.Text((ask,), "small", full=True)
         return
-    exact = " (taken as exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
+    exact = " (assumed exact: the log gives no uncertainty). " if ball.inertia_u is None else ". "
     whole = tree.Value(ball.inertia, ball.inertia_u, values.inertia_scale(ball.inertia, ball.inertia_u), "ball.inertia")
     described: tree.Sentence = ("The disk that the log describes has ½ m r² = ", whole, exact)
     if ball.mass is not None and ball.diameter is not None:
@@ -321,7 +316,7 @@ def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:
         if part and part != ball.inertia:
             rows.append(((words,), tree.Value(part, None, scale, f"ball.{key}")))
     between = len(rows) - 1
-    all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all of it as the log describes it"
+    all_of_it = "solid ball, 2/5 m r²" if ball.solid == ball.inertia else "all parts in the log"
     rows.append(((all_of_it,), replace(whole, scale=scale)))
     rows.append((("difference",), tree.Value(ball.difference, ball.difference_u, scale, "ball.difference")))
     own = (inertia.value, inertia.u or 0.0)
@@ -329,34 +324,41 @@ def _meaning(analysis: Analysis, scale: values.Scale) -> Iterator[tree.Block]:
     band = (own[0] - own[1], own[0] + own[1])
     picture = tree.Picture("value", dots, band, "the bars are ± u, the band is that of the measured value")
     heads = (tree.Head("moment of inertia"), tree.Head("value", scale))
-    yield tree.Table(heads, tuple(rows), "Measured, and as the log describes what spins", picture, main=0, full=True)
+    yield tree.Table(
+        heads,
+        tuple(rows),
+        "The measured value, and the value from the dimensions in the log",
+        picture,
+        main=0,
+        full=True,
+    )
 
 
 def beside(analysis: Analysis) -> tree.Sentence:
-    """Say whether the measured value agrees with that of the ball or disk."""
+    """Say if the measured I_zz agrees with the value for the ball or disk."""
     ball = analysis.ball
     assert ball is not None
     body = "ball" if ball.mass is not None else "disk"
     relative = tree.percent(ball.relative, "ball.relative")
     if ball.deviation is None:
         return (
-            f"The measured value differs from that of the {body} by ",
+            f"I_zz differs from the value for the {body} by ",
             *relative,
-            "; without an uncertainty nothing says whether that is much.",
+            "; without an uncertainty this cannot be judged.",
         )
     if ball.relative > 1:
         times = tree.Number(f"{ball.relative:.3g}", "ball.relative")
-        return (f"The measured value does not agree with that of the {body}: the difference is ", times,
-                f" times the value of the {body}.")  # fmt: skip
+        return (f"I_zz does not agree with the value for the {body}: the difference is ", times,
+                f" times the value for the {body}.")  # fmt: skip
     away = tree.Number(tree.signed(ball.deviation), "ball.deviation")
     close = tree.agrees(ball.deviation)
     bore = ""
     if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
         bore = (
-            " A bore along the rod takes mass from near the axis, so that a ball of the same mass has a little more "
-            "than 2/5 m r², and the rod and the weights on it add theirs."
+            " A bore along the rod removes mass near the axis, so a ball of the same mass has a little more than "
+            "2/5 m r²; the rod and the weights add to it."
         )
     return (
-        f"The measured value {'agrees' if close else 'does not agree'} with that of the {body}: the difference is ",
-        *relative, ", or ", away, f" u of the difference.{bore}",
+        f"I_zz {'agrees' if close else 'does not agree'} with the value for the {body}: the difference is ",
+        *relative, " (", away, f" u).{bore}",
     )  # fmt: skip

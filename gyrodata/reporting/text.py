@@ -14,7 +14,7 @@ from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_tex
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
-MORE = "all the rest: gyro analyze -v, or the report's page"
+MORE = "More: gyro analyze -v, or the HTML report"
 
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
@@ -95,13 +95,13 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
             f"  {sentence_text(residual_torque(analysis, torque).sentence)}",
         ],
         [
-            f"with {on_the_rod(len(analysis.run_table) - 1)} on the rod:",
+            f"while {on_the_rod(len(analysis.run_table) - 1)} is on the rod:",
             *_indented(_with_this_load(analysis, loaded, here)),
         ],
-        ["still open:", *_indented(still_open)] if still_open else ["nothing else is open"],
+        ["still to do:", *_indented(still_open)] if still_open else ["nothing else to do"],
     ]
     if not still_open and analysis.advice:
-        blocks.append(["what would gain most:", *_indented(analysis.advice[:3])])
+        blocks.append(["what would reduce u most:", *_indented(analysis.advice[:3])])
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
@@ -115,7 +115,7 @@ def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Di
     """What to do before this load comes off: the odd runs, those that are far off, and what is missing."""
     odd = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
     far = [
-        f"repeat {_place(run)}: {abs(run.studentized_residual):.1f} u from what the other runs say"
+        f"repeat {_place(run)}: it is {abs(run.studentized_residual):.1f} u away from the other runs' prediction"
         for run in loaded
         if not run.flagged and run.studentized_residual is not None and abs(run.studentized_residual) > FAR
     ]
@@ -127,7 +127,7 @@ def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Di
     if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
         return [done]
     share = abs(heaviest.influence) / analysis.inertia.u
-    return [f"{done}; if there is time, repeat {_place(heaviest)}, which moves I_zz most, by {share:.1f} u"]
+    return [f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz most, by {share:.1f} u"]
 
 
 def _place(run: Run) -> str:

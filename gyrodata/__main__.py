@@ -24,7 +24,7 @@ def main() -> None:
     # A log is a few dozen rows: more threads only cost start-up time and heat.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
-    # What a start makes stays: to look through it for rubbish all the time takes a twentieth of a run.
+    # Objects made at the start stay: looking through them for garbage takes a twentieth of a run.
     gc.set_threshold(100_000)
     from gyrodata.cli import app
 

@@ -126,7 +126,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
     denied = [one for one in found if one.doubt and not (one.doubt == "size" and one.line in silent)] if whole else []
     doubts = tuple(Doubt(kind, one.message, one.hint) for kind in DOUBTS for one in denied if one.doubt == kind)
-    # What another hour would gain is worked out for runs that follow the law.
+    # The gain of another hour is computed for runs that follow the law.
     advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
     return Analysis(
         name=readings.name,

@@ -29,7 +29,7 @@ DOUBTED = 0.025
 
 
 class Performance(Struct, frozen=True):
-    """What one way to fit makes of the simulated labs that it answers; None if it gives no answer or no uncertainty."""
+    """The results of one estimator in the simulated labs; None if it gives no answer or no uncertainty."""
 
     name: str
     """"recommended", "through_origin", "with_constant" or "mean_of_ratios"."""

@@ -21,7 +21,7 @@ from gyrodata.errors import InputError
 
 LONGEST = 255  # bytes of a name, on nearly every file system
 
-LOCK = ".gyro-lock"  # beside what is written, as long as somebody writes
+LOCK = ".gyro-lock"  # next to the output, while a process writes
 
 _FLAGS = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 

@@ -197,11 +197,11 @@ def choose_model(measured: Measurements, model: Model, near: FitResult | None = 
         runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED, near=near)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
-        # Nothing tells what could be left out.
+        # It is unknown what could be left out.
         return fullest
     sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
     may = {name: sizes[name].bias for name, has in named.items() if has}
-    # What has no fit without it cannot be left out.
+    # If the fit without an effect fails, the effect cannot be left out.
     known = {name: bias for name, bias in may.items() if bias is not None}
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)

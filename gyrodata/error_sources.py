@@ -18,7 +18,7 @@ Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "
 
 
 class SourceKind(Struct, frozen=True):
-    """What is known of a source of error before a log is read."""
+    """An uncertainty component, before a log is read."""
 
     quantity: Quantity
     """What it is an error of."""

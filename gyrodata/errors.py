@@ -1,4 +1,4 @@
-"""What can be wrong, where, and what to type.
+"""Diagnostics: what is wrong, the place, and what to type.
 
 One `Diagnostic` is one fault at one place; one family of errors carries them to the only handler, in
 `gyrodata.cli`. What each code means stands in `gyrodata.diagnostics`.
@@ -40,7 +40,7 @@ def shown(text: object) -> str:
     return _shown(str(text))
 
 
-# The titles of a rubric stand in every student's pages.
+# Every student's pages contain the titles of a rubric.
 @lru_cache(maxsize=512)
 def _shown(text: str) -> str:
     line = " ".join(printable(text).split())
@@ -159,7 +159,7 @@ def insist_on_type(name: str, value: object, kinds: type | UnionType, what: str)
 
 
 class GyroError(Exception):
-    """Base of all errors that a user can cause; carries what to tell them.
+    """Base of all errors that a user can cause, with their diagnostics.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What there is to say about a log, and about the next one: one list of checks.
+"""The list of all checks of a log, and of advice for the next one.
 
 A check looks at what is known of a log (`Seen`) and gives findings: diagnostics with a code, a severity, a place, words
 and a remedy. A finding that makes the answer unsafe to quote has a kind of `doubt`. Terminal, page, `gyro check`,
@@ -153,7 +153,7 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
 
 
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Say that the interval of I_zz holds zero, and what makes it so wide."""
+    """Report that the interval of I_zz includes zero, and why it is so wide."""
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
@@ -177,7 +177,7 @@ def percent_u(inertia: Estimate) -> float:
 
 
 class Seen(Struct, frozen=True):
-    """What is known of a log after its fit."""
+    """A log after its fit."""
 
     readings: Readings
     lab: Lab
@@ -303,7 +303,7 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
     fit, exponent = seen.fit, seen.exponent
     if exponent is None or fit.dof < 2 or seen.contradicts_itself:
         return
-    # Of a tilted or nutating rod the period is no power of the spin; the fit's own chi-square then decides.
+    # The period of a tilted or nutating rod is not a power of the spin; then chi-square of the fit decides.
     follows = fit.adjusted.problem.tilted or seen.measured.slowing is not None
     if follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT:
         return
@@ -593,7 +593,7 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 
 
 def list_advice(lab: Lab) -> tuple[str, ...]:
-    """What would make the next lab better, in order of gain, each computed for this log."""
+    """Return advice for the next lab, the largest gain first, each computed for this log."""
     now = percent_u(lab.fit.inertia)
     gains = [(percent_u(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
     return tuple(

@@ -199,7 +199,7 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     wider = ((fit.scatter / FACTORS) ** 2)[:, None]
     prior = np.ones((len(FACTORS), len(turned)))
     prior[:, : len(values)] += wider * values**2
-    # What each unknown is as a whole, what of it no other can do, and how it agrees with what is left, shape (24, E).
+    # Each unknown's column, its part orthogonal to the others, and its projection on the residuals, shape (24, E).
     free, whole = wider / prior, wider * size
     apart = np.maximum(free @ columns**2, 1e-12 * whole)
     along = free @ (columns * left)

@@ -122,7 +122,7 @@ def precession_rate(
         rate = 2 * load / doubled
     idle = doubled == 0
     if idle.any():
-        # Without spin and with a level rod nothing holds a torque; without a torque the rod just stays.
+        # A level rod without spin cannot balance a torque; without a torque the rod stays at rest.
         return np.where(idle, np.where(load == 0, 0.0, np.nan), rate)[()]
     return rate
 
@@ -256,7 +256,7 @@ def least_spin(
     *,
     total_spin: bool = False,
 ) -> Any:
-    """Size of the spin below which there is no steady precession, from D = 0 in eq. (8).
+    """Return the minimum spin for steady precession, from D = 0 in eq. (8).
 
     2√((I − I_zz) cosθ h m g)/I_zz [rad/s], with I in the place of I − I_zz for the total spin; 0 where every spin has a
     steady precession. A level rod under a torque needs a spin above 0.
@@ -352,7 +352,7 @@ def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLi
 
 
 # --- rotation and angular momentum, eqs. (1) to (5), as components along e1, e2, e3 -------------------------
-# e3 points along the rod, e1 is horizontal, e2 = e3 × e1; the last axis of every vector holds its three components.
+# e3 points along the rod, e1 is horizontal, e2 = e3 × e1; the last axis of every vector has its three components.
 
 
 def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
@@ -442,6 +442,6 @@ def balanced_direction(
     up = rod[2] * cosine - level * rod[0] * sine + height * along * share
     away = np.hypot(east, north)
     bearing = np.mod(np.arctan2(east, north), 2 * np.pi)
-    # What is hardly west of north is rounded to a whole turn.
+    # A direction just west of north is rounded to a whole turn.
     bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
     return np.where(away > 1e-12, bearing, np.nan)[()], np.arctan2(up, away)

@@ -1,4 +1,4 @@
-"""What theory says for given numbers: the answers of ``gyro predict``, and as text for people.
+"""Predictions of theory for given numbers: the answers of ``gyro predict``, and their text.
 
 The answers are in SI units, with None for what is not; ``reason`` says in words why what is None is None, and is ""
 where nothing is. ``why`` answers in words for people. The text has rpm, seconds and degrees, with the SI unit beside.
@@ -295,7 +295,7 @@ def _platform_why(rate: float, wheel: float) -> str:
 
 
 class Twist(Struct, frozen=True):
-    """A spinning wheel, held level in both hands, that is turned over by half a turn at a steady rate."""
+    """Predict the torque of a spinning wheel, level in both hands, that is turned over at a steady rate."""
 
     why: str
     twist_rate: float
@@ -356,7 +356,7 @@ def _twist_why(spin: float) -> str:
 
 
 class Tip(Struct, frozen=True):
-    """What a force, steady in size and direction, does at the tip of the rod, at rest at first and across the force.
+    """Predict the motion of the rod's tip under a constant force; the rod is at rest at first, across the force.
 
     For a balanced ball, by the exact motion, which is that of a rod under a weight.
     """

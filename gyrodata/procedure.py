@@ -1,4 +1,4 @@
-"""What a log still lacks against the lab's procedure, each with its reason in numbers.
+"""Steps of the lab's procedure that a log lacks, each with its reason in numbers.
 
 The procedure: at least three weights, each with at least three well-spread spins; one run without a weight; times
 over 6 s; the spin at start and end where it falls much. Meant to be asked before leaving the lab.

@@ -1,4 +1,4 @@
-"""What is said of one log: `Analysis`, and the records that its JSON is made of.
+"""The results of one log: `Analysis`, and the records of its JSON.
 
 `to_json` turns a record into JSON, and `schema` makes the JSON Schema of the same records: a field that is added here
 is emitted and declared.
@@ -48,7 +48,7 @@ CONVENTIONS: dict[str, str] = msgspec.json.decode(Path(__file__).with_name("conv
 
 
 class Options(Struct, frozen=True):
-    """What was asked for."""
+    """The options of the analysis."""
 
     set: Mapping[str, str] = field(default_factory=dict)
     """Constants given beside the log."""
@@ -204,7 +204,7 @@ class Analysis(Struct, frozen=True, eq=False):
         from uncertainties import correlated_values
 
         told = {"inertia": self.inertia, "residual_torque": self.residual_torque, "timing_bias": self.timing_bias}
-        # What the fit says of how they go together, with the u that are told.
+        # The fit gives their correlation, with the reported u.
         u = np.array([one.u or 0.0 for one in told.values()])
         own = np.sqrt(np.diag(self.fit.covariance))
         share = np.divide(u, own, out=np.zeros_like(u), where=own > 0)
@@ -305,7 +305,7 @@ class Analysis(Struct, frozen=True, eq=False):
 
 
 class Tool(Struct, frozen=True):
-    """What wrote this."""
+    """The tool and its version."""
 
     name: Literal["gyrodata"] = "gyrodata"
     version: str = __version__

@@ -52,7 +52,7 @@ def rubric_schema() -> dict[str, Any]:
 
 
 class _Question(Struct):
-    """What every prediction begins with."""
+    """The first keys of every prediction."""
 
     schema: Literal["gyro.prediction/2"]
     tool: Tool

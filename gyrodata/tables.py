@@ -1,4 +1,4 @@
-"""Tables beside the answer: each run, the runs of each torque, the laws of the report, other fits and a solid ball."""
+"""Tables of the report: runs, torques, power laws, other fits, and the comparison with a solid ball."""
 
 from __future__ import annotations
 
@@ -291,7 +291,7 @@ class _Groups:
         return away
 
 
-# --- beside the answer ------------------------------------------------------------------------------------------
+# --- comparisons ------------------------------------------------------------------------------------------------
 
 
 class NamedFit(Struct, frozen=True):
@@ -312,7 +312,7 @@ class NamedFit(Struct, frozen=True):
 
 
 def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
-    """The two straight lines of the textbook beside the recommended fit."""
+    """Return the two straight lines of the textbook, to compare with the recommended fit."""
     product, torque = fit.sense[kept] * np.abs(measured.product[kept]), measured.torque[kept]
     note = (
         "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
@@ -345,7 +345,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
 
 
 class Ball(Struct, frozen=True):
-    """What spins, as the log describes it, and how the measured I_zz compares with it."""
+    """Compare the measured I_zz with that of the ball or disk in the log."""
 
     mass: float | None
     """[kg]; None where the log describes a disk only."""

@@ -1,4 +1,4 @@
-"""A TOML file read into records by msgspec; the first fault is told with its line, and what to write instead."""
+"""Read a TOML file into records by msgspec; report the first fault with its line, and what to write instead."""
 
 from __future__ import annotations
 

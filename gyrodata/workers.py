@@ -146,7 +146,7 @@ def _begin() -> None:
 
 
 def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Failed:
-    """Do one task; whatever breaks on it is told there. With a limit [s] of 0 nothing stops it."""
+    """Do one task, and return its result or its error. With a limit [s] of 0 nothing stops it."""
 
     def ring(*_: object) -> None:
         raise _TookTooLong

@@ -56,7 +56,7 @@ def explain(
         if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
-            # What all other runs of this weight have is likelier than a count of its own.
+            # The count of all other runs of this weight is more likely than another one.
             found.append((0 if len(alike) and np.allclose(alike, outlier.turns) else 1, FITS, words))
         if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, changed in _changes(readings, measured, others, i):
@@ -79,13 +79,13 @@ def explain(
 
 
 def _is_usual(measured: Measurements, index: int, turns: float) -> bool:
-    """Say whether labs, or other runs of this log, time so many turns, or the written count is off by one or a half."""
+    """Return whether this number of turns is usual, is in other runs of this log, or is off by one or a half."""
     near = [measured.turns[index] + step for step in (-1, -0.5, 0.5, 1)]
     return any(math.isclose(turns, count) for count in (*fitting.USUAL_COUNTS, *measured.turns, *near))
 
 
 class Cell(NamedTuple):
-    """What one cell might have contained."""
+    """One possible content of a cell."""
 
     rank: int
     text: str
@@ -116,7 +116,7 @@ def _changes(
         rest = np.abs([column.values[k] or math.nan for k in np.flatnonzero(others.adjusted.kept)])
         low, high = np.nanmin(rest) / WIDER, np.nanmax(rest) * WIDER
         cells = list(_of_neighbours(column, index, role in loads)) if role != timing else []
-        # What another weight or place has as well is no slip of the pen.
+        # A value that another weight or position has too is not a typing mistake.
         if role not in loads or abs(old) not in rest:
             cells += _of_slips(column, index, readings.position_from if role == "position" else None)
         if spins == [role] == ["spin"]:
@@ -132,7 +132,7 @@ def _changes(
                 for reading, own in zip(column.readings, column.spots, strict=True)
             ]
             changed = replace(readings, columns={**readings.columns, role: replace(column, readings=tuple(cell))})
-            # What the time is over the predicted one after the change.
+            # The ratio of the time and the predicted time after the change.
             if role in spins:
                 spin = [as_spin(one)[[index]] for one in spin_columns(changed)]
                 after = need * float(measured.spin[index] / (mean_spin(spin) if len(spin) > 1 else spin[0])[0])

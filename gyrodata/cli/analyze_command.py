@@ -128,7 +128,7 @@ def analyze(
         for log, name, folder in zip(logs, names, folders, strict=True)
     ]
     worst, header, whole = 0, _header(form, table), []
-    # A document that stands in a file is not poured over a terminal too.
+    # A document that is written to a file is not printed on a terminal too.
     spared = form in DOCUMENTS and sys.stdout.isatty()
     for told in map(_analyze_one, jobs):
         complain(told.diagnostics, quiet)
@@ -185,7 +185,7 @@ def _refuse_what_does_not_go_together(
 
 
 class _Request(Struct, frozen=True):
-    """What one call of ``gyro analyze`` asks for."""
+    """The options of one call of ``gyro analyze``."""
 
     options: Options
     config: Path | None
@@ -196,7 +196,7 @@ class _Request(Struct, frozen=True):
     verbose: bool
 
     def read(self, **source: Any) -> Readings:
-        """Read a log, with the constants and headers given beside it."""
+        """Read a log, with the constants and headers given as options."""
         from gyrodata.readings import read_log
 
         return read_log(**source, settings=self.options.set, mapping=self.options.map, config=self.config)
@@ -216,7 +216,7 @@ def _watch(path: Path, request: _Request) -> None:
 
 
 def _header(form: Format, table: Table) -> str:
-    """What stands once above the rows of all logs."""
+    """Return the header above the rows of all logs."""
     if form != "csv":
         return ""
     from gyrodata.reporting.data import table_header
@@ -265,7 +265,7 @@ class _Job(Struct, frozen=True):
 
 
 class _Told(Struct, frozen=True):
-    """What is said of one log."""
+    """The output for one log."""
 
     code: int
     """To exit with."""
@@ -346,7 +346,7 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
         from gyrodata.reporting.files import alternatives, shown_form
         from gyrodata.reporting.markdown import markdown_report
 
-        # That of one log belongs where the figures are, that of several beside their folders.
+        # The document of one log is in the folder of its figures, that of several logs is next to their folders.
         place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
         figures = f"{place}{{}}.{shown_form(request.figures)}"
         return markdown_report(analysis, figures, alternatives(analysis)) + after

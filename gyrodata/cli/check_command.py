@@ -114,7 +114,7 @@ def _read(given: tuple[dict[str, str], dict[str, str]], config: Path | None, log
 
 
 def _fix(log: Path, name: str, read: Callable[[], Read], form: CheckFormat) -> None:
-    """Write a log as it was understood beside it, and say what is left to fill in."""
+    """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.disk import write_whole
     from gyrodata.readings import fixed_log
 
@@ -152,7 +152,7 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
     try:
         readings, hand_in, told = read()
         found = (*readings.diagnostics, *told)
-        # What the log lacks is told before it is handed in, when it can still be measured.
+        # Missing runs are listed before the submission, when they can still be measured.
         if readings.ok and hand_in is None:
             analysis, found = check_log(readings)
         serious = [one for one in found if one.severity != "note" and (strict or one.code not in ADVICE)]
@@ -161,7 +161,7 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
         found, code = (fault(error, name),), FAULT
-    # What is said of the whole hand-in comes last.
+    # Findings about the whole submission come last.
     found = tuple(sorted(found, key=lambda one: (one in told, one.line or 0, one.column or 0)))
     name = readings.name if readings and hand_in else name
     if form == "text":

@@ -64,7 +64,7 @@ WheelInertiaOption = Annotated[
 
 
 class _Lab(Struct, frozen=True):
-    """What a prediction takes from a log, and what it took by default."""
+    """The values that a prediction takes from a log, and its default values."""
 
     notes: list[str]
     name: str = ""
@@ -350,7 +350,7 @@ def platform(
 
 
 @predict.command(
-    short_help="What your hands feel when a spinning wheel is turned over.",
+    short_help="Predict the torque on your hands when a spinning wheel is turned over.",
     epilog=example_of("gyro predict twist --wheel-spin 200rpm", '--wheel-inertia "0.1 kg m^2"'),
 )
 def twist(
@@ -365,7 +365,7 @@ def twist(
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:  # fmt: skip
-    """What your hands feel when a spinning wheel is turned over.
+    """Predict the torque on your hands when a spinning wheel is turned over.
 
     The axle is level, one end in each hand, and turns at a steady rate W: a torque I w W, at right angles to the
     way that it goes. With --log the wheel is the ball of the log.

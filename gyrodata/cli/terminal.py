@@ -33,14 +33,14 @@ class Door(TyperGroup):
         try:
             return super().main(*args, **extra)
         except SystemExit as ended:
-            # A reader of the help that has gone away is no fault either.
+            # A reader of the help that has stopped is not an error either.
             if isinstance(ended.__context__, BrokenPipeError):
                 sys.exit(0)
             raise
         except GyroError as error:
             _end(error.diagnostics, error.exit_code)
         except OSError as error:
-            # What a command opens itself it explains itself.
+            # A command explains errors of the files that it opens itself.
             message = f"gyro cannot go on: {error.strerror or type(error).__name__}"
             hint = "is the disk full, or a file or folder not yours?"
             _end([Diagnostic(STREAM_CANNOT_BE_USED, "error", message, hint)], InputError.exit_code)
@@ -146,7 +146,7 @@ def _plain(sign: str) -> str:
 
 
 def _throw_away(stream: Any) -> None:
-    """Let what Python flushes once more at exit go nowhere."""
+    """Discard the output that Python flushes at exit."""
     with suppress(OSError, ValueError, AttributeError):
         number = stream.fileno()
         os.dup2(os.open(os.devnull, os.O_WRONLY), number)
@@ -193,7 +193,7 @@ def coloured(text: str, stream: Any) -> str:
 
 
 def write_out(text: str) -> None:
-    """Write data to standard output; a reader that has gone away (``| head``) is no fault."""
+    """Write data to standard output; a reader that has stopped (``| head``) is not an error."""
     try:
         sys.stdout.write(readable(text, sys.stdout.encoding or "utf-8"))
         sys.stdout.flush()
@@ -266,7 +266,7 @@ STDIN = "<stdin>"
 
 
 def source_of(log: str, name: str) -> dict[str, Any]:
-    """Where a log is read from, and what it is called."""
+    """Return the source of a log, and its name."""
     if log != "-":
         # A path with a newline in it is a path all the same.
         return {"source": Path(log), "name": name}
@@ -279,7 +279,7 @@ def source_of(log: str, name: str) -> dict[str, Any]:
 
 
 def short_paths(logs: Sequence[str]) -> list[Path]:
-    """Paths of logs as they were given, absolute ones by as many of their last parts as tell them apart."""
+    """Return the paths of logs as they were given; absolute ones with as many last parts as make them different."""
     paths = [Path(log) for log in logs]
     given = [path for path in paths if not path.is_absolute()]
     longer = [i for i, path in enumerate(paths) if path.is_absolute()]
@@ -293,10 +293,10 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
 
 
 def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
-    """What logs are called."""
+    """Return the names of logs."""
     return [printable(stdin) if path == Path("-") else printable(path.as_posix()) for path in paths]
 
 
 def name_of(log: str, stdin: str = STDIN) -> str:
-    """What a single log is called, whether it can be read or not."""
+    """Return the name of a single log, readable or not."""
     return names_of(short_paths([log]), stdin)[0]

@@ -23,7 +23,7 @@ def selfcheck(
     config: ConfigOption = None,
     stdin: StdinOption = STDIN,
 ) -> None:
-    """Simulate this very lab many times, and count how often the quoted intervals hold the truth.
+    """Simulate this lab many times, and count how often its intervals contain the true value.
 
     The lab's design, its fitted values as the truth and its stated uncertainties make new readings; the
     recommended fit and those of the textbook are applied to each. Where the runs of the log scatter otherwise than

@@ -1,4 +1,4 @@
-"""``gyro analyze --watch``: the answer anew whenever the log is saved."""
+"""``gyro analyze --watch``: print the answer again whenever the log is saved."""
 
 from __future__ import annotations
 

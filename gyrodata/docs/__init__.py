@@ -32,7 +32,7 @@ def page_title(name: str) -> str:
 
 
 def for_terminal(markdown: str, width: int | None = None) -> str:
-    """Lay a page out for a terminal, of so many columns or as wide as it is."""
+    """Format a page for a terminal of `width` columns, or of its own width."""
     from rich.console import Console
     from rich.markdown import Markdown
     from rich.theme import Theme

@@ -1,4 +1,4 @@
-"""What was measured: SI values, and every source of uncertainty with what it is shared by.
+"""Measured values in SI, and every uncertainty component with the runs that share it.
 
 `Readings` say what stands in the log; `Measurements` say what it means: a timed interval, a mean spin and a
 torque for each run, and a list of `Source`s. A source is one independent cause of error (the reading of one

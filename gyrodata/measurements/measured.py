@@ -1,4 +1,4 @@
-"""What was measured: SI values for each run, the sources of their errors, and whether the log agrees with itself."""
+"""Measured values of each run in SI, their uncertainty components, and contradictions within the log."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
 
 
 def torque_groups(measurements: Measurements) -> list[list[int]]:
-    """Runs with the same applied torque, in the order in which they stand in the log."""
+    """Return the runs of each applied torque, in the order of the log."""
     return measurements.by_torque
 
 
@@ -405,7 +405,7 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
         "angle": lambda: 2 * np.pi * measured.turns,
     }
     found = []
-    # What is always itself the reading agrees with itself.
+    # A value that is always the reading itself agrees with it.
     own = {"mass", "position", "time"}
     compared = [column for role, column in readings.columns.items() if role not in own]
     for column in (*compared, *readings.others):
@@ -495,7 +495,7 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
     chance = step / (2 * math.sqrt(math.pi) * math.hypot(min(u, STEADIEST), step / math.sqrt(12)) or 1.0)
     if not copied or not step or copies <= pairs * chance or chance >= 1:
         return []
-    # Chernoff's bound of the chance of so many among these pairs.
+    # Chernoff's bound of the probability of this many among these pairs.
     others = pairs - copies
     power = copies * math.log(copies / (pairs * chance))
     power += others * math.log(others / (pairs * (1 - chance))) if others else 0.0
@@ -507,7 +507,7 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
 
 
 def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
-    """Why a late reading of the spin at half time is no source of error in a log; None if it is."""
+    """Return why a late reading of the spin is not an error source in a log; None if it is one."""
     if len(spins) > 1:
         return "the spin is read more than once in each run"
     return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"

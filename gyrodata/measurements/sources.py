@@ -47,7 +47,7 @@ class Source(Struct, frozen=True):
 
     @property
     def described(self) -> str:
-        """What it is in words, in this log."""
+        """Its name in words, in this log."""
         return self.usual if self.default else "as given"
 
     @property
@@ -93,7 +93,7 @@ def list_sources(
         return sources
     sources.append(_by_value("position", columns["position"], position, values != 0))
     zero = _of_whole_log(readings, "position_zero")
-    # What was added to every position is known no better than the ball's diameter, or the rod's length.
+    # The length added to every position is only as well known as the ball's diameter or the rod's length.
     sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
     if load == "mass":
         sources.append(_gravity_source(readings))
@@ -215,7 +215,7 @@ def _source(
 
 
 def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None, words: str | None = None) -> Source:
-    """A source that all runs share; `usual` stands for its default where another one holds in this log."""
+    """Return a component that all runs share; `usual` describes its default if this log has another one."""
     count = len(readings.runs)
     used, default = stated_or_default(readings, key)
     if default and usual is not None:
@@ -225,7 +225,7 @@ def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
-    """A source whose error goes with the value: one for each weight, not one for each run.
+    """Return a component with one error for each value: for each weight, not for each run.
 
     Where runs of one group state different uncertainties (a column ``u_mass``), the largest holds for the
     group: it is one reading and has one error.

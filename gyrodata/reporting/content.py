@@ -1,4 +1,4 @@
-"""What is said of one analysis, whatever its form: the answer, what it rests on, and what to do about it."""
+"""The content of the report of one analysis, for every format: answer, evidence and advice."""
 
 from __future__ import annotations
 

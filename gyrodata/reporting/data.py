@@ -56,7 +56,7 @@ def runs_header() -> str:
 
 
 def runs_rows(analysis: Analysis) -> str:
-    """Write the rows of `runs_csv`; those of several logs can stand below one header."""
+    """Write the rows of `runs_csv`; several logs can share one header."""
     rows = []
     for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
         cells = list(asdict(run).values())

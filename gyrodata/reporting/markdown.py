@@ -30,7 +30,7 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png", alt: Mapping[st
     blocks = [f"# {write.sentence(whole.title)}", write.sentence(whole.read_as)]
     blocks += [f"**{write.sentence(doubt)}**" for doubt in whole.doubts]
     answer = write.sentence(whole.answer)
-    # What is not to be relied on is not set in bold.
+    # An unreliable answer is not bold.
     blocks.append(answer if whole.doubts else f"**{answer}**")
     for section in whole.sections:
         blocks += [f"{'#' * section.level} {escape(section.title)}"] if section.title else []
@@ -47,7 +47,7 @@ def escape(text: str) -> str:
 
 
 class _Markdown(Struct, frozen=True):
-    """What makes Markdown of the parts of a report."""
+    """Return the writers of the parts of a report in Markdown."""
 
     figures: str
     alt: Mapping[str, str]

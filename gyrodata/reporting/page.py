@@ -73,7 +73,7 @@ def report_page(
 
 
 class _Page:
-    """What makes HTML of the parts of a report."""
+    """Return the filters that write the parts of a report in HTML."""
 
     def __init__(self, document: Mapping[str, Any], looks: Sequence[tuple[str, str, str]]) -> None:
         self.document, self.looks = document, looks
@@ -81,7 +81,7 @@ class _Page:
     # --- numbers
 
     def at(self, place: str) -> Any:
-        """What stands at a place below "result", or below the top with a leading "/"; "length" counts a list."""
+        """Return the value at a place below "result", or below the top with a leading "/"; "length" counts a list."""
         found: Any = self.document if place.startswith("/") else self.document["result"]
         for key in place.removeprefix("/").split("."):
             if key == "length":

@@ -1,4 +1,4 @@
-"""What is printed: the summary of an analysis, how a lab in the making stands, and what a check has found."""
+"""Printed text: the summary of an analysis, the state of a lab in progress, and the findings of a check."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
 
 
 def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:
-    """What to do before this load comes off: the odd runs, those that are far off, and what is missing."""
+    """Return what to do before this load is removed: suspected outliers, runs far off, and missing runs."""
     odd = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
     far = [
         f"repeat {_place(run)}: it is {abs(run.studentized_residual):.1f} u away from the other runs' prediction"

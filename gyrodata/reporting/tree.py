@@ -1,4 +1,4 @@
-"""What a report is made of: parts of sentences, blocks and sections, each form of it writing them in its own way.
+"""The elements of a report: parts of sentences, blocks and sections. Each format has its own writer.
 
 Text is plain here, whatever it holds: each form escapes it. Each number names its place in results.json, which the page
 shows with it. What is `full` is left out of the short summary.
@@ -114,7 +114,7 @@ class Head(Struct, frozen=True):
 
 
 class Picture(Struct, frozen=True):
-    """How a form with pictures draws one column beside its numbers: dots on an axis, or bars from 0 to 1."""
+    """A drawing next to the numbers of one column: dots on an axis, or bars from 0 to 1."""
 
     column: str
     """Words of its head."""
@@ -165,7 +165,7 @@ class Fact(Struct, frozen=True):
 
     @property
     def lead(self) -> str:
-        """What stands before it, in a line of text."""
+        """The words before it, in a line of text."""
         return f"{self.words} {self.symbol} = " if self.symbol else f"{self.words}: "
 
     @property
@@ -193,7 +193,7 @@ Block = Text | Facts | Table | Figure
 
 
 class Section(Struct, frozen=True):
-    """A heading with what stands below it, in this order."""
+    """A heading with its blocks in order."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -267,7 +267,7 @@ def head_text(head: Head) -> str:
 
 
 def cell_text(cell: Value | Sentence) -> str:
-    """Write a cell of a table as text: its unit stands in the column's head."""
+    """Write a cell of a table as text; the head of the column has the unit."""
     if isinstance(cell, tuple):
         return sentence_text(cell)
     if cell.u:
@@ -301,7 +301,7 @@ def hung(analysis: Analysis, run: int, place: str) -> Sentence:
 
 
 def agrees(deviation: float | None) -> bool:
-    """Tell whether two numbers agree that lie so many standard uncertainties apart."""
+    """Return whether two numbers agree whose difference is `deviation` standard uncertainties."""
     return deviation is not None and abs(deviation) <= AGREES
 
 

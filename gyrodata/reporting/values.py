@@ -28,7 +28,7 @@ class Scale(Struct, frozen=True):
 
     @property
     def size(self) -> float:
-        """What a shown 1 stands for [SI unit]."""
+        """The value of a displayed 1 [SI unit]."""
         return self.unit_size * 10.0**self.exponent
 
     def __str__(self) -> str:
@@ -99,7 +99,7 @@ def _formatted(value: float, u: float, form: str) -> str:
     from uncertainties import ufloat
 
     text = f"{ufloat(value, u):{form}}"
-    # What rounds to zero has no sign.
+    # A value that rounds to zero has no sign.
     return f"{ufloat(0.0, u):{form}}" if re.match(r"\(?-[0.]+(?![0-9.])", text) else text
 
 

@@ -49,7 +49,7 @@ class GradingOptions(Struct, frozen=True):
     journal: Journal | None = None  # where grades are kept, and known ones found; None: nowhere
     keep: bool = True  # False where nothing is written, the journal neither
     figures: Path | None = None  # folder for each student's figures; None: none are drawn
-    progress: Callable[[int], None] | None = None  # told how many are done
+    progress: Callable[[int], None] | None = None  # receives the number that are done
 
 
 def grade(
@@ -164,7 +164,7 @@ def _entries(
             grade = not_graded(item, rubric, f"{lost}; a person must look")
         else:
             lost, (basis, grade, drawn) = "", answer
-        # They are written first, so that whatever the journal tells of is there.
+        # They are written first, so that everything in the journal exists.
         for name, (data, _) in drawn.items():
             folder = options.figures or Path()
             with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
@@ -244,7 +244,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     submissions: Submissions
     rubric: Rubric
     grades: Sequence[Grade]  # in the order of `submissions`, settled
-    references: Mapping[str, Reference]  # what I_zz was held against, by station; "all" for every other
+    references: Mapping[str, Reference]  # the reference of I_zz, by station; "all" for every other
     flags: tuple[Flag, ...]
     again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
     figures: Mapping[str, Mapping[str, str]]
@@ -275,7 +275,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
-        """Who made which known slip, by its kind; the commonest first."""
+        """Return the students with each common mistake, the most common first."""
         found: dict[str, list[str]] = {}
         for grade in self.grades:
             for slip in grade.slips:
@@ -289,12 +289,12 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def summary(self) -> str:
-        """What a terminal shows."""
+        """Return the text for a terminal."""
         return "".join(class_summary(self))
 
     @cached_property
     def bench(self) -> str:
-        """What constancy is judged by, in words; "" where that is as usual."""
+        """Return the scatter that constancy is compared with, in words; "" for the usual one."""
         return scatter_words(self.scatters)
 
     @property
@@ -309,7 +309,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def ids(self) -> Mapping[str, Mapping[str, str]]:
-        """What platforms know each student by."""
+        """Return the platform's identifiers of each student."""
         return {item.student: item.ids for item in self.submissions.items}
 
     @cached_property

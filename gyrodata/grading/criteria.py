@@ -26,7 +26,7 @@ Detail = Mapping[str, float | str | None]
 
 
 class Mark(Struct, frozen=True):
-    """What one criterion gave."""
+    """The result of one criterion."""
 
     criterion: str  # its id
     title: str
@@ -59,13 +59,13 @@ class Evidence(Struct, frozen=True, kw_only=True):
     matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
     d: float | None = None  # how far from it, as reported [u]
     slips: tuple[Slip, ...] = ()
-    carries: bool  # True where own_data charges for a known slip, so that the reference is held to what is left
+    carries: bool  # True if own_data charges for a common mistake, so that the reference judges the corrected value
     files: tuple[str, ...] = ()  # all that was handed in
     bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
 
     @property
     def factor(self) -> float:
-        """What a known slip multiplied I_zz by; 1 without one."""
+        """The factor of a common mistake on I_zz; 1 without one."""
         return self.slips[0].factor if self.slips else 1.0
 
 
@@ -87,7 +87,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _absent_words(reported: Reported | None) -> str:
-    """Say why there is no value to judge."""
+    """Return why a value to judge is missing."""
     if reported is None:
         return "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
     return f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
@@ -148,7 +148,7 @@ def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
 def _scatter_mark(
     criterion: Criterion, spread: float, told: Sequence[tuple[float, int]], words: str, factor: float = 1.0
 ) -> Mark:
-    """Judge the scatter of φ̇ψ̇ against uncertainties, in words, so many times as large as those of χ²."""
+    """Judge the scatter of φ̇ψ̇, with uncertainties that are the given factor larger than those of χ²."""
     chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
     # The least of k chances, as the chance of one so small among k (Šidák).
     p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
@@ -174,7 +174,7 @@ def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
     return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
 
 
-PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may hold a plot
+PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may contain a plot
 
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -316,7 +316,7 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
 
 
 def _given(evidence: Evidence) -> tuple[float, OwnValue]:
-    """What is there wherever a value is reported."""
+    """Always present if a value is reported."""
     assert evidence.reported is not None
     assert evidence.reported.value is not None
     assert evidence.matched is not None

@@ -31,7 +31,7 @@ TABLE, PUBLISHED = "grades.csv", "published"
 
 
 class Gradebooks(Struct, frozen=True):
-    """What platforms handed out to be filled."""
+    """The gradebooks of platforms that are filled."""
 
     given: Mapping[str, tuple[bytes, str]]  # by platform: the sheet, and its name
     assignment: str | None = None  # column, where a sheet has several
@@ -78,7 +78,7 @@ def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rub
         raise InputError.of(DESK_CANNOT_BE_READ, message, "", ledger.DESK) from None
 
 
-# --- the tables that stood in the folder: ``grades-DIGEST.csv`` for each that was written here, and
+# --- the earlier tables in the folder: ``grades-DIGEST.csv`` for each that was written here, and
 # ``grades-DIGEST-by-hand-DIGEST.csv`` for one that somebody changed --------------------------------------------
 
 
@@ -200,7 +200,7 @@ def waiting_lines(found: ClassGrades) -> Iterator[ledger.Offer]:
 
 
 def _files_of(item: Submission) -> str:
-    """Name the files of a student beside the log, or the log where there is no other."""
+    """Return the names of a student's other files, or of the log if there is only the log."""
     others = [name for name in item.members if name != item.log_name] or item.members
     return ", ".join(PurePosixPath(name).name for name in others)
 
@@ -328,7 +328,7 @@ def _write_archive(folder: Path, names: list[str]) -> None:
         zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
     ):
         for name in (f"{name}{ending}" for name in names for ending in ENDINGS):
-            entry = zipfile.ZipInfo(name)  # of 1980: a zip's bytes should not tell the time
+            entry = zipfile.ZipInfo(name)  # of 1980: the bytes of a zip must not depend on the time
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, (folder / FOLDER / name).read_bytes())

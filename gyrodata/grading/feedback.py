@@ -1,4 +1,4 @@
-"""What a student gets back: the points, what was found in their numbers, how to check a slip."""
+"""Feedback for a student: points, findings, and how to check a mistake."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _hands(grade: Grade) -> list[str]:
 
 
 def _content(grade: Grade) -> dict[str, Any]:
-    """What the templates need besides the grade: the functions that write its numbers."""
+    """Return the functions that write numbers in the templates."""
     if grade.status in ("on hold", "excused"):
         # No points are given, and none are shown.
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")

@@ -42,7 +42,7 @@ Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
 
 class Decision(Struct, frozen=True):
-    """What a person decided about one student by hand."""
+    """The decisions by hand about one student."""
 
     what: str  # id of a criterion, or one of `ledger.WORDS`
     value: str  # as written
@@ -74,7 +74,7 @@ _REPORTED = list(Reported.__annotations__)
 
 
 class OwnFit(TypedDict):
-    """What one accepted fit of the student's own runs gives."""
+    """The value of one accepted fit of the student's own runs."""
 
     value: float
     """[kg*m^2]"""
@@ -83,7 +83,7 @@ class OwnFit(TypedDict):
 
 
 class ShownGrade(Struct, frozen=True, kw_only=True):
-    """What is shown of one student's grade."""
+    """The grade of one student, as it is shown."""
 
     student: str
     name: str
@@ -129,7 +129,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
     @property
     def reported_inertia(self) -> float | None:
-        """I_zz as reported [kg*m^2]; None where there is no number."""
+        """I_zz as reported [kg*m^2]; None if it is not a number."""
         return self.reported.get("value")
 
     @property
@@ -167,7 +167,7 @@ def grade_submission(
     Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
     be judged. Bad data never raise.
     """
-    # Whoever only hands out the work does not need them.
+    # The driver of the workers does not need them.
     from gyrodata.analysis import analyze_readings
     from gyrodata.procedure import what_lacks
 
@@ -242,7 +242,7 @@ def _settle_one(
     references: Mapping[str, yardsticks.Reference],
     scatters: Mapping[str, yardsticks.BenchScatter],
 ) -> Grade:
-    """Judge what waits for a reference, or for how far the class scatters, and add up anew."""
+    """Judge the criteria that need a reference or the scatter of the class, and sum the points again."""
     if not grade.own:
         return grade
     station = grade.station or "all"
@@ -335,7 +335,7 @@ def reconsider(
 
 
 def added_up(grade: Grade) -> Grade:
-    """Sum the points, or say why there is no sum; marks that wait for a person leave a sum so far."""
+    """Return the sum of the points, or why it is missing; open marks give a sum so far."""
     open_marks = [one for one in grade.marks if one.points is None]
     reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
     if reasons:
@@ -384,7 +384,7 @@ def _gather(
 
 
 def _looks(evidence: Evidence) -> list[str]:
-    """What a person should look at."""
+    """Items that need review by a person."""
     found = []
     # Two that leave the same factor cost the same: nothing is to be decided.
     if any(abs(slip.factor / evidence.factor - 1) > SAME for slip in evidence.slips):

@@ -1,4 +1,4 @@
-"""What a grader will read of a hand-in, told to the student before it is handed in: ``gyro check --hand-in``."""
+"""``gyro check --hand-in``: show the answer that gyro will read from a submission."""
 
 from __future__ import annotations
 

@@ -21,11 +21,11 @@ from gyrodata.grading.grade import Grade, from_json, to_json
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
-JOURNAL = "journal.ndjson"  # beside the grades
+JOURNAL = "journal.ndjson"  # next to the grades
 
 
 class Basis(Struct, frozen=True):
-    """What a grade rests on; if all of it is the same, so is the grade."""
+    """The inputs of a grade; if they are the same, so is the grade."""
 
     submission: str  # digest of what was handed in, by whom, and when
     rubric: str  # digest of all in the rubric but its references
@@ -106,7 +106,7 @@ class Journal:
         self.torn = False
 
     def replace(self, entries: Iterable[Entry]) -> None:
-        """Write the journal anew, a line for each entry; the old file stays until the new one is whole."""
+        """Replace the journal, one line for each entry; the old file stays until the new one is complete."""
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
             write_whole(self.path, map(_line, entries), private=True, sync=True)
 

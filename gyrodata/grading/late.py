@@ -1,4 +1,4 @@
-"""What being late costs: tiers, grace, and exceptions for single students, from the submission's own stamps."""
+"""Points for late submissions: tiers, grace and exceptions, from the time stamps of a submission."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Tier(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LateException(Struct, frozen=True, forbid_unknown_fields=True):
-    """What holds for one student instead: exactly one of `due`, `extra` and `waive`."""
+    """An exception for one student: exactly one of `due`, `extra` and `waive`."""
 
     student: Text  # key, any id, or name
     due: Time = None
@@ -94,7 +94,7 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Lateness(Struct, frozen=True):
-    """What the rule makes of one submission."""
+    """The result of the rule for one submission."""
 
     seconds: float | None  # late by this, 0 for in time; None where nothing tells
     deduct: float  # [points]

@@ -1,4 +1,4 @@
-"""``desk.csv``: what a person decides, read and never written; all of it holds or, with a fault in it, nothing."""
+"""``desk.csv``: decisions by hand. gyro reads it and never writes it; with a fault in it, no line is used."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
-STALE = "resubmitted since"  # begins what is told where a line was written for another submission
+STALE = "resubmitted since"  # the first words if a line was written for another submission
 SETTLING = ("total", "hold", "excuse")  # nobody need look at what gyro doubted where one of these is given
 
 
 class Desk(Struct, frozen=True):
-    """What was decided in a class."""
+    """The decisions in a class."""
 
     lines: Mapping[str, tuple[Decision, ...]]  # by student, in the order of the file
     left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines without a value: left as gyro has it

@@ -25,7 +25,7 @@ class Book(Struct, frozen=True):
     export: str  # how to get one, a hint
     # of a sheet with a column for each assignment
     begins: str = ""  # pattern of how the first row begins, its cells parted by tabs
-    maximum: str = ""  # what the row of points possible is called; "": they stand in the assignment's title
+    maximum: str = ""  # the name of the row of possible points; "": they are in the assignment's title
     # pattern of an assignment's title and, behind a line feed, its cell in the row of points possible;
     # groups: title, number, most (points possible), locked (why it takes no points)
     assignment: str = ""
@@ -48,8 +48,8 @@ def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
 
 _UPLOAD = r"_(?:\d+_|(?=(?:text|link)\.html\Z))(?P<file>[^/]+)"  # a file's number, or what was typed in there
 
-# Names are parsed from the number, for a name may hold anything but an underscore. A name that fits several platforms
-# is taken for the first.
+# Names are parsed from the number, because a name may contain anything but an underscore. If a name fits several platforms,
+# the first one is used.
 PLATFORMS: Mapping[str, Platform] = {
     platform.name: platform
     for platform in (

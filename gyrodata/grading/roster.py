@@ -1,4 +1,4 @@
-"""Who is in a class: names, sections, stations and partners from a gradebook or a table of one's own."""
+"""The students of a class: names, sections, stations and partners, from a gradebook or a table."""
 
 from __future__ import annotations
 

@@ -110,10 +110,10 @@ class Rubric(Struct, frozen=True, dict=True):
     no_report: Literal["look", "zero"]  # what no reported I_zz at all means
     criteria: tuple[Criterion, ...]
     late: LateRule | None
-    references: Mapping[str, Reference]  # by station; "all" holds for every other
+    references: Mapping[str, Reference]  # by station; "all" is for every other
     class_reference: bool  # True where the class itself gives the reference
     bench: Bench  # uncertainties of the readings for logs that state none
-    class_scatter: bool  # True where the class itself tells how far such readings scatter
+    class_scatter: bool  # True if the scatter of such readings is estimated from the class
 
     @cached_property
     def digest(self) -> str:
@@ -209,8 +209,8 @@ class Curve(Struct, frozen=True):
     """Share of the points against a variable: 1 where `full` holds, 0 where `zero` does, linear in between."""
 
     variable: str
-    full: tuple[float, float]  # all points from the first to the second; ±inf where there is no end
-    zero: tuple[float, float]  # no points up to the first and from the second on; ±inf where there is no end
+    full: tuple[float, float]  # all points from the first to the second; ±inf without a limit
+    zero: tuple[float, float]  # no points up to the first and from the second on; ±inf without a limit
 
     def share(self, value: float) -> float:
         """Give the share of the points, from 0 to 1; 0 for a value that is not a number."""
@@ -258,7 +258,7 @@ def make_curve(full: Condition, zero: Condition) -> Curve:
         raise UnfitError(
             message, f'write zero = "{name} {far}", farther out', diagnostics.CONDITION_CANNOT_BE_USED, "zero"
         )
-    # Where zero has no end, it holds up to the other one.
+    # If zero has no limit, it extends to the other one.
     ends = {"<=": (-math.inf, zero.low), ">=": (zero.high, math.inf), "in": (zero.low, zero.high)}[full.relation]
     if ends[0] > full.low or ends[1] < full.high:
         message = "full and zero overlap: some values would earn all points and none"
@@ -271,7 +271,7 @@ def make_curve(full: Condition, zero: Condition) -> Curve:
 
 
 class _Criterion(Struct, frozen=True):
-    """What every criterion has."""
+    """The keys of every criterion."""
 
     id: Text
     points: Number

@@ -78,7 +78,7 @@ def find_slips(
     least = min((slip.distance for _, slip in found), default=0.0)
     as_good = [item for item in found if item[1].distance <= least + AS_GOOD]
     as_good.sort(key=lambda item: (item[0], item[1].distance))
-    # What the log's own units suggest goes before what merely leaves the same factor.
+    # A mistake suggested by the log's units comes before one with only the same factor.
     likely = [slip.factor for rank, slip in as_good if rank == 0]
     told = [
         slip
@@ -137,12 +137,12 @@ def _matching(
     for kind in kinds:
         fits = own.fits(kind.product, kind.torque)
         if "recommended" in plain:
-            # Whoever used this fit had one factor in every run, if any.
+            # With this fit, a mistake has the same factor in every run.
             factor, u = _of_every_run(kind, own), own.recommended.u
             fits.append(OwnValue("recommended", own.recommended.value * factor, None if u is None else u * factor))
         explaining = []
         for one in fits:
-            # What lies among honest answers cannot be told from them; what is not finite is near nothing.
+            # A value among honest answers cannot be separated from them; a value that is not finite is near none.
             if one.name in plain and one.value and not low <= one.value <= high:
                 away = distance(reported, one.value, step, own.yardstick)
                 if away <= min(within, NEAREST / own.yardstick):

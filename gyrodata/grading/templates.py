@@ -1,4 +1,4 @@
-"""What reads the room's templates: HTML escaped, and each text from outside made one harmless line."""
+"""Load the templates: HTML is escaped, and each text from outside becomes one harmless line."""
 
 from __future__ import annotations
 

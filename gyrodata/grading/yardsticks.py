@@ -1,4 +1,4 @@
-"""What a reported I_zz is held against, the fits of the student's own runs and a reference; how well a bench measures.
+"""Values to compare a reported I_zz with: fits of the student's own runs, and a reference.
 
 There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
 the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
@@ -145,7 +145,7 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]: half of it is rounding, and costs
     nothing. `yardstick`: u as a share of the value [1].
     """
-    # A value rounded to nothing is no value.
+    # A value that rounds to zero is not a value.
     rounding = step / 2 * (1 + 1e-9) if reported else 0.0
     return max(0.0, abs(reported - own) - rounding) / (yardstick * abs(own))
 
@@ -296,11 +296,11 @@ def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, t
     return readings, answers, tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in constants)
 
 
-ENOUGH = 8  # logs that tell how far the readings of a class scatter
+ENOUGH = 8  # logs from which the scatter of a class is estimated
 
-ROUGHEST = 3.0  # a log that scatters more than so many times the usual counts as this: it may hold anything
+ROUGHEST = 3.0  # a larger factor of a log is reduced to this: such a log may contain anything
 
-PLAIN = 1.2  # less than so many times the usual is the usual
+PLAIN = 1.2  # a smaller factor counts as the usual scatter
 
 
 class BenchScatter(Struct, frozen=True):

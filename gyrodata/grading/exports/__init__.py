@@ -57,7 +57,7 @@ def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Se
 
     people: dict[str, Grade | Person] = {one.student: one for one in absent}
     people |= {grade.student: grade for grade in grades}
-    # A large class is held as text, not cell by cell.
+    # A large class is kept as text, not cell by cell.
     return csv_lines(chain(head, (cells(people[student]) for student in sorted(people))))
 
 
@@ -204,7 +204,7 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:
-    """What whoever grades wants to know, in one line."""
+    """Return the most important fact for the grader, in one line."""
     parts = [] if grade.why is None else [f"not graded: {grade.why}"]
     if grade.why is None and grade.status != "graded":
         parts.append(grade.status)

@@ -17,7 +17,7 @@ from gyrodata.results import Tool, encode, to_json
 
 
 class ClassInput(Struct):
-    """What was graded, and by which rubric."""
+    """The graded class and its rubric."""
 
     name: str
     lms: str
@@ -36,7 +36,7 @@ class ClassSummary(Struct):
 
 
 class FlaggedLogs(Struct):
-    """What looks alike, or made up; no verdict."""
+    """Logs that look copied or invented; not a verdict."""
 
     kind: str
     students: tuple[str, ...]

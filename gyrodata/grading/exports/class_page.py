@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
 
 
-MOST_STUDENTS = 5000  # rows of the page; a browser takes seconds for more, and the tables beside it have all
+MOST_STUDENTS = 5000  # rows of the page; a browser needs seconds for more, and the other tables contain all
 
 MOST_NAMED = 500  # people of one slip, and lines of one reason, that are listed on the page
 
@@ -113,7 +113,7 @@ def _rarity(expected: float) -> str:
 
 
 def _pairs_of_logs(flags: Iterable[Flag], logs: Mapping[str, Fingerprint]) -> dict[Flag, list[dict[str, Any]]]:
-    """Put the logs of each flag beside each other, until `ROWS_IN_ALL` are there."""
+    """Show the logs of each flag side by side, up to `ROWS_IN_ALL` rows."""
     tables: dict[Flag, list[dict[str, Any]]] = {}
     left = ROWS_IN_ALL
     for flag in flags:
@@ -126,7 +126,7 @@ def _pairs_of_logs(flags: Iterable[Flag], logs: Mapping[str, Fingerprint]) -> di
 
 
 def _pair_of_logs(students: tuple[str, str], logs: Mapping[str, Fingerprint]) -> dict[str, Any]:
-    """Put two logs beside each other.
+    """Show two logs side by side.
 
     Gives: A row has its torque [mN*m]; line, spin [rpm], time [s] and turns in each log; whether the spins and the
     times are the same.

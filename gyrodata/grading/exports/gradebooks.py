@@ -109,7 +109,7 @@ _NO = ("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej",
 
 
 class _Layout:
-    """Where things stand in a sheet."""
+    """The places of the columns in a sheet."""
 
     rows: list[int]  # of students
     grade: int  # columns
@@ -140,7 +140,7 @@ class _Columns(_Layout):
     def __init__(self, sheet: Sheet, lms: str, book: Book, assignment: str | None) -> None:
         super().__init__(sheet, lms, book)
         self.columns = {title.casefold(): at for at, title in enumerate(self.head)}
-        # A cell may hold what parts cells elsewhere.
+        # A cell may contain a character that separates cells elsewhere.
         if not re.match(book.begins, "\t".join(self.head)) or book.known_by[0][0].casefold() not in self.columns:
             raise refusal(book.code, sheet.name, book.none, book.export)
         self.key = self.columns[book.known_by[0][0].casefold()]
@@ -237,7 +237,7 @@ class _Moodle(_Layout):
         return found[-1] if found else None
 
     def _comment_column(self) -> int | None:
-        """Find the comments: by their English name, else the last column, where its cells are no dates."""
+        """Find the comments: by their English name, else the last column if its cells are not dates."""
         if "Feedback comments" in self.head:
             return self.head.index("Feedback comments")
         last = len(self.head) - 1
@@ -269,7 +269,7 @@ class _Moodle(_Layout):
 
 
 def _as_html(text: str) -> str:
-    """Write a plain text as paragraphs; one that begins with a tag is no formula to a spreadsheet either."""
+    """Write a plain text as paragraphs; a spreadsheet does not read a text that begins with a tag as a formula."""
     paragraphs = re.split(r"\n\s*\n", text.strip())
     return "".join(f"<p>{html.escape(one.strip()).replace(chr(10), '<br>')}</p>" for one in paragraphs)
 
@@ -313,8 +313,8 @@ class Filled(Struct, frozen=True):
     """A gradebook with grades in it."""
 
     data: bytes  # the file to upload
-    filled: tuple[str, ...]  # students whose grade stands in it now
-    # student, what stood there, and what stands there now, where the two differ and there was something
+    filled: tuple[str, ...]  # students whose grade is in it now
+    # student, the old and the new entry, if they differ and the old one was not empty
     changed: tuple[tuple[str, str, str], ...]
     skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written for it
     by_hand: tuple[tuple[str, str], ...]  # student and total that somebody else set

@@ -29,7 +29,7 @@ from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import ASKS, Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
 
-_COMPARED = ("d", "z", "ratio")  # what the detail of a mark has that was held against the right value
+_COMPARED = ("d", "z", "ratio")  # the words in the detail of a mark that compares with the right value
 
 
 # --- the autograder -----------------------------------------------------------------------------------------
@@ -94,7 +94,7 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
     except GyroError as error:
         why = error.diagnostics[0].message
         return results_json(not_graded(Submission("submission", "submission", {}, root, problem=why), rubric, why))
-    # As a class of one: a log that hangs or breaks the tool is told as not graded.
+    # As a class of one: a log that hangs or breaks the tool is reported as not graded.
     return results_json(grade_class(submissions, rubric).grades[0])
 
 
@@ -118,7 +118,7 @@ def _test(mark: Mark) -> dict[str, Any]:
     test: dict[str, Any] = {
         "name": mark.title,
         "score": mark.points or 0.0,
-        # What a person gives is given in Gradescope itself, beside the autograder's points.
+        # Points by hand are entered in Gradescope itself, next to the autograder's points.
         "max_score": 0.0 if mark.check == "manual" else mark.out_of,
         "output": mark.reason,
         "visibility": "after_due_date" if _compared(mark) else "visible",
@@ -131,7 +131,7 @@ def _test(mark: Mark) -> dict[str, Any]:
 
 
 def _compared(mark: Mark) -> bool:
-    """Whether a mark's reason and points tell what is right."""
+    """Return whether a mark's reason and points reveal the right value."""
     return any(name in mark.detail for name in _COMPARED)
 
 
@@ -148,7 +148,7 @@ def _output(grade: Grade) -> str:
     if waiting := sum(mark.out_of for mark in grade.marks if mark.waits):
         lines.append(f"{waiting:g} points are judged later.")
     if not judged:
-        # What stops the fit may say where it ended.
+        # The reason of a failed fit may reveal its last value.
         secret = any(_tells_inertia(one["code"]) for one in grade.diagnostics if one["severity"] == "error")
         lines = [f"This could not be graded: {'the log cannot be analysed' if secret else grade.why}."]
         lines.append("That is no zero: mend it and submit again, or leave it, and somebody will look at it.")
@@ -169,5 +169,5 @@ def _found(diagnostic: Mapping[str, Any]) -> str:
 
 
 def _tells_inertia(code: str) -> bool:
-    """Whether the message of a diagnostic may hold what the runs give, as what is said of readings and fit does."""
+    """Return whether the message of a diagnostic may reveal the value of the runs, as findings of the fit do."""
     return code.startswith("G4") and code not in ASKS.values()

@@ -1,4 +1,4 @@
-"""What two logs have in common: rows of the same spin and period, whatever the order, unit and rounding; or spins.
+"""Rows that two logs share: the same spin and period in any order, unit and rounding; or the same spins.
 
 Each row is looked up, by its weight and spin, among those of all other logs. Two things follow:
 
@@ -26,7 +26,7 @@ from gyrodata.physics import RPM, Floats, Integers
 SAME_TORQUE = 0.1
 """Relative difference of two torques up to which rows are compared: stations have weights of their own."""
 
-TELLING = 0.5  # a row that would agree by chance more often than this tells nothing and is not counted
+TELLING = 0.5  # a row that would agree by chance more often than this is not counted
 
 FEWEST = 3  # rows in common from which a pair is flagged, however rare; of spins alone, more than these
 
@@ -98,7 +98,7 @@ def tails(chances: Floats) -> Floats:
 
 
 def _counting(logs: Logs) -> NDArray[np.bool_]:
-    """Tell which rows have a spin that tells something, shape (R,): no round one, and each at a weight once."""
+    """Return which rows have a useful spin, shape (R,): not a round one, and each once for a weight."""
     off = np.abs(logs.spin - ROUND * np.round(logs.spin / ROUND))
     counting: NDArray[np.bool_] = off > 0.5 * logs.spin_step + _EXACT * logs.spin
     # Rows are in the order of torque and spin.
@@ -131,7 +131,7 @@ def _same_spins(logs: Logs, rows: Integers, steps: Floats) -> tuple[Integers, In
 
 
 def _common(logs: Logs) -> Floats:
-    """Share of the logs that have each row's spin, shape (R,); 0 where it tells nothing."""
+    """Return the share of the logs with each row's spin, shape (R,); 0 if the spin is not useful."""
     common, grid, rows = np.zeros(len(logs.log)), _grids(logs), np.flatnonzero(_counting(logs))
     # Many rows of a large class have one weight and spin.
     values = np.column_stack([logs.torque, logs.spin, grid])[rows]
@@ -140,7 +140,7 @@ def _common(logs: Logs) -> Floats:
         asked = np.sort(rows[first[begin : begin + BLOCK]])
         mine, other = _same_spins(logs, asked, grid)
         with_it = np.unique(mine * len(logs.keys) + logs.log[other]) // len(logs.keys)
-        # What one in n logs has is seen in two, where two are looked at.
+        # A value in one of n logs is seen in two if two logs are compared.
         common[asked] = (1 + np.bincount(np.searchsorted(asked, with_it), minlength=len(asked))) / len(logs.keys)
     common[rows] = common[rows[first]][again.ravel()]
     return common
@@ -206,7 +206,7 @@ def _crowd(logs: Logs, rows: Integers, mine: Integers, other: Integers) -> Float
     row, log = np.divmod(np.unique(mine * len(logs.keys) + logs.log[other]), len(logs.keys))
     _, pair, alike = np.unique(logs.log[row] * len(logs.keys) + log, return_inverse=True, return_counts=True)
     strangers = 2 * alike[pair] < np.diff(logs.starts)[logs.log[row]]
-    # One stranger is no crowd: it may be the one who copied a few rows.
+    # One other log is not enough: it may be the log of a student who copied a few rows.
     crowd = np.bincount(row - rows[0], strangers, len(rows)) - 1
     return np.maximum(crowd, 0) / max(len(logs.keys) - 2, 1)
 
@@ -222,7 +222,7 @@ def _chance(logs: Logs, mine: Integers, other: Integers) -> Floats:
     """Give the chance that two hands that time the same spin stop at the same digit, row by row."""
     step = np.maximum(logs.period_step[mine], logs.period_step[other]) + 2 * _EXACT * logs.period[mine]
     spread = np.hypot(logs.noise[mine], logs.noise[other])
-    # No window of this width holds more of a normal distribution, wherever its centre is.
+    # No window of this width contains more of a normal distribution, wherever its centre is.
     return step / np.maximum(math.sqrt(2 * math.pi) * spread, step)
 
 
@@ -239,7 +239,7 @@ class Beside(NamedTuple):
 
 
 def put_beside(first: Fingerprint, second: Fingerprint) -> list[Beside]:
-    """Put the rows of two logs beside each other, the most alike first: whatever order, unit and digits they have."""
+    """Match the rows of two logs, the most similar first, in any order, unit and number of digits."""
 
     def both(name: str) -> tuple[Floats, Floats]:
         return np.array(getattr(first, name))[:, None], np.array(getattr(second, name))

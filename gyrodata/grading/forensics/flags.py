@@ -25,7 +25,7 @@ LEAST = 1e-300  # where products of small chances end; none is nought
 
 
 class Flag(Struct, frozen=True):
-    """What was found, and how often honest students would show it."""
+    """A finding, and how often it would occur among honest students."""
 
     kind: Kind
     students: tuple[str, ...]  # their keys, sorted

@@ -83,7 +83,7 @@ What a log states as its `u_time` plays no part: with one that is stated too lar
 
 
 class Scatter(Struct, frozen=True):
-    """What the spin leaves unexplained in one log's n times."""
+    """Return the residuals of one log's n times after a fit of the spin."""
 
     times: int  # n
     dof: int  # n minus one slope for each torque minus the shared timing bias

@@ -1,4 +1,4 @@
-"""Who handed in what: a folder or zip of a class becomes `Submission`s, one for each student or group.
+"""Read a folder or zip of a class into `Submission`s, one for each student or group.
 
 Only names and metadata are read here; a log is read when it is graded, one at a time, straight from where it is.
 """
@@ -37,7 +37,7 @@ _MOST_REPORT = 1_000_000
 
 
 class Submission(Struct, frozen=True, dict=True):
-    """What one student, or one group, handed in."""
+    """The submission of one student or group."""
 
     # key, unique in the class and the same from one download to the next: the platform's number, else the name
     # of the folder or file
@@ -52,11 +52,11 @@ class Submission(Struct, frozen=True, dict=True):
     log_file: str | None = None  # the same as the student named it
     report_names: tuple[str, ...] = ()  # other texts in which an answer may stand, as names below `source`
     late: bool = False  # marked late by the platform, or handed in after the due date that it tells
-    # time after the due date [s], 0 before it; None where the platform tells no due date
+    # time after the due date [s], 0 before it; None if the platform gives no due date
     late_seconds: float | None = None
     submitted: str | None = None  # when, ISO 8601; from marks and metadata, never from the clock
     attempt: int = 1  # 1 for the first
-    members_of_group: tuple[str, ...] = ()  # keys of all in the group, where the platform tells them
+    members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None where there is a log
     # name of a file (without its ending) or folder under which the platform takes feedback back
     feedback_stem: str = ""
@@ -86,7 +86,7 @@ class Submission(Struct, frozen=True, dict=True):
         return [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
 
     def read(self, settings: Mapping[str, str] = {}) -> tuple[Readings, Answers]:
-        """Read the log, and what is reported: whatever grades, or tells what would be graded, reads them here.
+        """Read the log and the reported value, for grading and for its preview.
 
         `settings`: As `read_log` has them.
         """
@@ -215,7 +215,7 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
 
 
 def _running_autograder(root: Path, attempts: Attempts) -> Submissions:
-    """Find the one submission that a running autograder of Gradescope has beside its metadata."""
+    """Find the submission that an autograder of Gradescope has next to its metadata."""
     one = ParsedName("submission", "submission", {}, "", "submission")
     files = list_files(root / one.stem)
     finder = _Finder(files, "gradescope", attempts)
@@ -330,7 +330,7 @@ class _Finder:
             self._tell(diagnostics.GRADESCOPE_METADATA_CANNOT_BE_READ, f"{file} cannot be read: {error}", hint)
 
     def _with_metadata(self, what: ParsedName) -> ParsedName:
-        """Add to a name what is told of its submission: when, and by whom; in a group, by all of them."""
+        """Add the time and the members of a submission to a name."""
         about = self.metadata.get(what.stem)
         if about is None:
             return what

@@ -76,7 +76,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     raise InputError.of(diagnostics.SUBMITTED_FILE_CANNOT_BE_READ, f'"{shown}" cannot be read: {why}', file=shown)
 
 
-# What macOS, Windows and editors leave behind: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
+# Files that macOS, Windows and editors leave: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
 _STREWN = re.compile(r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)", re.IGNORECASE)
 
 

@@ -1,4 +1,4 @@
-"""What Gradescope tells beside the files: who submitted and when.
+"""The metadata of Gradescope: submitters and times.
 
 An export holds YAML written by Ruby, with symbols for keys, and can have many megabytes of results and histories that
 nobody asks for here: only the lines that are asked for are parsed. A running autograder finds JSON.
@@ -29,12 +29,12 @@ class Submitter(Struct, frozen=True, rename=lambda name: f":{name}"):
 
     @property
     def key(self) -> str:
-        """What stays the same from one submission to the next: the student number, else the address or name."""
+        """Return the permanent key of a student: the student number, else the address or name."""
         return self.sid or self.email or self.name
 
 
 class Metadata(Struct, frozen=True):
-    """What is told of one submission."""
+    """The metadata of one submission."""
 
     submitters: tuple[Submitter, ...]  # several for a group
     submitted: str | None = None  # ISO 8601 with its offset
@@ -49,7 +49,7 @@ _WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  -
 
 
 class _Entry(Struct, rename=lambda name: f":{name}"):
-    """What the export tells of a submission."""
+    """The entry of a submission in an export."""
 
     submitters: list[Submitter] | Literal[""] = ""
     created_at: str = ""

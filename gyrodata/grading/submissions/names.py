@@ -19,7 +19,7 @@ from gyrodata.grading.submissions.student_files import ending, is_log
 
 
 class ParsedName(Struct, frozen=True):
-    """What the name of one file says."""
+    """The information in the name of one file."""
 
     student: str  # key of the student or group
     name: str  # as to be shown
@@ -28,7 +28,7 @@ class ParsedName(Struct, frozen=True):
     stem: str  # name under which the platform takes a feedback file back
     late: bool = False  # marked late by the platform
     submitted: str | None = None  # time stamp, ISO 8601 where it is a date
-    attempt: int | None = None  # number, where the name holds one
+    attempt: int | None = None  # number, if the name contains one
     late_seconds: float | None = None  # time after the due date [s], negative before it; None where none is told
     members: tuple[str, ...] = ()  # keys of all in a group
 
@@ -109,7 +109,7 @@ def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bo
     outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
     for below in dict.fromkeys(("", outer)):
         inner = [name.removeprefix(below) for name in names]
-        # Who wrote most of the names, at least half of them.
+        # Return the platform of most of the names, at least half of them.
         counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in inner)
         seen = "gradescope" if EXPORT in inner else max(NAMED, key=counts.__getitem__)
         if lms == "auto" and (EXPORT in inner or counts[seen] * 2 >= max(counts.total(), 1)):
@@ -122,7 +122,7 @@ def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bo
 
 
 def _class_folder(names: list[str], outer: str, packed: bool) -> str:
-    """Tell a folder around the class from the folder of its only student: the class's holds the logs of several."""
+    """Return whether a folder is that of the class, with logs of several students, or of its only student."""
     logs = [name.removeprefix(outer) for name in names if is_log(name)]
     people = {name.partition("/")[0] for name in logs if "/" in name}
     if packed:

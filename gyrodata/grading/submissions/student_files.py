@@ -1,4 +1,4 @@
-"""A student's files: which is the log, never guessed where two will do; and the answer, wherever it stands in them."""
+"""Find the log among a student's files, without a guess between two, and the answer in any of them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from gyrodata.reporting.values import size_text
 from gyrodata.units import kinds_of
 
 TABLES = (".csv", ".tsv")  # endings that say table
-PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are looked at where there is no table
+PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are read if there is no table
 TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml")  # in which an answer may stand
 ARCHIVES = (".zip", ".rar", ".7z", ".tar", ".tgz")
 
@@ -39,7 +39,7 @@ _COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\)
 
 
 class Choice(Struct, frozen=True):
-    """What was chosen of a student's files."""
+    """The chosen files of a student."""
 
     log: str | None  # its name, as it was given
     problem: str | None = None  # why there is no log to grade
@@ -128,7 +128,7 @@ _MOST_LINES = 1000
 
 
 class Answers(Struct, frozen=True):
-    """What a student reports, from wherever it stands."""
+    """Return the reported value of a student, from any of the files."""
 
     inertia: Reported | None = None  # I_zz [kg*m^2]; None where nothing is reported
     diagnostics: tuple[Diagnostic, ...] = ()  # what whoever grades should know of how it was read

@@ -123,7 +123,7 @@ def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypat
         with pytest.raises(GyroError) as caught:
             gyrodata.analyze(frame)
         assert code in [one.code for one in caught.value.diagnostics]
-    elif re.match("(analyze|template|explain|check|predict|simulate|schema) ", example):
+    elif re.match("(analyze|template|explain|check|predict|simulate|schema|plot) ", example):
         Path("log.csv").write_text(LOG if code < "G6" else SAMPLE.read_text("utf-8"), "utf-8")
         if code == "G106":
             Path("eleven-megabytes.csv").write_bytes(b"1" * 11_000_000)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -12,8 +13,8 @@ from msgspec import Struct
 
 from gyrodata import __version__
 from gyrodata.cli.options import example_of
-from gyrodata.cli.terminal import Door, write_out
-from gyrodata.diagnostics import NO_UNLOADED_RUN
+from gyrodata.cli.terminal import Door, refuse, write_out
+from gyrodata.diagnostics import COMMAND_UNKNOWN, NO_UNLOADED_RUN
 
 
 class _Kind(Struct, frozen=True):
@@ -33,7 +34,7 @@ _COMMANDS = {
     ),
     "check": _Kind(
         "check_command",
-        "Say what is wrong with a log, and what it still lacks.",
+        "Check a log while you can still repeat or add runs.",
         ("gyro check sample_data/air_gyroscope.csv",),
     ),
     "template": _Kind(
@@ -43,14 +44,16 @@ _COMMANDS = {
     ),
     "explain": _Kind(
         "explain_command",
-        "Explain a code of a message, a word or a key; or show a page.",
+        "Explain a message code, a word or a key; or show a page.",
         (f"gyro explain {NO_UNLOADED_RUN}",),
     ),
-    "grade": _Kind("grade_command", "Grade a class, with feedback for everybody.", ("gyro grade sample_data/class",)),
+    "grade": _Kind(
+        "grade_command", "Grade a class, with feedback for each student.", ("gyro grade sample_data/class",)
+    ),
     "autograde": _Kind("grade_command"),
     "simulate": _Kind(
         "simulate_command",
-        "Print a log from a known truth.",
+        "Print a simulated log of a known truth.",
         (
             'gyro simulate --inertia "4.44e-3 kg m^2"',
             "--weights 20g,40g,60g --position 15cm",
@@ -60,12 +63,12 @@ _COMMANDS = {
     ),
     "selfcheck": _Kind(
         "tool_commands",
-        "Simulate this very lab: do its intervals hold the truth?",
+        "Test by simulation if the intervals of a log are reliable.",
         ("gyro selfcheck sample_data/air_gyroscope.csv", "--labs 1000"),
     ),
     "benchmark": _Kind(
         "tool_commands",
-        "Chart speed against accuracy, and where methods break.",
+        "Chart speed against accuracy, and failures of methods.",
         ("gyro benchmark --quick --out charts",),
     ),
     "schema": _Kind(
@@ -73,8 +76,25 @@ _COMMANDS = {
         "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
         ("gyro schema diagnostics",),
     ),
-    "predict": _Kind("predict_command", "Say what theory predicts for given numbers."),
+    "predict": _Kind("predict_command", "Predict precession and other motions from theory."),
 }
+
+
+_GROUPS = {
+    "Your lab": ("analyze", "check", "template", "explain"),
+    "A class": ("grade",),
+    "Theory and simulation": ("predict", "simulate"),
+    "Advanced": ("selfcheck", "schema", "benchmark"),
+}
+"""The commands as ``gyro --help`` lists them."""
+
+_LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
+_MEANT = {
+    **dict.fromkeys(("fit", "plot", "report", "figures"), "gyro analyze LOG"),
+    "version": "gyro --version",
+    "docs": "gyro explain",
+}
+"""Commands that users may try, with the command that is meant."""
 
 
 @cache
@@ -113,14 +133,27 @@ class _Gyro(Door):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, kind.short) for name, kind in _COMMANDS.items() if kind.short])
+        for title, names in _GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, _COMMANDS[name].short) for name in names])
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read "help analyze" as "analyze --help"."""
+        return super().parse_args(ctx, [*args[1:], "--help"] if args[:1] == ["help"] else args)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find a command; for a log or a known other word, name the command that is meant."""
+        name = args[0]
+        meant = _MEANT.get(name.lower(), f"gyro analyze {name}" if Path(name).suffix.lower() in _LOGS else "")
+        if meant and name not in _COMMANDS:
+            refuse(COMMAND_UNKNOWN, f'there is no command "{name}"', f"type: {meant}")
+        return super().resolve_command(ctx, args)
 
 
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
-    help="From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.",
+    help="Compute the moment of inertia of a gyroscope, with a realistic uncertainty, from the log of a lab.",
     no_args_is_help=True,
     add_completion=True,
     # Plain help costs half the start-up time of a coloured one.

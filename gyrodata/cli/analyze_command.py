@@ -23,6 +23,7 @@ from gyrodata.cli.terminal import (
     short_paths,
     source_of,
     tell,
+    wrapped,
     write_out,
 )
 from gyrodata.diagnostics import (
@@ -60,48 +61,47 @@ Table = Literal["runs", "logs"]
 
 
 def analyze(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs: CSV, text or workbook; - is stdin.")],
     form: Annotated[Format, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Folder for the report (several logs: one folder each inside). "
-                     "Default: STEM-report, for --format text and files only. LaTeX and Markdown are written there "
-                     "too, beside their figures; a terminal is spared them then. With a FILE.json, .ndjson or .csv the "
-                     "data of that format go there, whole or not at all."),
+        typer.Option("--out", "-o", help="Folder for the report; several logs have one folder each inside it. "
+                     "Default: LOG-report, if the format is text. A LaTeX or Markdown document goes there too with "
+                     "its figures. With FILE.json, .ndjson or .csv, the data go into this file."),
     ] = None,
     table: Annotated[
-        Table, typer.Option("--table", help="Of --format csv: a row for each run, or for each log.")
+        Table, typer.Option("--table", help="For --format csv: one row for each run, or for each log.")
     ] = "runs",
     stdin: StdinOption = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[
         Style, typer.Option("--style", help="Figures for the screen, for slides (1920 x 1080, large letters), or for "
-                     "print (300 dots to the inch).")
+                     "print (300 dots per inch).")
     ] = "screen",
     model: Annotated[
-        Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: let go from rest; "
-                     "auto: what the log needs.")
+        Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
+                     "auto: the simplest model that is sufficient.")
     ] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep flagged runs in the fit.")] = False,
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")] = False,
     watched: Annotated[
         bool,
-        typer.Option("--watch", help="During the lab: say what is missing and which run to repeat, whenever the file "
-                     "is saved, until Ctrl-C. Writes no report."),
+        typer.Option("--watch", help="During the lab: whenever you save the file, print what is missing and which run "
+                     "to repeat. Ctrl-C ends it. No report is written."),
     ] = False,
     verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Tell all in the terminal that the page tells.")
+        bool, typer.Option("--verbose", "-v", help="Print the full report in the terminal.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="On standard error, print errors only.")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when a log has errors.")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even if a log has errors.")] = False,
 ) -> None:  # fmt: skip
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
-    Exit codes: 0 done; 1 done, but a log has errors; 2 usage, or a log that cannot be read; 3 a fault
-    of gyro itself, which costs that log only.
+    Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot be read; 3 a fault of gyro,
+    which affects that log only.
     """
     given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
     _refuse_what_does_not_go_together(logs, form, table, out, watched)
@@ -131,12 +131,13 @@ def analyze(
     # A document that is written to a file is not printed on a terminal too.
     spared = form in DOCUMENTS and sys.stdout.isatty()
     for told in map(_analyze_one, jobs):
-        complain(told.diagnostics, quiet)
         if told.text and file is not None:
             whole.append(told.text)
         elif told.text and not (spared and told.report):
-            write_out(header + (coloured(told.text, sys.stdout) if form == "text" else told.text))
+            for_people = coloured(wrapped(told.text, sys.stdout), sys.stdout) if form == "text" else told.text
+            write_out(header + for_people)
             header = ""
+        complain(told.diagnostics, quiet)
         complain(told.not_written)
         if told.report and not quiet:
             tell(f"report: {told.report}")

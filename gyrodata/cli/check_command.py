@@ -21,6 +21,7 @@ from gyrodata.cli.terminal import (
     refuse,
     short_paths,
     source_of,
+    wrapped,
     write_out,
 )
 from gyrodata.diagnostics import FIXED_LOG_CANNOT_BE_WRITTEN, FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
@@ -36,38 +37,38 @@ CheckFormat = Literal["text", "json", "ndjson"]
 
 def template(
     weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position", help="Where the weights sit on the rod.")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins", help="Spins to aim at.")] = "200,400,600rpm",
+    position: Annotated[str, typer.Option("--position", help="Position of the weights on the rod.")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins", help="Spins to aim for.")] = "200,400,600rpm",
 ) -> None:
-    """Print a blank log to fill in: the weights in turn, each with every spin, and a run without a weight."""
+    """Print a blank log to fill in: each weight with every spin, alternating, and a run without a weight."""
     from gyrodata.readings import blank_log
 
     write_out(blank_log(with_units(weights), position, with_units(spins)))
 
 
 def check(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="CSV logs; - is standard input.")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs: CSV, text or workbook; - is stdin.")],
     hand_in: Annotated[
         bool,
-        typer.Option("--hand-in", help="Say instead what gyro grade will read as the answer: of files that are handed "
-                     "in together, or of a folder or zip."),
+        typer.Option("--hand-in", help="Show instead which answer gyro grade will read from the files of one "
+                     "submission, or from a folder or zip."),
     ] = False,
     fix: Annotated[
         bool,
-        typer.Option("--fix", help="Also write the log as gyro understood it, with -fixed.csv in the name."),
+        typer.Option("--fix", help="Also write the log as gyro understood it, into a file with -fixed.csv in its name."),
     ] = False,
     form: Annotated[CheckFormat, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
     stdin: StdinOption = STDIN,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 also if there is only advice.")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even when something is found.")] = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 even if there is only advice.")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even if something is found.")] = False,
 ) -> None:  # fmt: skip
-    """Say what is wrong with a log, and what it still lacks, before the weight comes off.
+    """Check a log while you can still repeat or add runs.
 
-    Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in there is no answer, or
-    two that differ; 2 usage, or a log that cannot be read; 3 a fault of gyro.
+    Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
+    not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
     """
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     if hand_in:
@@ -167,7 +168,8 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
     if form == "text":
         well = "with an answer" if hand_in else "complete"
         runs = len(readings.runs) if readings else None
-        write_out(coloured(check_text(name, runs, found, well, analysis), sys.stdout))
+        text = wrapped(check_text(name, runs, found, well, analysis), sys.stdout)
+        write_out(coloured(text, sys.stdout))
     else:
         digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
         from gyrodata.results import CheckDocument, Input, to_json

@@ -20,13 +20,13 @@ MappingOption = Annotated[
     list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
 ]
 StdinOption = Annotated[
-    str, typer.Option("--stdin-filename", metavar="NAME", help="What to call a log from standard input.")
+    str, typer.Option("--stdin-filename", metavar="NAME", help="Name of a log from standard input.")
 ]
 ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
 
 
 def example_of(*lines: str) -> str:
-    """Write the end of a command's help; what stands on one line stays there."""
+    """Write the end of a command's help, without wrapping its lines."""
     return "\b\nExample:  " + " \\\n            ".join(lines)
 
 

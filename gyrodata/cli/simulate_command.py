@@ -32,15 +32,15 @@ def simulate(
         typer.Option("--spins", metavar="QUANTITIES", help="Spins at the start of each run; negative: reversed."),
     ] = "200,400,600rpm",
     turns: Annotated[
-        str, typer.Option("--turns", metavar="NUMBERS", help="Turns that are timed, such as 1/3 or 1/3,1.")
+        str, typer.Option("--turns", metavar="NUMBERS", help="Number of timed turns, such as 1/3 or 1/3,1.")
     ] = "1",
     pitch: Annotated[
         str, typer.Option("--pitch", metavar="QUANTITIES", help="Angles of the rod above the horizontal.")
     ] = "0deg",
     motion: Annotated[
         Literal["horizontal", "steady", "released"],
-        typer.Option("--motion", help="horizontal: eq. (9); steady: eq. (8); released: the exact motion of a rod let "
-                     "go from rest."),
+        typer.Option("--motion", help="horizontal: eq. (9); steady: eq. (8); released: the exact motion of a rod "
+                     "released from rest."),
     ] = "steady",
     imbalance: Annotated[
         str | None,
@@ -49,23 +49,23 @@ def simulate(
     ] = None,
     spin_decay: Annotated[
         str | None,
-        typer.Option("--spin-decay", metavar="QUANTITY", help='Time constant of the fall of the spin, "600 s", '
+        typer.Option("--spin-decay", metavar="QUANTITY", help='Decay of the spin: its time constant, "600 s", '
                      'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
     ] = None,
     noise: Annotated[
         str,
-        typer.Option("--noise", metavar="none|typical|FILE", help="typical: the defaults for a log that states "
-                     'nothing; FILE: TOML with u_time = "0.1 s" and the like, or lines such as # u_time: 0.1 s.'),
+        typer.Option("--noise", metavar="none|typical|FILE", help="typical: the default uncertainties; "
+                     'FILE: TOML such as u_time = "0.1 s", or lines such as # u_time: 0.1 s.'),
     ] = "typical",
-    repeats: Annotated[int, typer.Option("--repeats", min=1, help="How often each run is done.")] = 1,
+    repeats: Annotated[int, typer.Option("--repeats", min=1, help="Number of repeats of each run.")] = 1,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
     truth: Annotated[Path | None, typer.Option("--truth", metavar="FILE", help="Write the truth as JSON.")] = None,
 ) -> None:  # fmt: skip
-    """Print a log from a known truth, for gyro analyze and for trying out any other fit.
+    """Print a simulated log of a known truth, for gyro analyze or any other fit.
 
-    Every weight at every position with every pitch, spin and number of turns is one run. Errors are drawn as they
-    are shared in a lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and in
-    its first line the truth. The same options give the same log.
+    Each weight at each position with each pitch, spin and number of turns is one run. Errors are shared as in a
+    lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and its first line the
+    truth. The same options give the same log.
     """
     from gyrodata import simulation
     from gyrodata.reporting.data import json_text

@@ -6,7 +6,9 @@ import codecs
 import errno
 import os
 import re
+import shutil
 import sys
+import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
@@ -175,21 +177,38 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
 
 _COLOURED = (
     r"(?m)^(?P<place>(?:\S.*?: )?)(?P<told>(?P<severity>error|warning|note) G\d{3}:)"
-    r"|(?P<doubt>Do not rely on this answer:)"
+    r"|(?P<doubt>Do not rely on this answer:)|(?P<answer>^  I_zz = .*)"
 )
 _COLOURS = {"error": "1;31", "warning": "1;33", "note": "36"}
 
 
 def coloured(text: str, stream: Any) -> str:
-    """Set severities apart on a terminal, unless NO_COLOR is set; nowhere else."""
-    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb" or not stream.isatty():
+    """Colour severities and print the answer in bold on a terminal; FORCE_COLOR and NO_COLOR are respected."""
+    plain = os.environ.get("TERM") == "dumb" or not stream.isatty()
+    if os.environ.get("NO_COLOR") or (plain and not os.environ.get("FORCE_COLOR")):
         return text
 
     def paint(found: re.Match[str]) -> str:
-        colour = _COLOURS[found["severity"] or "error"]
-        return f"{found['place'] or ''}\033[{colour}m{found['told'] or found['doubt']}\033[0m"
+        colour = "1" if found["answer"] else _COLOURS[found["severity"] or "error"]
+        words = found["told"] or found["doubt"] or found["answer"]
+        return f"{found['place'] or ''}\033[{colour}m{words}\033[0m"
 
     return re.sub(_COLOURED, paint, text)
+
+
+def wrapped(text: str, stream: Any) -> str:
+    """Wrap long lines at the width of a terminal; tables and texts for other streams stay as they are."""
+    if not stream.isatty():
+        return text
+    width = shutil.get_terminal_size().columns
+
+    def wrap(line: str) -> str:
+        indent = line[: len(line) - len(line.lstrip())]
+        if len(line) <= width or "  " in line.strip():
+            return line
+        return textwrap.fill(line, width, subsequent_indent=indent + "  ", break_long_words=False)
+
+    return "\n".join(map(wrap, text.split("\n")))
 
 
 def write_out(text: str) -> None:
@@ -213,7 +232,8 @@ def tell(*lines: str) -> None:
     """Write lines to standard error; if that cannot be written, it costs no answer."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
-            typer.echo(coloured(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr), err=True, color=True)
+            line = wrapped(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr)
+            typer.echo(coloured(line, sys.stderr), err=True, color=True)
         except OSError:
             _throw_away(sys.stderr)
 

@@ -1,4 +1,4 @@
-"""Commands about the tool itself: whether its intervals hold, how fast it is, and the schemas of its output."""
+"""Commands about the tool itself: coverage of its intervals, speed, and the schemas of its output."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from gyrodata.disk import telling, write_folder
 
 
 def selfcheck(
-    log: Annotated[str, typer.Argument(metavar="LOG", help="CSV log; - is standard input.")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="How many labs to simulate.")] = 1000,
+    log: Annotated[str, typer.Argument(metavar="LOG", help="Log: CSV, text or workbook; - is stdin.")],
+    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="Number of simulated labs.")] = 1000,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
     form: Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")] = "text",
     settings: SettingsOption = None,
@@ -25,9 +25,9 @@ def selfcheck(
 ) -> None:
     """Simulate this lab many times, and count how often its intervals contain the true value.
 
-    The lab's design, its fitted values as the truth and its stated uncertainties make new readings; the
-    recommended fit and those of the textbook are applied to each. Where the runs of the log scatter otherwise than
-    stated, the output says so, and has a second table of labs that scatter as this one does.
+    gyro simulates new readings from the design of the lab, its fitted values as the truth, and its stated
+    uncertainties. It applies the recommended fit and those of the textbook to each. If the runs of the log scatter
+    more or less than stated, a second table shows labs with this scatter.
     """
     import time
 

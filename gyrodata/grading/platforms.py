@@ -48,8 +48,8 @@ def _shapes(*texts: str) -> tuple[re.Pattern[str], ...]:
 
 _UPLOAD = r"_(?:\d+_|(?=(?:text|link)\.html\Z))(?P<file>[^/]+)"  # a file's number, or what was typed in there
 
-# Names are parsed from the number, because a name may contain anything but an underscore. If a name fits several platforms,
-# the first one is used.
+# Names are parsed from the number, because a name may contain anything but an underscore. The first platform that fits
+# a name is used.
 PLATFORMS: Mapping[str, Platform] = {
     platform.name: platform
     for platform in (

@@ -55,7 +55,7 @@ def check(
     ] = False,
     fix: Annotated[
         bool,
-        typer.Option("--fix", help="Also write the log as gyro understood it, into a file with -fixed.csv in its name."),
+        typer.Option("--fix", help="Also write the log as gyro understood it, with -fixed.csv in the name."),
     ] = False,
     form: Annotated[CheckFormat, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
     settings: SettingsOption = None,

@@ -163,11 +163,11 @@ def _timing_bias(lab: Lab) -> Iterator[EffectCase]:
 def _plain_mean_spin(lab: Lab) -> Iterator[EffectCase]:
     start, end = lab.measured.spin_start, lab.measured.spin_end
     if start is None or end is None:
-        words = "one reading of the spin in each run; taken at half time it is good to 0.05 % for a fall of 10 %"
+        words = "one reading of the spin in each run; at the midpoint its error is 0.05 % for a fall of 10 %"
         yield _effect(lab, words, {"sized": False}, None)
     else:
-        readings = "start and end" if lab.measured.spin_readings == 2 else "start, half time and end"
-        words = f"the harmonic mean in time of {readings} costs nothing, so it is used"
+        readings = "start and end" if lab.measured.spin_readings == 2 else "start, midpoint and end"
+        words = f"the harmonic mean in time of {readings} is used, because it costs nothing"
         yield _effect(lab, words, {"kept": True, "sized": False}, {"spin": (start + end) / 2})
 
 
@@ -176,7 +176,7 @@ def _dry_friction(lab: Lab) -> Iterator[EffectCase]:
     if lab.measured.spin_readings == 2 and start is not None and end is not None:
         words, spin = "a viscous decay is assumed, as of an air film; this is for dry friction", lab.measured.spin
         in_u = any(one.name == "decay_exponent" and one.relative.any() for one in lab.measured.sources)
-        words += "; u holds the doubt about the law" if in_u else ""
+        words += "; u includes the uncertainty of the law" if in_u else ""
         changed = {"spin": spin / (1 + physics.decay_law_doubt(start, end))}
         yield _effect(lab, words, {"sized": not in_u, "in_u": in_u}, changed)
 
@@ -200,13 +200,13 @@ def _tilt(lab: Lab) -> Iterator[EffectCase]:
 def _release(lab: Lab) -> Iterator[EffectCase]:
     released = lab.chosen.released
     if lab.measured.motion == "steady":
-        words = "steady, as the log says; this is for a rod let go from rest"
+        words = "steady, as the log says; this is for a rod released from rest"
     elif released:
-        words = f"the mean rate of a rod let go from rest is used{_asked(lab)}"
+        words = f"the mean rate of a rod released from rest is used{_asked(lab)}"
     elif lab.measured.motion is None:
-        words = 'assumed steady; this is for a rod let go from rest ("# motion: released" in the log)'
+        words = 'assumed steady; this is for a rod released from rest ("# motion: released" in the log)'
     else:
-        words = f"taken for steady precession{_asked(lab)}"
+        words = f"assumed steady{_asked(lab)}"
     case = _effect(lab, words, {"kept": released, "without": released})
     yield replace(case, chosen=replace(lab.chosen, released=not released))
 
@@ -216,7 +216,7 @@ def _earth(lab: Lab) -> Iterator[EffectCase]:
     if fitting.earth_is_told(lab.measured):
         words = "the angles are counted against the stars" if earth else "at the log's latitude"
     else:
-        words = "at most, at a pole" if lab.measured.latitude is None else "at the log's latitude, its sign not told"
+        words = "at most, at a pole" if lab.measured.latitude is None else "at the log's latitude, its sign unknown"
     yield replace(_effect(lab, words, {"kept": earth, "without": earth}), chosen=replace(lab.chosen, earth=not earth))
 
 
@@ -427,9 +427,9 @@ CHANGES = (
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),
     Change("hand_late", f"times {LATE:g} s too long", "sensitivity", _hand(LATE)),
     Change("hand_early", f"times {LATE:g} s too short", "sensitivity", _hand(-LATE)),
-    Change("balanced", 'the ball balanced ("# balanced: yes")', "sensitivity", _balanced),
-    Change("balance_free", "nothing known of the balance", "sensitivity", _balance_unknown),
-    Change("balance_free", 'the ball not balanced ("# balanced: no")', "sensitivity", _not_balanced),
+    Change("balanced", 'ball balanced ("# balanced: yes")', "sensitivity", _balanced),
+    Change("balance_free", "balance unknown", "sensitivity", _balance_unknown),
+    Change("balance_free", 'ball not balanced ("# balanced: no")', "sensitivity", _not_balanced),
     Change("without", "without {}", "sensitivity", _without_each_weight),
     Change(
         "unloaded_run", "one run without a weight, with the direction of its precession (column precession_sense: ccw "

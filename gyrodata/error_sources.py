@@ -87,7 +87,7 @@ SOURCES: Mapping[str, SourceKind] = {
         f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
         "all runs (the same habit)",
         "the spin read at the start and at the end",
-        words="half time read late",
+        words="late reading of the spin",
         kind="time",
     ),
     "decay_exponent": SourceKind(
@@ -96,7 +96,7 @@ SOURCES: Mapping[str, SourceKind] = {
         "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
         "all runs (the same drag)",
         "the spin read at half time as well",
-        words="law by which the spin falls",
+        words="decay law of the spin",
         kind="number",
     ),
     "mass": SourceKind(

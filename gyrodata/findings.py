@@ -70,8 +70,8 @@ def count_findings(
     first = min(groups[k][0] for k in answers[0])
     column = readings.columns.get("turns") or readings.columns.get("angle")
     cell = (column.place(first), len(column.readings[first].text)) if column else ()
-    words = f"the weights contradict each other as the turns are written; the runs of {words}"
-    hint = "write in each row the turns that were timed: I_zz depends on which of them are right"
+    words = f"the weights contradict each other with the turns as written; the runs of {words}"
+    hint = "write the number of timed turns in each row: I_zz depends on which counts are correct"
     return [readings.diagnose(codes.TURNS_OF_WEIGHTS_WRONG, words, hint, *cell)]
 
 
@@ -131,25 +131,25 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
     across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)
     if keep_flagged:
-        hint = "leave --keep-flagged away: a run that does not go with the others then has no say"
+        hint = "omit --keep-flagged, so that a run that does not agree with the others is left out"
     elif across and not low / 3 < across < 10 * high:
         hint = (
             f"transverse_inertia is {across:.2g} kg·m², and each run gives an I_zz of {low:.2g} to {high:.2g} kg·m², "
-            "which is far from it: look for a wrong unit of time, spin, mass or position"
+            "which is far from it: check for a wrong unit of time, spin, mass or position"
         )
     elif high < 1.5 * low:
         hint = (
-            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so look at the uncertainties: "
-            "state what your hand and your tachometer can do, for example # u_time: 0.14 s and # u_spin: 0.2 %"
+            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so check the uncertainties: "
+            "state those of your stopwatch and tachometer, for example # u_time: 0.14 s and # u_spin: 0.2 %"
         )
     else:
         middle = [values[len(values) // 2] for values in single]
         shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
         hint = (
-            "look for a wrong unit, a wrong count of turns, or weights exchanged; by itself each weight gives "
+            "check for a wrong unit, a wrong count of turns, or exchanged weights; each weight alone gives "
             f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
         )
-    return readings.diagnose(codes.NO_INERTIA_FITS, f"no moment of inertia goes with these runs: {why}", hint)
+    return readings.diagnose(codes.NO_INERTIA_FITS, f"no single I_zz fits these runs: {why}", hint)
 
 
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
@@ -157,12 +157,12 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
-    hint = f"most of it comes from u_{widest}: is it right as the log states it?"
+    hint = f"the largest part comes from u_{widest}: check its value in the log"
     if widest == "residual_torque":
-        hint = "the runs do not tell M0 from I_zz: add runs with another weight, and a balance test"
+        hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
     elif widest == "unexplained_scatter":
-        hint = "the runs contradict each other: look for a wrong unit, a wrong count of turns, or a slip"
-    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², holds zero or less"
+        hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
+    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², includes zero"
     return readings.diagnose(codes.NOT_MEASURED, words, hint)
 
 
@@ -222,16 +222,20 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     out = set(seen.lab.left_out)
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            done = "left out of the fits"
-            hint = "correct what you know to be wrong, or time it again; --keep-flagged keeps the run"
+            done = "it was left out"
+            hint = "correct the cell if you know the mistake, or repeat the run; --keep-flagged keeps the run"
         else:
-            done = f"kept; without every run that looks odd I_zz = {without.value:.4g} kg·m²" if without else "kept"
-            hint = "time it again; if you know what went wrong, put # before its line to leave it out"
+            done = (
+                f"it was kept; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
+                if without
+                else "it was kept"
+            )
+            hint = "repeat the run; if you know what went wrong, put # before its line to leave it out"
         words = f"run {seen.measured.runs[outlier.index]}: {outlier_reason(seen.measured, outlier)}; {done}"
         width = len(timing.readings[outlier.index].text)
         yield readings.diagnose(codes.OUTLIER, words, hint, timing.place(outlier.index), width)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
-        more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more runs look odd; the table of runs marks each of them"
+        more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more suspected outliers; the table of runs marks each of them"
         yield readings.diagnose(codes.OUTLIER, more, "gyro analyze --format csv prints that table")
 
 
@@ -249,22 +253,24 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.diagnose, seen.measured, seen.fit
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    state_it = f"if times are really so uncertain, state it: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
+    state_it = (
+        f"if your times really are this uncertain, add: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
+    )
     if seen.contradicts_itself:
-        many = f"{fit.scatter:.3g} times as uncertain as stated, and so it was taken"
-        words = f"the runs contradict each other: they fit together only if every time is {many}"
-        hint = "look for a wrong digit, unit or count of turns in the runs"
+        many = f"{fit.scatter:.3g} times as uncertain as stated, which was assumed"
+        words = f"the runs contradict each other: they agree only if every time is {many}"
+        hint = "check the runs for a wrong digit, unit or count of turns"
         yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        hint = f"look for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        hint = f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
     elif seen.p is not None and seen.p < NO_ACCIDENT:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
-        words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}: u of I_zz holds that"
-        hint = f"look for a run that is wrong, or a hand that is late; {state_it}"
+        words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}; u already includes this"
+        hint = f"check for a wrong run or a late stopwatch; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint)
 
 
@@ -286,15 +292,15 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
             f"here, or {other.inertia.value:.4g} kg·m² without {named(rest)}"
         )
         hint = (
-            "count the turns again in one of these runs and time it; then correct the turns of those that do not "
-            "agree with it, or put # before their lines"
+            "repeat one of these runs and count its turns; then correct the turns of the runs that do not agree with "
+            "it, or put # before their lines"
         )
         yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
     gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), [])
     if gone and (poor := _poor_balance(measured, seen.fit)):
         # The runs do not say which of two weights is wrong; the balance does.
-        words = f"the runs of {load_words(measured, gone[0])} are left out, and by the others {poor}"
-        hint = "look at the turns and the readings of each weight, not only of those"
+        words = f"the runs of {load_words(measured, gone[0])} are left out, and in the fit of the others {poor}"
+        hint = "check the turns and the readings of each weight, not only of these"
         yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
 
 
@@ -310,10 +316,10 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
     far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
     if abs(far) > OTHER_LAW:
         power = f"the power {exponent.value:.2f}, {abs(far):.0f} u from 1"
-        words = f"the period grows as the spin to {power}, not in proportion to it"
-        late = "a hand that is late in every run, or turns that are wrong in the short runs"
-        drag = "a spin read at another moment than half time, or turns that are wrong in the long runs"
-        hint = "look for " + (late if far < 0 else drag)
+        words = f"the period is proportional to the spin to {power}"
+        late = "a stopwatch that is late in every run, or wrong turns in the short runs"
+        drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+        hint = "check for " + (late if far < 0 else drag)
         yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
 
 
@@ -322,17 +328,17 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
     measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
         m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
-        words = f"the runs say M0 = {m0:.2g} mN·m, far from the {allowed:.2g} mN·m that {test} allows; the runs win"
+        words = f"the runs give M0 = {m0:.2g} mN·m, far from the {allowed:.2g} mN·m of {test}; gyro uses the runs"
         yield seen.readings.diagnose(codes.BALANCE_TEST_CONTRADICTED, words, f"check {test}")
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
-        words = "all torques are equal, so the runs cannot tell the residual torque M0 from I_zz"
+        words = "all torques are equal, so I_zz and the residual torque M0 cannot be separated"
         lines = '"# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
         yield seen.readings.diagnose(codes.SINGLE_TORQUE, words, f"add runs with another weight, or write {lines}")
 
 
 DIRECTION = (
-    "write ccw or cw, seen from above, in a column precession_sense: in the run without a weight, and in one with a "
-    "weight while the ball spins the same way; other rows may stay blank. Header and rows to copy:\n"
+    "write ccw or cw, seen from above, in a column precession_sense: for the run without a weight, and for one with a "
+    "weight while the ball spins in the same direction; other rows may stay blank. Header and rows to copy:\n"
     "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
     "20.00,15.0,400,39.7,1,ccw\n"
     "0,,400,180,1/20,ccw"
@@ -353,7 +359,7 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     names, place = ", ".join(measured.runs[i] for i in bare), place_of(seen.readings, bare[0])
     runs = f"run{'s' * (len(bare) > 1)} {names} without a weight"
     gain = f"u of I_zz is {percent_u(now):.2g} % and would be about {percent_u(then):.2g} % with the direction"
-    words = f"{runs}: which way the rod went is missing, so M0 may have either sign. {gain}"
+    words = f"{runs}: the direction of the precession is missing, so M0 may have either sign. {gain}"
     yield seen.readings.diagnose(codes.DIRECTION_MISSING, words, DIRECTION.partition(". Header")[0], place)
 
 
@@ -374,7 +380,7 @@ def _poor_balance(measured: Measurements, fit: FitResult) -> str:
     if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.residual_torque.u or 0.0)):
         return ""
     share = f"{100 * imbalance / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * fit.residual_torque.value:.2g} mN·m is {share}, more than a balanced ball has"
+    return f"M0 = {1e3 * fit.residual_torque.value:.2g} mN·m is {share}, too large for a balanced ball"
 
 
 def _patterns(seen: Seen) -> Iterator[Diagnostic]:
@@ -383,8 +389,8 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
     words, hint = pattern_words(first)
-    chance = f"{first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "below 1e-6"
-    words = f"{words} (chance, for all {len(seen.patterns)} looked for: {chance})"
+    p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
+    words = f"{words} ({p}, after {len(seen.patterns)} tests)"
     agrees = first.name == "agreement"
     code, doubt = (codes.AGREES_TOO_WELL, "") if agrees else (codes.PATTERN_IN_RESIDUALS, "pattern")
     yield seen.readings.diagnose(code, words, hint, doubt=doubt)
@@ -399,10 +405,10 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
     missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
     hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
-    arm = "an arm that is not measured from the centre of the ball"
-    words = f"{poor}; possible causes are a hanger that is not in the masses, {arm}, and wrong turns of one weight"
+    arm = "an arm not measured from the centre of the ball"
+    words = f"{poor}; possible causes: a hanger that is not in the masses, {arm}, or wrong turns of one weight"
     line = 'write "# balanced: no" if the ball was not balanced'
-    hint = f"{hanger}check the turns of each weight, where the arm is measured from, and g; {line}"
+    hint = f"{hanger}check the turns of each weight, the origin of the positions, and g; {line}"
     yield seen.readings.diagnose(codes.BALANCE_POOR, words, hint)
 
 
@@ -416,8 +422,8 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
     far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
     for i in far if len(far) <= len(fall) / 4 else ():
         fell = f"falls by {100 * (1 - end[i] / start[i]):.0f} %, over {FELL_MORE:g} times as fast as in the others"
-        words = f"run {measured.runs[i]}: the spin {fell}, as where something rubs, or a reading is wrong"
-        hint = "look at both readings of the spin, or time the run again"
+        words = f"run {measured.runs[i]}: the spin {fell}; likely causes: something rubs, or a reading is wrong"
+        hint = "check both readings of the spin, or repeat the run"
         yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
 
 
@@ -441,12 +447,12 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         # A spreadsheet drops the zeros at the end that are typed.
         how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
         words = (
-            f'{role} "{reading.text}" is taken as anything from {value - step / 2:.4g} to {high}: '
-            f"such rounding makes {100 * rounding[1] ** 2:.0f} % of u². As written I_zz = ({shown})e{power} kg·m²; "
-            f"as {value:.{digits}f} it would be {then}"
+            f'{role} "{reading.text}" can mean any value from {value - step / 2:.4g} to {high}: '
+            f"this rounding is {100 * rounding[1] ** 2:.0f} % of the variance. As written I_zz = "
+            f"({shown})e{power} kg·m²; as {value:.{digits}f} it would be {then}"
         )
         line = f"# u_{role}: {half:.1g} {in_unit}"
-        hint = f"write every digit that was read, such as {value:.{digits}f}{how}, or state what is known of it: {line}"
+        hint = f"write every digit that was read, such as {value:.{digits}f}{how}, or state its uncertainty: {line}"
         yield readings.diagnose(codes.DIGITS_TOO_FEW, words, hint, column.place(run), len(reading.text))
 
 
@@ -459,15 +465,15 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
         size = 100 * guessed.u_inertia / abs(fit.inertia.value)
         taken = f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the weight"
         missing = "eq. (8) needs the moment of inertia across the rod, which is not given"
-        words = f"{missing}: {taken} on it), and that doubt is {size:.2g} % of I_zz"
+        words = f"{missing}: {taken} on it), and its uncertainty is {size:.2g} % of I_zz"
         line = f"# transverse_inertia: {np.median(across):.2g} kg*m^2"
-        hint = f"add a column transverse_inertia [kg*m^2], or one line with what was measured, such as {line}"
+        hint = f"add a column transverse_inertia [kg*m^2], or one line with the measured value, such as {line}"
         yield readings.diagnose(codes.TRANSVERSE_INERTIA_NOT_GIVEN, words, hint)
     corrected = any(source.name == "release" for source in measured.sources)
     unused = ("u_pitch",) if corrected else ("u_pitch", "u_transverse_inertia")
     for key, place in readings.stated_at.items():
         if key in unused and "pitch" in readings.columns and not fit.adjusted.problem.tilted:
-            words = f"{key} changes nothing here: the tilt matters so little that eq. (9), for a level rod, is used"
+            words = f"{key} has no effect: the tilt is so small that eq. (9), for a level rod, is used"
             hint = "--model steady takes the tilt into account"
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
@@ -475,7 +481,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
         return
     if release.bias is not None and (release.size or 0.0) > DROP_ONE:
         off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
-        words = f"if the rod was let go from rest, not led along until it went steadily, I_zz is {off}"
+        words = f"if the rod was released from rest, and not guided until it precessed steadily, I_zz is {off}"
         yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
 
 
@@ -483,7 +489,7 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     """Ask about readings that are not of this lab, and about columns that make sense only the other way round."""
     if exchanged(readings, measured):
         spin, time = readings.columns["spin"], readings.columns["time"]
-        words = f'the columns "{spin.header}" and "{time.header}" make sense only the other way round'
+        words = f'the columns "{spin.header}" and "{time.header}" seem to be exchanged'
         hint = 'exchange the two headers: write "time [s]" over the first and "spin [rpm]" over the second'
         return [readings.diagnose(codes.COLUMNS_EXCHANGED, words, hint, spin.place(0), doubt="size")]
     found = []
@@ -502,8 +508,8 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         elif meant is not None:
             hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
         else:
-            hint = "is it the unit, the column, or a slip of the pen?"
-        words = f"{size.role} {value} is not of this lab, where it is from {low} to {high}"
+            hint = "check the unit, the column, and the typed digits"
+        words = f"{size.role} {value} is outside the range of this experiment, {low} to {high}"
         cell = column.place(run), len(column.readings[run].text)
         found.append(readings.diagnose(codes.SIZE_UNUSUAL, words, hint, *cell, doubt="size"))
     return found
@@ -542,7 +548,7 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         (arm < SHORT_ARM, "position", (0.04, 0.6),
          f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball"),
         (lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
-         f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight outweighs what it hangs on"),
+         f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight dominates the ball"),
     )  # fmt: skip
     found: dict[str, Diagnostic] = {}
     for odd, role, range_, words in asked:
@@ -570,18 +576,18 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
-        words = f"I_zz = {value:.4g} kg·m² is {part} that of {body} in the log, {ball.inertia:.4g} kg·m²"
+        words = f"I_zz = {value:.4g} kg·m² is {part} the value for {body} in the log, {ball.inertia:.4g} kg·m²"
         slips = explaining_mistakes(readings, seen.measured, value, ball.inertia)
         if slips:
             words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
             hint = "; or else: ".join(kind.remedy for kind, _ in slips)
         else:
-            words += "; no known slip explains that"
+            words += "; no common mistake explains this"
             hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
         yield readings.diagnose(codes.BALL_DISAGREES, words, hint, doubt="ball")
     elif not seen.sizes and not low <= value <= high:
-        words = f"I_zz = {value:.3g} kg·m² is not of this lab, where it is from {low:g} to {high:g} kg·m²"
-        hint = "look at the unit of each column, and at the first line of the report: is that what was done?"
+        words = f"I_zz = {value:.3g} kg·m² is outside the range of this experiment, {low:g} to {high:g} kg·m²"
+        hint = "check the unit of each column, and the line Read as of the report: is this what you did?"
         yield readings.diagnose(codes.INERTIA_UNUSUAL, words, hint, doubt="size")
 
 

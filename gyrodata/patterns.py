@@ -56,20 +56,20 @@ class Pattern(Struct, frozen=True):
     """The same among all that were looked for, by Holm's rule."""
 
 
-ONLY_IF = "the runs {} {{of}} go together with the others only if {} is {{percent:.2g}} % {{more}}"
+ONLY_IF = "the runs {} {{of}} agree with the others only if {} is {{percent:.2g}} % {{more}}"
 
 WORDS = {
-    "order": "time minus fit goes with the order of the runs, as where the balance drifts, here by {milli:.2g} mN·m "
+    "order": "the residuals change with the order of the runs, as if the balance drifted by {milli:.2g} mN·m "
     "from the first run to the last",
-    "spin": "time minus fit goes with the spin, as where the spin is read late, or a drag or a nutation goes with it",
-    "torque": "time minus fit goes with the torque, and not along a line, as where the rod sinks or the turns of a "
-    "weight are wrong",
-    "time_bias": "short times are off more than long ones, as where the hand is {late} than stated, here by about "
+    "spin": "the residuals change with the spin, as if the spin was read late, or a drag or a nutation depended on it",
+    "torque": "the residuals change with the torque, and not linearly, as if the rod sank, or the turns of a weight "
+    "were wrong",
+    "time_bias": "short times are off more than long ones, as if the stopwatch was {late} than stated by about "
     "{size:.2g} s",
-    "position_zero": "the runs go together only if every position is {milli:.2g} mm {more}, as where the arm was "
-    "measured from another point than the centre of the ball",
-    "mass": ONLY_IF.format("of", "its mass") + ", as where a label is wrong",
-    "position": ONLY_IF.format("at", "the position") + ", as where it was read wrongly",
+    "position_zero": "the runs agree only if every position is {milli:.2g} mm {more}, as if the arm was not "
+    "measured from the centre of the ball",
+    "mass": ONLY_IF.format("of", "its mass") + ", as if a label was wrong",
+    "position": ONLY_IF.format("at", "the position") + ", as if it was misread",
     "force": ONLY_IF.format("of", "its force"),
     "applied_torque": ONLY_IF.format("of", "the torque"),
     "agreement": "the runs agree better than the stated uncertainties: chi-square is {statistic:.2g} of what it should "
@@ -79,16 +79,17 @@ WORDS = {
 
 HINTS = {
     "order": "fix the balance weight, check step 2 again, and repeat the first run at the end",
-    "spin": "read the spin at half time of each run, and write how the rod was started: # motion: steady, or # motion: "
-    "released",
+    "spin": "read the spin at the midpoint of each run, and write the start of the motion: # motion: steady, or "
+    "# motion: released",
     "torque": "write the pitch of each run, and count the turns of each weight again",
-    "time_bias": "state what your hand can do, for example # u_time_bias: {twice:.1g} s, or time more turns",
+    "time_bias": "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time more turns",
     "position_zero": "measure the arm from the centre of the ball, or state # u_position_zero: {milli:.1g} mm",
     "mass": "weigh it",
     "position": "measure it again",
     "force": "measure it again",
     "applied_torque": "measure it again",
-    "agreement": "state what your hand can do, for example # u_time: 0.05 s; and write the times as they were read",
+    "agreement": "your hand is steadier than assumed: state it, for example # u_time: 0.05 s; and write the times as "
+    "you read them",
 }
 """What to do about each pattern."""
 

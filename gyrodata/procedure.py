@@ -75,8 +75,8 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
     if len(groups) < 3:
         torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
         one = len(groups) == 1
-        why = "I_zz then rests on one point of the line" if one else "a line through two points fits always"
-        words = f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab asks for three: {why}"
+        why = "one point does not determine a line" if one else "a line through two points always fits"
+        words = f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab sheet asks for three: {why}"
         yield readings.diagnose(codes.TOO_FEW_WEIGHTS, words, "add runs with another weight")
     for group in groups:
         name, place = load_words(measured, group[0]), place_of(readings, group[-1])
@@ -86,12 +86,12 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
             # Those that are farthest from all spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
             wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
-            words = f"{name}: {_counted(len(group), 'run')}, and the lab asks for three spins"
+            words = f"{name}: {_counted(len(group), 'run')}, and the lab sheet asks for three spins"
             hint = f"add {_counted(lacking, 'run')}, for example at {' and '.join(f'{rpm:.0f}' for rpm in wanted)} rpm"
             yield readings.diagnose(codes.TOO_FEW_RUNS, words, hint, place)
         elif spins[-1] < SPREAD * spins[0]:
             only = f"from {have[0]:.0f} to {have[-1]:.0f} rpm only, a factor of {have[-1] / have[0]:.2f}"
-            words = f"{name}: the spins go {only}: that tells little of how the period goes with the spin"
+            words = f"{name}: the spins go {only}, which is too narrow to show how the period depends on the spin"
             hint = "spread them, for example 200, 400 and 600 rpm"
             yield readings.diagnose(codes.SPINS_TOO_CLOSE, words, hint, place)
 
@@ -104,11 +104,11 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     now = percent_u(analysis.fit.inertia)
     inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
-        gain = f"{now:.2g} % and would be {then:.2g} % with one, because it tells the residual torque"
-        words = f"no run without a weight: u of I_zz is {gain}"
+        gain = f"u of I_zz from {now:.2g} % to {then:.2g} %, because it measures the residual torque M0"
+        words = f"no run without a weight: adding one would reduce {gain}"
         hint = (
-            "take the weight off, spin to about 400 rpm, and time a part of a turn (about 3 min), or 0 turns if the "
-            f"rod does not move. Watch which way it goes: {DIRECTION}"
+            "remove the weight, spin to about 400 rpm, and time a part of a turn (about 3 min), or write 0 turns if "
+            f"the rod does not move. Note the direction: {DIRECTION}"
         )
         yield readings.diagnose(codes.NO_UNLOADED_RUN, words, hint)
 
@@ -119,7 +119,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
-        hand = f"in the shortest, {time:.3g} s, a hand's 0.14 s is {100 * 0.14 / time:.2g} %"
+        hand = f"in the shortest, {time:.3g} s, the 0.14 s of a hand are {100 * 0.14 / time:.2g} %"
         words = f"{_counted(len(short), 'time')} under {SHORT:g} s ({_named(measured, short)}): {hand}"
         hint, place = "time more of a turn, or a whole one", place_of(readings, worst)
         yield readings.diagnose(codes.TIMES_TOO_SHORT, words, hint, place)
@@ -131,7 +131,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
         worst = int(far[np.argmax(fall[far])])
         doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
         most = f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}"
-        law = f"where the law by which it falls then moves I_zz by {100 * doubt:.2g} %"
+        law = f"where the unknown decay law changes I_zz by {100 * doubt:.2g} %"
         words = f"the spin falls by more than 10 % in {_named(measured, far)}; {most}, {law}"
         place = place_of(readings, worst)
         yield readings.diagnose(codes.SPIN_FALLS_TOO_MUCH, words, "time a shorter part of a turn", place)

@@ -124,8 +124,8 @@ class Result(Estimate, frozen=True, kw_only=True):
 
 
 NO_BALL = (
-    "not checked against the ball: add # ball_mass and # ball_diameter; without them a wrong unit in a whole column "
-    "cannot be detected"
+    "Not checked against the ball: add # ball_mass and # ball_diameter; without them gyro cannot detect "
+    "a wrong unit in a whole column"
 )
 """In place of the comparison with the ball."""
 

@@ -315,16 +315,16 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
     """Return the two straight lines of the textbook, to compare with the recommended fit."""
     product, torque = fit.sense[kept] * np.abs(measured.product[kept]), measured.torque[kept]
     note = (
-        "all raw readings together; shared errors carried as shared; M0 and timing bias as unknowns; u from the "
+        "all raw readings together; shared errors treated as shared; M0 and timing bias as unknowns; u from the "
         "stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
     found = [NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)]
-    for name, words in (("through_origin", "through the origin"), ("with_constant", "with a constant")):
+    for name, words in (("through_origin", "without an intercept"), ("with_constant", "with an intercept")):
         intercept = name == "with_constant"
         slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
         inertia = Estimate(float(slope), or_none(u), "kg*m^2")
-        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs taken as independent"
+        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs assumed independent"
         if len(kept) == 1:
             note += "; one run has no scatter, so no u"
         if math.isnan(inertia.value) or (intercept and not fitting.torques_differ(torque)):
@@ -332,7 +332,7 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
                 note = "not possible: a line with a constant needs at least two different points"
             elif intercept:
                 note = (
-                    "not possible: all torques are equal, so a slope and a constant cannot be told apart; "
+                    "not possible: all torques are equal, so a slope and an intercept cannot be separated; "
                     "add runs with another weight or position"
                 )
             found.append(NamedFit(name, None, None, note))

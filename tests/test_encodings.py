@@ -34,7 +34,7 @@ def written(folder: Path) -> dict[str, list[tuple[str, str]]]:
     (work / "bad.csv").write_text(BAD, encoding="utf-8")
     (work / "class").symlink_to(ROOT / "sample_data" / "class")
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG", "PYTHON"))}
-    kept |= {"PYTHONPATH": str(ROOT), "NO_COLOR": "1", "COLUMNS": "80", "OPENBLAS_NUM_THREADS": "1"}
+    kept |= {"PYTHONPATH": str(ROOT), "NO_COLOR": "1", "COLUMNS": "1000", "OPENBLAS_NUM_THREADS": "1"}
     running = []
     for name, locale in LOCALES.items():
         (folder / name).mkdir()

@@ -298,7 +298,7 @@ def test_digits_that_decide_u_are_named_with_both_answers() -> None:
     before = gyrodata.analyze(short.encode())
     (named,) = [d for d in before.diagnostics if d.code == "G407"]
     assert (named.line, named.severity) == (2, "warning")
-    assert named.message.startswith('position "15" is taken as anything from ')
+    assert named.message.startswith('position "15" can mean any value from ')
     assert "such as 15.0, or state" in named.hint
     told = re.findall(r"\d\.\d\d ± \d\.\d\d", named.message)
     assert told[0] == f"{1e3 * before.inertia.value:.2f} ± {1e3 * (before.inertia.u or 0):.2f}"

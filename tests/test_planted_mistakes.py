@@ -147,7 +147,7 @@ def test_mistake_is_not_silent_without_ball(name: str) -> None:
     wrong, said, _ = outcome(text, "")
     shown, found = analysed(text)
     if found["result"] is not None:
-        assert "not checked against the ball" in shown
+        assert "Not checked against the ball" in shown
     assert said or not wrong or name[:2] in CANNOT_BE_SEEN
 
 

@@ -105,7 +105,7 @@ class TestDirection:
         assert header == "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense"
         assert loaded.endswith(",ccw")
         assert unloaded == "0,,400,180,1/20,ccw"
-        now, then = map(float, re.search(r"is ([\d.]+) % and would be ([\d.]+) %", told).groups())
+        now, then = map(float, re.search(r"from ([\d.]+) % to ([\d.]+) %", told).groups())
         better = gyrodata.analyze((README.replace(README.splitlines()[1], header) + unloaded + "\n").encode())
         assert better.inertia.relative_u < 1.15 * then / 100 < now / 100
         assert "G454" not in gyro("check", "-", stdin=with_direction("ccw", "ccw")).stdout
@@ -218,5 +218,5 @@ class TestOptions:
         assert (tmp_path / "report" / "report.html").exists()
         assert (tmp_path / "a.json").is_file()
         # The page is named only if there is one.
-        assert "report's page" in done.stdout
-        assert "report's page" not in analyzed(README).stdout
+        assert "HTML report" in done.stdout
+        assert "HTML report" not in analyzed(README).stdout

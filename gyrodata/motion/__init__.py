@@ -4,6 +4,14 @@
 integrator, and `integrate` takes drag too. The state is e3 and H throughout: see `State`.
 """
 
-from gyrodata.motion.exact import Nutation, exact, mean_precession_rate, nutation, precession_angle, time_to_turn
+from gyrodata.motion.exact import (
+    Nutation,
+    exact,
+    find_crossing,
+    mean_precession_rate,
+    nutation,
+    precession_angle,
+    time_to_turn,
+)
 from gyrodata.motion.integrators import METHODS, Path, integrate, split, vector_rates
 from gyrodata.motion.orbits import State, Top, energy, released, steady

@@ -1,4 +1,4 @@
-"""How readings err: the ``u_…`` of the log format, each shared by what it is shared by in the lab."""
+"""Errors of simulated readings: the ``u_…`` keys of the log format, shared between runs as in a real lab."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.toml_table import TomlFile, nearest
 from gyrodata.units import Uncertainty, UnitError
 
-# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows from the digits.
 TYPICAL: Mapping[str, Uncertainty] = {
     f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
     for key in (
@@ -29,22 +29,23 @@ TYPICAL: Mapping[str, Uncertainty] = {
     )
     if key in SOURCES
 } | {"u_turns": SOURCES["angle"].default}  # fmt: skip
-"""What a log is taken to mean where it says nothing."""
+"""The uncertainties that are assumed if a log does not state them."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
-"""No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
+"""Almost no errors: without any, a run without a torque would have an infinite weight."""
 
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
-"""All that a simulated log can err in."""
+"""The uncertainties that a simulated log can have."""
 
 
 class _Error(Struct, frozen=True):
-    """One kind of error: which readings it is in, and which of them have it in common."""
+    """One kind of error: the readings that it affects, and the readings that share it."""
 
     key: str
     roles: tuple[str, ...]
     common: Literal["run", "value", "log"]
-    """"run": none; "value": equal true values, as of one weight used in three runs; "log": all."""
+    """"run": each reading has its own error; "value": readings with the same true value share one, as for one weight
+    in three runs; "log": all readings share one."""
 
 
 _SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
@@ -67,12 +68,10 @@ def put_errors(
     true: Mapping[str, Floats],
     noise: Mapping[str, Uncertainty],
     random: np.random.Generator,
-    tails: int | None = None,
 ) -> dict[str, Floats]:
-    """Read n runs once: the truth plus (absolute + relative × truth) × a standard normal number for each error.
+    """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 
-    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled. With `tails` the
-    stopwatch's are of a Student's t with so many degrees of freedom.
+    The random numbers do not depend on the noise, so that a different noise only scales the same errors.
     """
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
     for error in _ERRORS:
@@ -86,25 +85,28 @@ def put_errors(
                 read[role] += (u.absolute + u.relative * values) * of_log
                 continue
             _, groups = np.unique(values, return_inverse=True)
-            if tails is not None and error.key == "u_time":
-                drawn = random.standard_t(tails, len(values))
-            else:
-                drawn = random.standard_normal(len(values))
+            drawn = random.standard_normal(len(values))
             read[role] += (u.absolute + u.relative * values) * (drawn if error.common == "run" else drawn[groups])
     return read
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
+    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or does not state any uncertainty of a simulated log.
+    """
     text, stated = _stated(Path(path))
     noise = dict(TYPICAL)
     for key, value in stated.items():
-        fault, hint = "a simulated log has no such uncertainty", nearest(key, NOISE_KEYS)
+        fault, hint = "a simulated log does not have this uncertainty", nearest(key, NOISE_KEYS)
         if key in NOISE_KEYS:
             try:
                 noise[key] = parse_uncertainty(value, kind_of_role(key))
-                fault = f'"{value}" is not a share' if key.endswith("_scale") and noise[key].absolute else ""
-                hint = 'the error of a whole scale is in %, such as "0.1 %"'
+                fault = f'"{value}" is not relative' if key.endswith("_scale") and noise[key].absolute else ""
+                hint = 'write the error of a scale in %, such as "0.1 %"'
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
@@ -116,7 +118,7 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
 
 
 def _stated(path: Path) -> tuple[str, dict[str, str]]:
-    """Give the text of a file, and values by key, as written."""
+    """Return the text of a file, and its values by key, as written."""
     try:
         with path.open("rb") as file:
             data = file.read(10_000_000)

@@ -39,7 +39,7 @@ class Decay(Struct, frozen=True):
         """Compute the part of the spin that is left after a time [τ], NaN after the spin has stopped."""
         if self.exponent in (None, physics.VISCOUS):
             return cast(Floats, np.exp(-time))
-        rest = 1 - cast(float, self.exponent)
+        rest = 1 - self.exponent
         with np.errstate(invalid="ignore", divide="ignore"):
             return cast(Floats, np.exp(np.log1p(-rest * time) / rest))
 
@@ -48,7 +48,7 @@ class Decay(Struct, frozen=True):
         logarithm = math.log1p(-(self.lost or 0.0))
         if self.exponent in (None, physics.VISCOUS):
             return -logarithm
-        rest = 1 - cast(float, self.exponent)
+        rest = 1 - self.exponent
         return -math.expm1(rest * logarithm) / rest
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from functools import cached_property
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from msgspec import Struct
@@ -483,7 +483,7 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     return replace(runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor))
 
 
-def _released(measured: Measurements, steady: Floats, total: Floats, whole: Floats, across: Floats) -> Measurements:
+def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
     from gyrodata import motion
 

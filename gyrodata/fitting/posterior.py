@@ -161,7 +161,8 @@ class Posterior(Struct, frozen=True):
         at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
         nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
         u = self.u[0, nearest]
-        _, below, _, above, _ = _of_mixture(weight, self.mean[:1, nearest], u[None])[0]
+        part = Posterior(weight, self.mean[:1, nearest], u[None], self.factor, self.factor, 0.0)
+        _, below, _, above, _ = part.quantiles()[0]
         order = u.argsort()
         widths = np.log(self.width[nearest][order])
         return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))

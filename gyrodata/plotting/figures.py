@@ -373,7 +373,8 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ax.xaxis.set_visible(ax is axes[-1])
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", title=title)
+    shown = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(shown.values()), list(shown), loc="outside right upper", title=title)
     return axes[0]
 
 

@@ -7,16 +7,16 @@ import io
 import platform
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict
 
 from gyrodata.benchmark.estimators import HONEST, Trial, TrialPanel, run_trials
 from gyrodata.benchmark.failures import Failure, find_failures
 from gyrodata.benchmark.motions import AIMS, Clock, Effort, MotionPanel, Order, cheapest, find_orders, run_motion
 from gyrodata.effects import DROP_ALL
-
-Cell = str | float | int | bool | None
 
 
 class Benchmark(Struct, frozen=True):
@@ -66,54 +66,31 @@ def describe_machine() -> str:
 
 
 def csv_tables(benchmark: Benchmark) -> dict[str, str]:
-    """Write the numbers of each chart as CSV, by the name of the chart."""
-    motion = [
-        (
-            panel.scene.name, point.method, point.setting, point.seconds, point.evaluations, point.error, panel.u,
-            panel.bound, point == panel.winner,
-        )
-        for panel in benchmark.motion
-        for point in panel.points
-    ]  # fmt: skip
-    orders = [
-        (order.turns, order.method, point.setting, point.evaluations, point.seconds, point.off, order.order)
-        for order in benchmark.orders
-        for point in order.points
-    ]
-    trials = [
-        (
-            panel.scene.name, one.labs, one.estimator, one.seconds, one.rmse, one.bias, one.coverage, one.half,
-            one.failed,
-        )
-        for panel in benchmark.trials
-        for one in panel.trials
-    ]  # fmt: skip
-    failures = [(f.case, f.measure, f.fails, f.wrong, f.solution, f.right, f.why) for f in benchmark.failures]
-    return {
-        "motion": _csv(
-            "scene,method,setting,CPU time of nine runs [s],evaluations of the torque,relative error of I_zz,"
-            "relative u of I_zz,largest harmless relative error,cheapest harmless model",
-            motion,
-        ),
-        "motion_order": _csv(
-            "turns,method,setting,evaluations of the torque,CPU time of an evaluation [s],"
-            "distance of e3 from the true one,order",
-            orders,
-        ),
-        "estimators": _csv(
-            "scene,labs,estimator,least time per fit [s],relative RMSE of I_zz,relative bias of I_zz,coverage of the "
-            "95 % interval,mean half of the interval over I_zz,labs without an answer",
-            trials,
-        ),
-        "failures": _csv("case,measure,method that fails,its measure,solution,measure of the solution,why", failures),
+    """Write the numbers of each chart as CSV, by the name of the chart; the columns are attributes of the results."""
+    tables: dict[str, list[dict[str, Any]]] = {
+        "motion": [
+            {"scene": panel.scene.name, **asdict(point), "u": panel.u, "harmless": point.error < panel.bound}
+            for panel in benchmark.motion
+            for point in panel.points
+        ],
+        "motion_order": [
+            {"method": order.method, "turns": order.turns, "order": order.order, **asdict(point)}
+            for order in benchmark.orders
+            for point in order.points
+        ],
+        "estimators": [
+            {"scene": panel.scene.name, **asdict(trial)} for panel in benchmark.trials for trial in panel.trials
+        ],
+        "failures": [asdict(failure) for failure in benchmark.failures],
     }
-
-
-def _csv(header: str, rows: Iterable[Sequence[Cell]]) -> str:
-    out = io.StringIO()
-    out.write(header + "\n")
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+    texts = {}
+    for name, rows in tables.items():
+        out = io.StringIO()
+        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        texts[name] = out.getvalue()
+    return texts
 
 
 # --- text -----------------------------------------------------------------------------------------------------

@@ -146,9 +146,7 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
 
 def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     """Draw bias, error, coverage and cost of each fit, for correct and incorrect stated uncertainties."""
-    figure = _figure(
-        4.4, "Fits: only the recommended one is honest for correct and incorrect uncertainties\n"
-    )
+    figure = _figure(4.4, "Fits: only the recommended one is honest for correct and incorrect uncertainties\n")
     names = [trial.estimator for trial in panels[0].trials]
     bias, rmse, coverage, cost = figure.subplots(1, 4, sharey=True)
     for shift, panel, colour, marker in zip((-0.2, 0.0, 0.2), panels, (BLUE, RED, GREEN), "osD", strict=True):
@@ -164,8 +162,8 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     bias.invert_yaxis()
     rmse.set(title="error", xlabel="RMSE of I_zz [%]", xlim=(0, None))
     coverage.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
-    coverage.set(title="coverage", xlabel="true I_zz in the 95 % interval [%]", xlim=(0, 104))
-    cost.set(title="cost", xlabel="time of one fit, in Python [s]", xscale="log")
+    coverage.set(title="coverage", xlabel="intervals with true I_zz [%]", xlim=(0, 104))
+    cost.set(title="cost", xlabel="time of one fit [s]", xscale="log")
     figure.legend(*coverage.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0, 0.94), ncols=3)
     return figure
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cached_property
 from numbers import Integral
 from typing import Any
 
@@ -16,10 +17,11 @@ from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import VISCOUS, Floats
-from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
+from gyrodata.readings import Readings, check_value, kind_of_role, read_cell, read_log, u_keys
+from gyrodata.readings.roles import ROLES
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
-from gyrodata.units import DISPLAY, Uncertainty, from_si
+from gyrodata.units import DISPLAY, SI, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
 
@@ -27,11 +29,11 @@ UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
 
 
-class Simulation(Struct, frozen=True):
+class Simulation(Struct, frozen=True, dict=True):
     """A simulated log and its truth."""
 
-    readings: Readings
-    """The readings of n runs."""
+    log: str
+    """The log as CSV text."""
     truth: Truth
     """The truth, with the values that were drawn at random."""
     runs: Runs
@@ -40,10 +42,10 @@ class Simulation(Struct, frozen=True):
     """The stated uncertainties by their ``u_…`` keys."""
     seed: int | None
 
-    @property
-    def log(self) -> str:
-        """The log as CSV text."""
-        return write_log(self.readings)
+    @cached_property
+    def readings(self) -> Readings:
+        """The readings of the log."""
+        return read_log(self.log.encode(), name="<simulated>")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the truth in SI units, with the schema "gyro.truth/1"."""
@@ -67,12 +69,12 @@ class Simulation(Struct, frozen=True):
             "truth": to_builtins(self.truth),
             "noise": {key: to_builtins(u) for key, u in self.noise.items()},
             "runs": [
-                {"run": label}
+                {"run": str(i + 1)}
                 | {
                     name: None if values is None or math.isnan(values[i]) else float(values[i])
                     for name, values in columns.items()
                 }
-                for i, label in enumerate(self.readings.runs)
+                for i in range(len(runs.time))
             ],
         }
 
@@ -124,7 +126,7 @@ def simulate(
     sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
     read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
     stated = _stated(truth, noise, runs, set(read))
-    return Simulation(_readings(truth, runs, read, stated, seed), truth, runs, stated, seed)
+    return Simulation(_log(truth, runs, read, stated, seed), truth, runs, stated, seed)
 
 
 def _drawn(truth: Truth, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None) -> Truth:
@@ -184,87 +186,70 @@ def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: s
     return {key: u for key, u in stated.items() if key not in absent}
 
 
-def _readings(
-    truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None
-) -> Readings:
-    """Write the readings as a student would type them, and read these texts."""
-    count = len(runs.time)
-    texts: dict[str, list[str]] = {}
+def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None) -> str:
+    """Write the log: ``#`` lines, a header and one line for each run."""
+    columns: dict[str, list[str]] = {}
     for role, values in read.items():
         key = u_keys(role)[-1]
         exact = seed is None or key not in stated
-        texts[role] = _typed(values, Uncertainty() if exact else stated[key], role)
-    g = read_cell(texts.pop("g")[0], "acceleration", DISPLAY["acceleration"]).value
-    texts["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, texts["mass"], strict=True)]
-    nearest = [Fraction(turns).limit_denominator(100) for turns in runs.turns]
-    texts["turns"] = [
-        str(near) if float(near) == turns else repr(float(turns))
-        for near, turns in zip(nearest, runs.turns, strict=True)
-    ]
+        columns[role] = _typed(values, Uncertainty() if exact else stated[key], role)
+    columns["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, columns["mass"], strict=True)]
+    columns["turns"] = []
+    for turns in runs.turns:
+        near = Fraction(turns).limit_denominator(100)
+        columns["turns"].append(str(near) if float(near) == turns else repr(float(turns)))
     if runs.spin.min() < 0:
-        texts["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
+        columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
     if runs.sense.min() < 0 or not runs.mass.all():
-        texts["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
-    columns = {role: _column(role, column, stated) for role, column in texts.items() if any(column)}
-    parts = runs.turns % 1 != 0
-    if not parts.all():
-        # The uncertainty of the turns does not apply to whole turns.
-        turns = columns["turns"]
-        cells = (one if part else replace(one, u=None) for one, part in zip(turns.readings, parts, strict=True))
-        columns["turns"] = replace(turns, readings=tuple(cells))
-        stated = {key: u for key, u in stated.items() if key != "u_turns"}
-    return Readings(
-        name="<simulated>",
-        sha256="",
-        runs=tuple(str(i + 1) for i in range(count)),
-        lines=tuple(range(1, count + 1)),
-        notes=("",) * count,
-        columns=columns,
-        constants={"g": g},
-        uncertainties=stated,
-        motion="released" if truth.motion == "released" else "steady",
-        metadata={"Simulated, not measured": _summary(truth, seed)},
-    )
+        columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
+    head = {"Simulated, not measured": _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
+    head |= {key: _u_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
+    if truth.motion == "horizontal":
+        head["motion"] = "steady"
+    across = columns.get("transverse_inertia", [])
+    if len(set(across)) == 1:
+        head["transverse_inertia"] = f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
+    table: dict[str, list[str]] = {}
+    for role in sorted(columns, key=ROLES.index):
+        unit = DISPLAY[kind_of_role(role)]
+        table[f"{role} [{unit}]" if unit else role] = columns[role]
+        if role == "turns" and "u_turns" in head and not (runs.turns % 1).all():
+            # The uncertainty of the turns does not apply to whole turns.
+            u = head.pop("u_turns")
+            table["u_turns"] = [u if turns % 1 else "" for turns in runs.turns]
+    table = {header: cells for header, cells in table.items() if any(cells)}
+    table["run"] = [str(i + 1) for i in range(len(runs.time))]
+    lines = [f"# {key}: {value}" for key, value in head.items()]
+    lines += [",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]]
+    return "\n".join(lines) + "\n"
+
+
+def _u_text(u: Uncertainty, kind: str) -> str:
+    """Write an uncertainty: "0.1 % + 0.01 s"."""
+    relative = [f"{round(100 * u.relative, 12)!r} %"] if u.relative or not u.absolute else []
+    return " + ".join([*relative, *([f"{u.absolute!r} {SI[kind]}".strip()] if u.absolute else [])])
 
 
 def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     """Write readings with steps of a third of their uncertainty or less."""
     kind = kind_of_role(role)
-    shown = [None if math.isnan(value) else from_si(float(value), DISPLAY[kind], kind) for value in values]
-    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), DISPLAY[kind], kind)
-    if not spread > 0:
-        return ["" if value is None else repr(value) for value in shown]
-    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is still true.
-    digits = -math.floor(math.log10(spread / 3))
-    return ["" if value is None else f"{round(value, digits):.{max(digits, 0)}f}" for value in shown]
-
-
-def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> Column:
-    """Read one column as the reader of logs does, with its stated uncertainty."""
-    kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    cells = [read_cell(text, kind, unit) if text else None for text in texts]
-    for i, cell in enumerate(cells):
-        fault, _ = check_value(role, cell.value) if cell else ("", "")
+    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), unit, kind)
+    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is still true.
+    digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
+    texts = []
+    for i, value in enumerate(values):
+        shown = from_si(float(value), unit, kind)
+        text = repr(shown) if digits is None else f"{round(shown, digits):.{max(digits, 0)}f}"
+        texts.append("" if math.isnan(value) else text)
+        fault, _ = check_value(role, read_cell(texts[i], kind, unit).value) if texts[i] else ("", "")
         if fault:
-            message = f"run {i + 1}: {role} {float(texts[i]):.6g} {unit} {fault}"
+            message = f"run {i + 1}: {role} {float(text):.6g} {unit} {fault}"
             hint = "use less noise, a timing bias nearer to 0 s, or more turns"
             if "too large" in fault:
                 hint = "use fewer turns, a larger torque, or a timing bias nearer to 0 s"
             raise InputError.of(SIMULATED_VALUE_IMPOSSIBLE, message, hint)
-    finest = min((cell.step for cell in cells if cell and cell.step), default=None)
-    u = next((stated[key] for key in u_keys(role) if key in stated), None)
-    one_reading = role == "transverse_inertia" and len(set(texts)) == 1
-    return Column(
-        role=role,
-        header=f"# {role}" if one_reading else f"{role} [{unit}]" if unit else role,
-        unit=unit,
-        readings=tuple(
-            Reading(cell.value, finest if cell.step else None, u, text) if cell else Reading()
-            for cell, text in zip(cells, texts, strict=True)
-        ),
-        spots=(-1,) * len(texts) if one_reading else tuple(range(len(texts))),
-    )
+    return texts
 
 
 def _summary(truth: Truth, seed: int | None) -> str:

@@ -34,21 +34,12 @@ Answer = tuple[float, float, float]
 # --- the fits ---------------------------------------------------------------------------------------------------
 
 
-def mean_of_ratios(measured: Measurements) -> Answer:
-    """Compute the mean of M/P, with the standard error of the mean."""
-    ratios = measured.torque / measured.product
-    return _from_scatter(float(ratios.mean()), float(ratios.std(ddof=1)) / math.sqrt(len(ratios)), len(ratios) - 1)
-
-
-def ordinary(measured: Measurements, intercept: bool) -> Answer:
-    """Fit M to P by ordinary least squares, with or without an intercept."""
-    line = fitting.fit_line(measured.product, measured.torque, intercept=intercept)
-    return _from_scatter(line.slope, line.u_slope, line.dof)
-
-
-def _from_scatter(value: float, u: float, freedom: int) -> Answer:
+def textbook(measured: Measurements, name: str) -> Answer:
+    """Apply a textbook fit, with an uncertainty from the scatter."""
     from scipy.special import stdtrit
 
+    value, u = map(float, fitting.TEXTBOOK[name](measured.product, measured.torque))
+    freedom = len(measured.runs) - (2 if name == "with_constant" else 1)
     half = float(stdtrit(freedom, 0.975)) * u
     return value, value - half, value + half
 
@@ -93,9 +84,9 @@ def recommended(measured: Measurements) -> Answer:
 
 
 ESTIMATORS: Mapping[str, Callable[[Measurements], Answer]] = {
-    "mean of ratios": mean_of_ratios,
-    "line through the origin": partial(ordinary, intercept=False),
-    "line with intercept": partial(ordinary, intercept=True),
+    "mean of ratios": partial(textbook, name="mean_of_ratios"),
+    "line through the origin": partial(textbook, name="through_origin"),
+    "line with intercept": partial(textbook, name="with_constant"),
     "York's line": york,
     "line, full covariance": full_covariance,
     "recommended fit": recommended,

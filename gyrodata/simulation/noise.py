@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from msgspec import Struct
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
 from gyrodata.errors import Diagnostic, InputError
@@ -38,30 +37,22 @@ NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """The uncertainties that a simulated log can have."""
 
 
-class _Error(Struct, frozen=True):
-    """One kind of error: the readings that it affects, and the readings that share it."""
-
-    key: str
-    roles: tuple[str, ...]
-    common: Literal["run", "value", "log"]
-    """"run": each reading has its own error; "value": readings with the same true value share one, as for one weight
-    in three runs; "log": all readings share one."""
-
-
 _SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
-_ERRORS = (
-    _Error("u_time", ("time",), "run"),
-    _Error("u_spin", _SPINS, "run"),
-    _Error("u_spin_scale", _SPINS, "log"),
-    _Error("u_mass", ("mass",), "value"),
-    _Error("u_mass_scale", ("mass",), "log"),
-    _Error("u_position", ("position",), "value"),
-    _Error("u_position_zero", ("position",), "log"),
-    _Error("u_pitch", ("pitch",), "run"),
-    _Error("u_transverse_inertia", ("transverse_inertia",), "log"),
-    _Error("u_g", ("g",), "log"),
-    _Error("u_turns", ("turns",), "run"),
+_ERRORS: tuple[tuple[str, tuple[str, ...], Literal["run", "value", "log"]], ...] = (
+    ("u_time", ("time",), "run"),
+    ("u_spin", _SPINS, "run"),
+    ("u_spin_scale", _SPINS, "log"),
+    ("u_mass", ("mass",), "value"),
+    ("u_mass_scale", ("mass",), "log"),
+    ("u_position", ("position",), "value"),
+    ("u_position_zero", ("position",), "log"),
+    ("u_pitch", ("pitch",), "run"),
+    ("u_transverse_inertia", ("transverse_inertia",), "log"),
+    ("u_g", ("g",), "log"),
+    ("u_turns", ("turns",), "run"),
 )
+"""Kinds of errors: key, affected readings, and sharing. "run": each reading has its own error; "value": readings with
+the same true value share one, as for one weight in three runs; "log": all readings share one."""
 
 
 def put_errors(
@@ -74,19 +65,18 @@ def put_errors(
     The random numbers do not depend on the noise, so that a different noise only scales the same errors.
     """
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
-    for error in _ERRORS:
-        u = noise.get(error.key, Uncertainty())
+    for key, roles, sharing in _ERRORS:
+        u = noise.get(key, Uncertainty())
         of_log = float(random.standard_normal())
-        for role in error.roles:
+        for role in roles:
             if role not in true:
                 continue
-            values = true[role]
-            if error.common == "log":
-                read[role] += (u.absolute + u.relative * values) * of_log
-                continue
-            _, groups = np.unique(values, return_inverse=True)
-            drawn = random.standard_normal(len(values))
-            read[role] += (u.absolute + u.relative * values) * (drawn if error.common == "run" else drawn[groups])
+            drawn: Floats | float = of_log
+            if sharing != "log":
+                _, groups = np.unique(true[role], return_inverse=True)
+                own = random.standard_normal(len(true[role]))
+                drawn = own if sharing == "run" else own[groups]
+            read[role] += (u.absolute + u.relative * true[role]) * drawn
     return read
 
 

@@ -6,12 +6,12 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
@@ -88,43 +88,35 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     InputError
         If the file cannot be read, or does not state any uncertainty of a simulated log.
     """
-    text, stated = _stated(Path(path))
+    name, hint = str(path), 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(10_000_000)
+    except OSError as error:
+        message = f"--noise {name!r} cannot be read: {error.strerror or error}"
+        choices = 'write "none", "typical" or the name of a file'
+        raise InputError.of(NOISE_CANNOT_BE_READ, message, choices) from None
+    stated: dict[str, Any] = dict(
+        re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
+    )
+    try:
+        stated = TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values or stated
+    except InputError:
+        # A log is not a TOML file.
+        if not stated:
+            raise
+    if not stated:
+        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r} states no uncertainty", hint)
     noise = dict(TYPICAL)
     for key, value in stated.items():
         fault, hint = "a simulated log does not have this uncertainty", nearest(key, NOISE_KEYS)
         if key in NOISE_KEYS:
             try:
-                noise[key] = parse_uncertainty(value, kind_of_role(key))
+                noise[key] = parse_uncertainty(str(value), kind_of_role(key))
                 fault = f'"{value}" is not relative' if key.endswith("_scale") and noise[key].absolute else ""
                 hint = 'write the error of a scale in %, such as "0.1 %"'
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
-            place = re.search(rf"^([#\s]*){re.escape(key)}\s*[=:].*", text, re.MULTILINE)
-            line, column = (text.count("\n", 0, place.start(1)) + 1, len(place[1]) + 1) if place else (None, None)
-            where = (str(path), line, column, place[0] if place else "", len(key))
-            raise InputError([Diagnostic.of(NOISE_CANNOT_BE_READ, f"--noise {key}: {fault}", hint, *where)])
+            raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r}, {key}: {fault}", hint)
     return noise
-
-
-def _stated(path: Path) -> tuple[str, dict[str, str]]:
-    """Return the text of a file, and its values by key, as written."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(10_000_000)
-    except OSError as error:
-        message = f"--noise {str(path)!r} cannot be read: {error.strerror or error}"
-        hint = 'write "none", "typical" or the name of a file'
-        raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
-    text = data.decode("utf-8-sig", "replace")
-    lines = dict(re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
-    hint = 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
-    try:
-        table = TomlFile(data, str(path), NOISE_CANNOT_BE_READ, hint).values or lines
-    except InputError:
-        if not lines:
-            raise
-        table = lines
-    if not table:
-        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {str(path)!r} states no uncertainty", hint)
-    return text, {key: str(value) for key, value in table.items()}

@@ -114,7 +114,7 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     truth = Truth(INERTIA, ratio * INERTIA, decay=Decay(time_constant=constant))
     design = Design((0.02,), spins=(sense * 60.0,), turns=(turns,), pitches=(pitch,))
     runs = simulate(truth, design, EXACT).runs
-    torque, across = float(runs.torque[0]), float(np.ravel(runs.across)[0])
+    torque, across = float(runs.torque[0]), float(np.ravel(runs.transverse_inertia)[0])
     with mpmath.workdps(30):
         lean = (INERTIA - mpmath.mpf(across)) * mpmath.sin(pitch)
 

@@ -72,17 +72,13 @@ class Problem:
         self.measured = measured
         self.count = count
         self.tilted = tilted
+        # The angle that steady precession would have swept in the same time.
+        turns = measured.turns if measured.slowing is None else measured.turns * measured.slowing
+        pitch, transverse = (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
         self.observed = np.empty((len(QUANTITIES), count))
-        self.observed[TIME], self.observed[SPIN], self.observed[TURNS] = measured.time, measured.spin, measured.turns
-        self.observed[MASS], self.observed[POSITION] = measured.mass, measured.position
-        self.observed[FORCE], self.observed[TORQUE] = measured.force, measured.given_torque
-        if measured.slowing is not None:
-            # The angle that steady precession would have swept in the same time.
-            self.observed[TURNS] *= measured.slowing
-        self.observed[G] = measured.g
-        self.observed[PITCH] = measured.pitch if tilted else 0.0
-        self.observed[TRANSVERSE] = transverse_inertia(measured) if tilted else 0.0
-        self.observed[ADDED] = measured.added
+        loads = measured.mass, measured.position, measured.force, measured.given_torque, measured.g
+        for row, values in enumerate((measured.time, measured.spin, turns, *loads, pitch, transverse, measured.added)):
+            self.observed[row] = values
         sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
         self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
         shape = len(self.sources), count

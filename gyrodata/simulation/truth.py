@@ -105,7 +105,7 @@ class Runs(Struct, frozen=True):
     """At the start, with its sign [rad/s]."""
     spin_end: Floats | None
     """At the end [rad/s]; None if the spin is constant."""
-    across: Floats
+    transverse_inertia: Floats
     """I across the rod [kg*m^2]."""
     torque: Floats
     """Total torque with the rod horizontal, m g x + M0 [N*m]."""
@@ -204,12 +204,12 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     """Time runs in steady precession, eq. (8), which is eq. (9) for a level rod; the spin may fall."""
 
     def rate(spin: Floats) -> Floats:
-        fields = runs.torque, runs.across, runs.pitch
+        fields = runs.torque, runs.transverse_inertia, runs.pitch
         torque, across, pitch = (values.reshape(-1, *(1,) * (spin.ndim - 1)) for values in fields)
         return cast(Floats, np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)))
 
     angle, at_start = 2 * np.pi * runs.turns, rate(runs.spin)
-    least = physics.least_spin(runs.torque, truth.inertia, runs.across, runs.pitch)
+    least = physics.least_spin(runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch)
     slow = np.flatnonzero(~np.isfinite(at_start))
     if len(slow):
         # The message names the run that needs the fastest spin: this spin is enough for all runs.
@@ -251,7 +251,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
 def _released(truth: Truth, runs: Runs) -> Runs:
     """Time a rod that is let go from rest: it nods, and the stopwatch stops when the rod first comes round."""
-    top = motion.Top(truth.inertia, runs.across, runs.torque)
+    top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
     start = motion.released(top, runs.spin, runs.pitch)
     time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct, to_builtins
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
@@ -50,18 +50,9 @@ class Simulation(Struct, frozen=True, dict=True):
     def to_dict(self) -> dict[str, Any]:
         """Return the truth in SI units, with the schema "gyro.truth/1"."""
         runs = self.runs
-        columns: dict[str, Floats | None] = {
-            "mass": runs.mass,
-            "position": np.where(runs.mass == 0, np.nan, runs.position),
-            "torque": runs.torque,
-            "transverse_inertia": runs.across,
-            "pitch": runs.pitch,
-            "spin": runs.spin,
-            "spin_end": runs.spin_end,
-            "turns": runs.turns,
-            "time": runs.time,
-            "precession_rate": runs.sense * 2 * np.pi * runs.turns / runs.time,
-        }
+        columns: dict[str, Floats | None] = asdict(runs)
+        columns["position"] = np.where(runs.mass == 0, np.nan, runs.position)
+        columns["precession_rate"] = runs.sense * 2 * np.pi * runs.turns / runs.time
         return {
             "schema": SCHEMA,
             "tool": {"name": "gyrodata", "version": __version__},
@@ -167,7 +158,7 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
     if runs.pitch.any() or truth.motion == "released":
-        columns["transverse_inertia"] = runs.across
+        columns["transverse_inertia"] = runs.transverse_inertia
     return columns
 
 

@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 from gyrodata import benchmark as room
 from gyrodata.benchmark import Benchmark, Effort, cheapest, run_benchmark
 from gyrodata.benchmark.estimators import ESTIMATORS, SCENES, covariances, draw_labs
-from gyrodata.benchmark.motion_cost import MODELS
-from gyrodata.benchmark.orders import METHODS
+from gyrodata.benchmark.motions import METHODS, MODELS
 from gyrodata.cli import app
 
 TINY = Effort(motion_labs=20, turns=50, evaluations=20_000, labs=100, repeats=1)

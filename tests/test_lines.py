@@ -137,7 +137,7 @@ def test_iminuit_agrees() -> None:
         ([1, 2, math.nan], [1, 2, 3], {}, "not finite"),
         ([1, 2, 3], [1, 2], {}, "same length"),
         (XS, YS, {"cov_y": [1, 2]}, "cov_y has shape"),
-        (XS, YS, {"cov_y": [1, 2, math.inf]}, "cov_y has a value that is not finite"),
+        (XS, YS, {"cov_y": [1, 2, math.inf]}, "cov_y contains a value that is not finite"),
         (XS, YS, {"cov_y": [1, -2, 1]}, "negative variance"),
         (XS, YS, {"cov_y": np.eye(3) + 2e-9 * np.eye(3, k=1)}, "not symmetric"),
         (XS, YS, {"cov_y": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, "negative eigenvalue"),

@@ -20,8 +20,8 @@ import gyrodata
 from gyrodata import physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
-from gyrodata.readings import Uncertainty, read_log
-from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Simulation, SpinReading, Truth, simulate
+from gyrodata.readings import Uncertainty, read_log, write_log
+from gyrodata.simulation import EXACT, TYPICAL, Decay, Design, Simulation, Truth, simulate
 
 RPM = math.pi / 30
 INERTIA = 4.44e-3
@@ -114,7 +114,7 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     truth = Truth(INERTIA, ratio * INERTIA, decay=Decay(time_constant=constant))
     design = Design((0.02,), spins=(sense * 60.0,), turns=(turns,), pitches=(pitch,))
     runs = simulate(truth, design, EXACT).runs
-    torque, across = float(runs.torque[0]), float(np.ravel(runs.across)[0])
+    torque, across = float(runs.torque[0]), float(np.ravel(runs.transverse_inertia)[0])
     with mpmath.workdps(30):
         lean = (INERTIA - mpmath.mpf(across)) * mpmath.sin(pitch)
 
@@ -129,21 +129,14 @@ def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     assert runs.time[0] == pytest.approx(float(expected), rel=1e-12)
 
 
-def test_three_readings_find_any_law_and_two_do_not() -> None:
-    truth = Truth(timing_bias=0.0, decay=Decay(lost=0.3, exponent=0.0))
-    readings: tuple[SpinReading, SpinReading] = ("three", "both")
-    thrice, twice = (simulate(truth, Design(spin_reading=reading), seed=None) for reading in readings)
-    assert abs(off(thrice)) < 1e-3
-    assert off(twice) == pytest.approx(0.0107, rel=0.05)
-
-
-@pytest.mark.parametrize("latitude", [0.74, -0.74])
-def test_the_mark_turns_with_the_earth(latitude: float) -> None:
-    design = Design(masses=(0.0, 0.04), spins=(400 * RPM, -400 * RPM))
-    still, turning = (simulate(Truth(imbalance=3e-4, latitude=at), design, EXACT).runs for at in (None, latitude))
-    size = turning.torque / still.torque  # normal gravity of the latitude
-    seen = size * still.sense * 2 * np.pi / still.time - physics.EARTH_ROTATION * math.sin(latitude)
-    assert turning.time == pytest.approx(2 * np.pi / np.abs(seen), rel=1e-12)
+def test_three_spin_readings_find_any_law_of_decay() -> None:
+    """Dry friction: the spin falls evenly by 30 %, so that a run takes 2π I_zz ψ̇ 0.3 / (M ln(1/0.7))."""
+    rows = ["mass [g],position [cm],spin at start [rad/s],spin [rad/s],spin at end [rad/s],time [s],turns"]
+    for mass, spin in ((mass, spin) for mass in (20, 40, 60) for spin in (20.0, 40.0, 60.0)):
+        time = 2 * math.pi * INERTIA * spin * 0.3 / (mass * 1.5e-4 * physics.STANDARD_GRAVITY * math.log(1 / 0.7))
+        rows.append(f"{mass},15.0,{spin},{0.85 * spin},{0.7 * spin:.1f},{time},1")
+    head = f"# g: {physics.STANDARD_GRAVITY} m/s^2\n# u_time_bias: 0 s\n# u_spin_delay: 0 s\n"
+    assert found(head + "\n".join(rows)).inertia.value == pytest.approx(INERTIA, rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -166,15 +159,12 @@ def test_errors_have_the_stated_size_and_are_shared(key: str, role: str, within:
 
 @pytest.mark.parametrize("noise", [EXACT, TYPICAL], ids=["exact", "typical"])
 @pytest.mark.parametrize("scene", ["both, tilted", "without a weight"])
-def test_a_simulated_log_reads_back_as_it_was_written(scene: str, noise: dict[str, Uncertainty]) -> None:
+def test_a_simulated_log_is_canonical_and_states_its_noise(scene: str, noise: dict[str, Uncertainty]) -> None:
     done = simulate(*SCENES[scene], noise)
     again = read_log(done.log)
     assert again.diagnostics == ()
-    assert again.uncertainties == done.readings.uncertainties
-    assert again.constants == done.readings.constants
-    assert {role: column.readings for role, column in again.columns.items()} == {
-        role: column.readings for role, column in done.readings.columns.items()
-    }
+    assert write_log(again) == done.log.partition("\n")[2]
+    assert again.uncertainties == done.noise
 
 
 def test_the_default_log_raises_no_diagnostic_and_same_bytes() -> None:
@@ -233,7 +223,7 @@ MESSAGES = [
     ("--weights 20g --imbalance -29.41995mN*m", "cancel"),
     ("--repeats 1000000", "a log has 1 to"),
     ("--pitch 60deg --spins 40rpm --weights 60g", "it takes more than 61.6 rpm"),
-    ("--motion released --spin-decay 10%", "with one time constant"),
+    ("--motion released --spin-decay 10%", "with a constant spin"),
     *(
         (explanations()[code].example.removeprefix("simulate "), code)
         for code in explanations()

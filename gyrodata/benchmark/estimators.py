@@ -1,8 +1,8 @@
-"""Fits of one log: those of the textbook beside the recommended one, on simulated labs with a known I_zz.
+"""Textbook fits and the recommended fit, compared on simulated labs with a known I_zz.
 
-Each fit takes the `Measurements` of a log and gives I_zz with the 95 % interval that it would quote. P is φ̇ψ̇ and M
-the torque; eq. (9) is M = I_zz P. Fits that take their uncertainty from the scatter use Student's factor, so a poor
-coverage is not the fault of a small number of runs.
+Each fit returns I_zz and its 95 % interval from the `Measurements` of a log. P is φ̇ψ̇ and M the torque; eq. (9) is
+M = I_zz P. Fits whose uncertainty comes from the scatter use Student's factor, so that a small number of runs is not
+the reason for a poor coverage.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata import fitting
-from gyrodata.benchmark.effort import Clock, Effort, time_of
+from gyrodata.benchmark.motions import Clock, Effort, time_of
 from gyrodata.fitting import K_95
 from gyrodata.measurements import Measurements, measure
 from gyrodata.physics import Floats
@@ -25,51 +25,42 @@ from gyrodata.simulation import TYPICAL, Design, Truth, simulate
 from gyrodata.units import Uncertainty
 
 HONEST = 0.92, 0.98
-"""Coverage of a 95 % interval that is called honest [1]: with less it is too sure, with more too wide."""
+"""Coverage of a 95 % interval that is called honest [1]; below it the interval is too short, above it too long."""
 
 Answer = tuple[float, float, float]
-"""I_zz, and the ends of its 95 % interval [kg*m^2]; NaN if there is no interval."""
+"""I_zz and the ends of its 95 % interval [kg*m^2]; NaN without an interval."""
 
 
 # --- the fits ---------------------------------------------------------------------------------------------------
 
 
-def mean_of_ratios(measured: Measurements) -> Answer:
-    """Take the mean of M/P, with the standard error of a mean."""
-    ratios = measured.torque / measured.product
-    return _from_scatter(float(ratios.mean()), float(ratios.std(ddof=1)) / math.sqrt(len(ratios)), len(ratios) - 1)
-
-
-def ordinary(measured: Measurements, intercept: bool) -> Answer:
-    """Fit M to P by ordinary least squares, with a constant or through the origin."""
-    line = fitting.fit_line(measured.product, measured.torque, intercept=intercept)
-    return _from_scatter(line.slope, line.u_slope, line.dof)
-
-
-def _from_scatter(value: float, u: float, freedom: int) -> Answer:
+def textbook(measured: Measurements, name: str) -> Answer:
+    """Apply a textbook fit, with an uncertainty from the scatter."""
     from scipy.special import stdtrit
 
+    value, u = map(float, fitting.TEXTBOOK[name](measured.product, measured.torque))
+    freedom = len(measured.runs) - (2 if name == "with_constant" else 1)
     half = float(stdtrit(freedom, 0.975)) * u
     return value, value - half, value + half
 
 
 def york(measured: Measurements) -> Answer:
-    """Fit a line with errors in both variables, all errors taken for independent (York)."""
+    """Fit a line with independent errors in both variables (York)."""
     product, torque = (np.diag(covariance) for covariance in covariances(measured))
     line = fitting.fit_line(measured.product, measured.torque, product, torque)
     return line.slope, line.slope - K_95 * line.u_slope, line.slope + K_95 * line.u_slope
 
 
 def full_covariance(measured: Measurements) -> Answer:
-    """Fit a line with errors in both variables, shared errors as shared (ISO/TS 28037)."""
+    """Fit a line with errors in both variables and all covariances (ISO/TS 28037)."""
     line = fitting.fit_line(measured.product, measured.torque, *covariances(measured))
     return line.slope, line.slope - K_95 * line.u_slope, line.slope + K_95 * line.u_slope
 
 
 def covariances(measured: Measurements) -> tuple[Floats, Floats]:
-    """Work out the covariances of P and of M from the stated errors, each of shape (n, n)."""
+    """Compute the covariances of P and of M from the stated errors, each of shape (n, n)."""
     count = len(measured.runs)
-    # A hand that is late is late in all runs.
+    # The timing bias is the same in all runs.
     late = measured.product / measured.time * measured.timing_bias_u
     product, torque = np.outer(late, late), np.zeros((count, count))
     for source in measured.sources:
@@ -86,21 +77,21 @@ def covariances(measured: Measurements) -> tuple[Floats, Floats]:
 
 
 def recommended(measured: Measurements) -> Answer:
-    """Fit as `gyro analyze` does: wrong turn counts left out, then the raw readings with shared errors as shared."""
+    """Fit like `gyro analyze`: without runs with wrong turn counts, and with shared errors."""
     slips = [outlier.index for outlier in fitting.screen(measured)[0] if outlier.slip]
     inertia = fitting.fit(measured, left_out=slips).inertia
     return inertia.value, *(inertia.interval_95 or (math.nan, math.nan))
 
 
 ESTIMATORS: Mapping[str, Callable[[Measurements], Answer]] = {
-    "mean of ratios": mean_of_ratios,
-    "line through the origin": partial(ordinary, intercept=False),
-    "line with a constant": partial(ordinary, intercept=True),
+    "mean of ratios": partial(textbook, name="mean_of_ratios"),
+    "line through the origin": partial(textbook, name="through_origin"),
+    "line with intercept": partial(textbook, name="with_constant"),
     "York's line": york,
     "line, full covariance": full_covariance,
     "recommended fit": recommended,
 }
-"""By the name in the charts."""
+"""The fits by their names in the charts."""
 
 
 # --- the labs ---------------------------------------------------------------------------------------------------
@@ -113,13 +104,13 @@ class LabScene(Struct, frozen=True):
     title: str
     design: Design = Design()
     noise: Mapping[str, Uncertainty] = {}
-    """True errors that are not `TYPICAL`."""
+    """True uncertainties that differ from `TYPICAL`."""
     stated: Mapping[str, str] = {}
-    """What the log states instead of the truth."""
+    """Uncertainties that the log states instead of the true ones."""
     imbalance: float = 0.025
-    """M0 over the lightest torque [1]; published balls have a median of 0.025."""
+    """M0 over the smallest torque [1]; published balls have a median of 0.025."""
     miscounts: int = 0
-    """So many runs have half of their turns written down."""
+    """Number of runs for which only half of the turns are written down."""
 
     def draw(self, seed: int) -> Measurements:
         """Simulate a lab and read its log."""
@@ -146,7 +137,7 @@ SCENES = (
     LabScene("third", "stopwatch 3 times better than stated", noise={"u_time": Uncertainty(0.14 / 3)},
              stated={"u_time": "0.14 s"}),
 )  # fmt: skip
-"""Nine runs: three weights at three spins, weights on one side of a ball that is not quite balanced."""
+"""Nine runs: three weights at three spins, on one side of a ball that is not exactly balanced."""
 
 
 class Trial(Struct, frozen=True):
@@ -154,24 +145,24 @@ class Trial(Struct, frozen=True):
 
     estimator: str
     rmse: float
-    """Root mean square of I_zz over the true one, minus 1 [1]."""
+    """Root mean square of the relative error of I_zz [1]."""
     bias: float
-    """Mean of the same [1]."""
+    """Mean of the relative error of I_zz [1]."""
     bias_u: float
-    """Its standard error in so many labs [1]."""
+    """Standard error of the bias [1]."""
     coverage: float
-    """Part of the labs whose 95 % interval contains the true I_zz [1]."""
+    """Fraction of the labs whose 95 % interval contains the true I_zz [1]."""
     half: float
-    """Mean half of the interval over the true I_zz [1]; NaN if there are none."""
+    """Mean half width of the interval over the true I_zz [1]; NaN without intervals."""
     seconds: float
     """CPU time of one fit, in Python [s]."""
     labs: int
     failed: int
-    """Labs without an answer; in the coverage they count as missed."""
+    """Number of labs without an answer; they count as not covered."""
 
     @property
     def honest(self) -> bool:
-        """Whether the coverage is `HONEST`, to within two standard errors in so many labs."""
+        """Whether the coverage is `HONEST`, within two standard errors."""
         low, high = HONEST
         chance = 2 * math.sqrt(low * (1 - low) / self.labs)
         return low - chance <= self.coverage <= high + chance
@@ -184,12 +175,12 @@ class TrialPanel(Struct, frozen=True):
     trials: tuple[Trial, ...]
 
     def of(self, estimator: str) -> Trial:
-        """The trial of one fit."""
+        """Return the trial of one fit."""
         return next(trial for trial in self.trials if trial.estimator == estimator)
 
 
 def run_trials(effort: Effort, clock: Clock, seed: int = 1) -> list[TrialPanel]:
-    """Try every fit in every kind of lab."""
+    """Apply every fit to every kind of lab."""
     panels = []
     for scene in SCENES:
         labs = draw_labs(scene, effort.labs, seed)
@@ -198,7 +189,7 @@ def run_trials(effort: Effort, clock: Clock, seed: int = 1) -> list[TrialPanel]:
 
 
 def draw_labs(scene: LabScene, count: int, seed: int) -> list[Measurements]:
-    """Simulate so many labs of a kind."""
+    """Simulate labs of one kind."""
     return [scene.draw(one) for one in np.random.default_rng(seed).integers(2**31, size=count).tolist()]
 
 

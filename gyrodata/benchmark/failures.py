@@ -1,7 +1,7 @@
-"""Where methods fail: for each failure a method that students or other programs use, and a solution.
+"""Cases in which methods of students or of other programs fail, each with a solution.
 
-Formulas and motions are compared by the relative error of their answer, fits by how often their 95 % interval contains
-the true I_zz in simulated labs.
+Formulas and motions are compared by the relative error of their answer; fits by the coverage, the fraction of simulated
+labs in which the 95 % interval contains the true I_zz.
 """
 
 from __future__ import annotations
@@ -14,9 +14,8 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata import motion, physics
-from gyrodata.benchmark.effort import Clock, Effort
 from gyrodata.benchmark.estimators import LabScene, draw_labs, try_fit
-from gyrodata.benchmark.orders import INERTIA, TOP, runge_kutta
+from gyrodata.benchmark.motions import INERTIA, TOP, Clock, Effort, runge_kutta
 from gyrodata.physics import RPM
 from gyrodata.simulation import EXACT, Design
 from gyrodata.units import Uncertainty
@@ -27,11 +26,11 @@ class Failure(Struct, frozen=True):
 
     case: str
     measure: Literal["relative error", "coverage"]
-    """Of the rate or of e3; or the part of the labs in which the 95 % interval contains the true I_zz [1]."""
+    """Relative error of the rate or of e3, or the coverage of the 95 % interval."""
     fails: str
     """The method that fails."""
     wrong: float
-    """Its error or its coverage [1]."""
+    """Error or coverage of the method that fails [1]."""
     solution: str
     right: float
     """Error or coverage of the solution [1]."""
@@ -39,7 +38,7 @@ class Failure(Struct, frozen=True):
 
 
 def find_failures(effort: Effort, clock: Clock, seed: int = 1) -> list[Failure]:
-    """Try every case."""
+    """Compute every case."""
     return [*_formulas(), _near_vertical(), _no_steady_precession(), *_fits(effort, clock, seed)]
 
 
@@ -47,7 +46,7 @@ def find_failures(effort: Effort, clock: Clock, seed: int = 1) -> list[Failure]:
 
 
 def _formulas() -> list[Failure]:
-    """Eq. (8) for a rod that is nearly level and for a tilted one, and the mean of a spin that falls."""
+    """Compute eq. (8) for a nearly level rod and for a tilted one, and the mean of a falling spin."""
     level, spin = 1e-14, 400 * RPM
     tilted = math.radians(45)
     start, end = 400 * RPM, 200 * RPM
@@ -80,18 +79,18 @@ def _off(found: float, true: float) -> float:
 
 
 def _rate(pitch: float, spin: float) -> float:
-    """Slow rate of eq. (8) as the tool computes it [rad/s]."""
+    """Compute the slow rate of eq. (8) like the tool [rad/s]."""
     return float(physics.precession_rate(TOP.torque, spin, INERTIA, TOP.transverse_inertia, pitch))
 
 
 def textbook_root(pitch: float, spin: float) -> float:
-    """Slow rate of eq. (8) by (−b + √D)/2a [rad/s]."""
+    """Compute the slow rate of eq. (8) by (−b + √D)/2a [rad/s]."""
     a, b = (INERTIA - TOP.transverse_inertia) * math.sin(pitch), INERTIA * spin
     return float((-b + math.sqrt(b * b + 4 * a * TOP.torque)) / (2 * a))
 
 
 def true_rate(pitch: float, spin: float) -> float:
-    """Slow rate of eq. (8) with 50 digits, of the same cosθ as the formulas [rad/s]."""
+    """Compute the slow rate of eq. (8) with 50 digits, for the same cosθ as the formulas [rad/s]."""
     with localcontext() as context:
         context.prec = 50
         a = (Decimal(INERTIA) - Decimal(TOP.transverse_inertia)) * Decimal(math.sin(pitch))
@@ -100,18 +99,18 @@ def true_rate(pitch: float, spin: float) -> float:
 
 
 PASSING = motion.State(np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3 + 2e-4, 0.04, 0.02]))
-"""A rod that is on its way to the vertical and misses it by 0.2 degrees."""
+"""A rod that moves towards the vertical and misses it by 0.2 degrees."""
 
 
 def _near_vertical() -> Failure:
-    """Follow a rod past the vertical for a second, in steps of a millisecond by RK4."""
+    """Integrate the motion past the vertical for a second, in steps of a millisecond by RK4."""
     true = motion.exact(TOP, PASSING, 1.0).axis
     row = [*PASSING.axis.tolist(), *PASSING.momentum.tolist()]
     vectors = runge_kutta(motion.vector_rates(TOP), row, 1e-3, 1000)[:3]
     across, along = TOP.transverse_inertia, float(PASSING.axis @ PASSING.momentum)
 
     def rates(theta: float, nodding: float, _azimuth: float, turning: float) -> tuple[float, ...]:
-        """Eqs. (7a) and (7b) for θ, θ̇, φ and φ̇."""
+        """Compute eqs. (7a) and (7b) for θ, θ̇, φ and φ̇."""
         sine, cosine = math.sin(theta), math.cos(theta)
         falling = (across * turning**2 * cosine - along * turning + TOP.torque) * sine / across
         return nodding, falling, turning, (along - 2 * across * turning * cosine) * nodding / (across * sine)
@@ -125,12 +124,12 @@ def _near_vertical() -> Failure:
         "sinθ → 0: 0.2° past the vertical", "relative error",
         "RK4, Euler angles", float(np.linalg.norm(angles - true)),
         "RK4, vectors e3 and H", float(np.linalg.norm(vectors - true)),
-        "eqs. (7) in Euler angles divide by sinθ, the vectors divide by nothing",
+        "eqs. (7) in Euler angles contain a division by sinθ, the vectors do not",
     )  # fmt: skip
 
 
 def _no_steady_precession() -> Failure:
-    """The rod points up and spins too slowly for eq. (8), which then has no real root."""
+    """Compute the motion of a rod that points upwards and spins too slowly: eq. (8) has no real root."""
     pitch, spin = math.radians(45), 40 * RPM
     rest = motion.released(TOP, spin, pitch)
     period = motion.nutation(TOP, spin, pitch).period
@@ -140,7 +139,7 @@ def _no_steady_precession() -> Failure:
         "no real root: 45° up, 40 rpm", "relative error",
         "eq. (9)", _off(TOP.torque / (INERTIA * spin) * period, swept),
         "mean rate of the whole motion", _off(float(motion.mean_precession_rate(TOP, rest)) * period, swept),
-        "D < 0: such a rod falls and swings, and eq. (9) does not say so",
+        "D < 0: such a rod falls and swings, and eq. (9) does not show this",
     )  # fmt: skip
 
 
@@ -152,14 +151,14 @@ _SHARED = {**EXACT, **_OWN, "u_spin_scale": Uncertainty(0.0, 0.01)}
 CASES: tuple[tuple[LabScene, str, str], ...] = (
     (LabScene("balance", "ball not balanced: M0 = 10 %", imbalance=0.1), "line through the origin",
      "the line does not go through the origin"),
-    (LabScene("one torque", "one torque only", Design(masses=(0.040,), repeats=3)), "line with a constant",
-     "one torque cannot tell M0 from I_zz; the recommended interval is as wide as it must be"),
+    (LabScene("one torque", "one torque only", Design(masses=(0.040,), repeats=3)), "line with intercept",
+     "one torque does not determine M0; the recommended interval includes this"),
     (LabScene("shared", "shared errors only", Design(repeats=3), _SHARED),
-     "York's line", "an error that all runs share does not average out"),
+     "York's line", "errors that all runs share do not average out"),
     (LabScene("miscount", "wrong turn count in one run", miscounts=1), "line, full covariance",
-     "a run of half the turns pulls the line"),
+     "one run with half of the turns changes the line"),
 )  # fmt: skip
-"""Simulated labs, the fit that fails there, and why."""
+"""Simulated labs, the fit that fails, and the reason."""
 
 
 def _fits(effort: Effort, clock: Clock, seed: int) -> list[Failure]:

@@ -1,37 +1,34 @@
-"""All of the benchmark: what is measured, in order, and how it is written down, as tables and to be read."""
+"""The complete benchmark: runs all parts, and writes tables and a text."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
 import platform
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict
 
-from gyrodata.benchmark.effort import Clock, Effort
 from gyrodata.benchmark.estimators import HONEST, Trial, TrialPanel, run_trials
 from gyrodata.benchmark.failures import Failure, find_failures
-from gyrodata.benchmark.motion_cost import MotionPanel, run_motion
-from gyrodata.benchmark.orders import AIMS, Order, cheapest, find_orders
+from gyrodata.benchmark.motions import AIMS, Clock, Effort, MotionPanel, Order, cheapest, find_orders, run_motion
 from gyrodata.effects import DROP_ALL
-
-Cell = str | float | int | bool | None
 
 
 class Benchmark(Struct, frozen=True):
-    """What was measured."""
+    """The results of all parts."""
 
     motion: list[MotionPanel]
     orders: list[Order]
-    """First of one turn, then of many."""
+    """First for one turn, then for many turns."""
     trials: list[TrialPanel]
     failures: list[Failure]
     machine: str = ""
-    """What the times depend on, in one line."""
+    """Processor and versions in one line."""
 
 
 def run_benchmark(
@@ -41,7 +38,7 @@ def run_benchmark(
     progress: Callable[[int], None] | None = None,
     machine: str = "",
 ) -> Benchmark:
-    """Measure the four parts; `progress` is told the per cent that are done."""
+    """Run all parts; `progress` is called with the percentage that is done."""
     show = progress or (lambda _percent: None)
     motion = run_motion(effort, clock, seed)
     show(30)
@@ -53,7 +50,7 @@ def run_benchmark(
 
 
 def describe_machine() -> str:
-    """Describe the machine in one line: processor and versions."""
+    """Return the processor and versions in one line."""
     import scipy
 
     try:
@@ -65,88 +62,57 @@ def describe_machine() -> str:
     return f"{processor}; Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
 
 
-# --- every number, all digits ---------------------------------------------------------------------------------
+# --- tables ---------------------------------------------------------------------------------------------------
 
 
 def csv_tables(benchmark: Benchmark) -> dict[str, str]:
-    """Write each chart's numbers as CSV, by the chart's name; a cell is empty if there is no number."""
-    motion = [
-        (
-            panel.scene.name, point.method, point.setting, point.seconds, point.evaluations, point.error, panel.u,
-            panel.bound, point == panel.winner,
-        )
-        for panel in benchmark.motion
-        for point in panel.points
-    ]  # fmt: skip
-    orders = [
-        (order.turns, order.method, point.setting, point.evaluations, point.seconds, point.off, order.order)
-        for order in benchmark.orders
-        for point in order.points
-    ]
-    trials = [
-        (
-            panel.scene.name, one.labs, one.estimator, one.seconds, one.rmse, one.bias, one.coverage, one.half,
-            one.failed,
-        )
-        for panel in benchmark.trials
-        for one in panel.trials
-    ]  # fmt: skip
-    failures = [(f.case, f.measure, f.fails, f.wrong, f.solution, f.right, f.why) for f in benchmark.failures]
-    return {
-        "motion": _csv(
-            "scene,method,setting,CPU time of nine runs [s],evaluations of the torque,relative error of I_zz,relative "
-            "u of I_zz,relative error that does no harm,cheapest that does no harm",
-            motion,
-        ),
-        "motion_order": _csv(
-            "turns,method,setting,evaluations of the torque,CPU time of an evaluation [s],"
-            "distance of e3 from the true one,order",
-            orders,
-        ),
-        "estimators": _csv(
-            "scene,labs,estimator,least time per fit [s],relative RMSE of I_zz,relative bias of I_zz,coverage of the "
-            "95 % interval,mean half of the interval over I_zz,labs without an answer",
-            trials,
-        ),
-        "failures": _csv("case,measure,method that fails,its measure,solution,measure of the solution,why", failures),
+    """Write the numbers of each chart as CSV, by the name of the chart; the columns are attributes of the results."""
+    tables: dict[str, list[dict[str, Any]]] = {
+        "motion": [
+            {"scene": panel.scene.name, **asdict(point), "u": panel.u, "harmless": point.error < panel.bound}
+            for panel in benchmark.motion
+            for point in panel.points
+        ],
+        "motion_order": [
+            {"method": order.method, "turns": order.turns, "order": order.order, **asdict(point)}
+            for order in benchmark.orders
+            for point in order.points
+        ],
+        "estimators": [
+            {"scene": panel.scene.name, **asdict(trial)} for panel in benchmark.trials for trial in panel.trials
+        ],
+        "failures": [asdict(failure) for failure in benchmark.failures],
     }
+    texts = {}
+    for name, rows in tables.items():
+        out = io.StringIO()
+        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        texts[name] = out.getvalue()
+    return texts
 
 
-def _csv(header: str, rows: Iterable[Sequence[Cell]]) -> str:
-    out = io.StringIO()
-    out.write(header + "\n")
-    csv.writer(out, lineterminator="\n").writerows([_cell(value) for value in row] for row in rows)
-    return out.getvalue()
-
-
-def _cell(value: Cell) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(value) if isinstance(value, float) else str(value)
-
-
-# --- to be read -----------------------------------------------------------------------------------------------
+# --- text -----------------------------------------------------------------------------------------------------
 
 READING = """\
 # Which method wins, and why
 
-* Motion: the simplest model that is good enough wins. {winners}. A model for slow spins needs the push of the hand, \
-which nobody measures: spin faster.
-* Integrators: splitting is the cheapest for a rough answer, also over many turns; a method of high order is the \
-cheapest for a precise one.
-* Fits: if the uncertainties are stated correctly, a line with the full covariance is as good as the recommended fit. \
-If the stopwatch is worse than stated, the recommended fit sees it in the scatter and widens its interval.
+* Motion: the simplest model that is accurate enough wins. {winners}. For slow spins a model would need the push of \
+the hand, which is not measured: use faster spins.
+* Integrators: splitting is the cheapest for low accuracy, also over many turns; a method of high order is \
+the cheapest for high accuracy.
+* Fits: if the stated uncertainties are correct, a line with the full covariance is as good as the recommended fit. If \
+the stopwatch is worse than stated, the recommended fit detects this in the scatter and gives a longer interval.
 * Each failure in the last table has a solution.
 
 This is `gyro benchmark`, seed {seed}, with {labs} labs for each kind of fit. Times are CPU times in Python on this \
-machine; compare them with each other only: {machine}.
+machine: {machine}. Compare them only with each other.
 
 ## Motion: `motion.png`
 
-The rod is pushed, tilted and slowed down by the air, and the Earth turns. u is the standard uncertainty of I_zz in a \
-lab of nine runs. A model whose error is below {harmless:g} u does no harm, and the cheapest of these wins.
+The hand pushes the rod, the rod is tilted, the air slows the spin, and the Earth turns. u is the standard uncertainty \
+of I_zz in a lab of nine runs. Errors below {harmless:g} u are harmless. The cheapest model with a harmless error wins.
 
 | lab | u of I_zz | winner | its error | its time | error of eq. (9) |
 | --- | --- | --- | --- | --- | --- |
@@ -154,21 +120,21 @@ lab of nine runs. A model whose error is below {harmless:g} u does no harm, and 
 
 ## Integrators: `motion_order.png`
 
-Evaluations of the torque until the direction of the rod is wrong by so much, interpolated. The last column is the \
-time of one evaluation, in Python: a compiled program needs a small part of it.
+Number of evaluations of the torque for a given error of the rod's direction, interpolated. The last column is the \
+time of one evaluation in Python; compiled programs are much faster.
 
-| turns | method | order | for 10⁻³ | for 10⁻⁶ | for 10⁻⁹ | an evaluation |
+| turns | method | order | error 10⁻³ | error 10⁻⁶ | error 10⁻⁹ | one evaluation |
 | --- | --- | --- | --- | --- | --- | --- |
 {orders}
 
-The fewest evaluations, by the error of the direction:
+Methods with the fewest evaluations, by the error of the direction:
 
 {fewest}
 
 ## Fits: `estimators.png`
 
-Root mean square error of I_zz, and in how many of the labs the 95 % interval contains the true I_zz. An interval is \
-honest if this is {least:g} to {most:g} %, as far as so many labs tell.
+Root mean square error of I_zz, and the percentage of labs in which the 95 % interval contains the true I_zz. An \
+interval is honest if this is {least:g} to {most:g} %, within the statistical error.
 
 | fit | {scenes} | time |
 | --- | --- | --- | --- | --- |
@@ -176,14 +142,14 @@ honest if this is {least:g} to {most:g} %, as far as so many labs tell.
 
 ## Where methods fail: `failures.png`
 
-| case | fails | its error or coverage | solution | its error or coverage | why |
+| case | method that fails | its error or coverage | solution | its error or coverage | reason |
 | --- | --- | --- | --- | --- | --- |
 {failures}
 """
 
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
-    """Say in Markdown which method wins and why, with the main numbers."""
+    """Write the text in Markdown: the best method of each part, and the main numbers."""
     return READING.format(
         seed=seed,
         labs=effort.labs,
@@ -198,7 +164,7 @@ def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
         scenes=" | ".join(panel.scene.title for panel in benchmark.trials),
         scores=_rows(map(_score, zip(*(panel.trials for panel in benchmark.trials), strict=True))),
         failures=_rows(
-            (f.case, f.fails, told(f, f.wrong), f.solution, told(f, f.right), f.why) for f in benchmark.failures
+            (f.case, f.fails, _measure(f, f.wrong), f.solution, _measure(f, f.right), f.why) for f in benchmark.failures
         ),
     )
 
@@ -222,20 +188,20 @@ def _order(order: Order) -> Sequence[str]:
 
 
 def _fewest(orders: Sequence[Order], turns: int) -> str:
-    """Say which methods need the fewest evaluations, and for which errors."""
+    """List the methods with the fewest evaluations, and their errors."""
     ranges = cheapest(orders, turns).items()
     parts = ", then ".join(f"{name} from {power(most)} to {power(least)}" for name, (most, least) in ranges)
     return f"* {turns} turn{'s' * (turns > 1)}: {parts}"
 
 
 def _score(trials: Sequence[Trial]) -> Sequence[str]:
-    """One fit in all kinds of labs."""
+    """Return the row of one fit in all kinds of labs."""
     cells = (f"{percent_text(one.rmse)}, {100 * one.coverage:.0f} %{', honest' * one.honest}" for one in trials)
     return (trials[0].estimator, *cells, time_text(max(one.seconds for one in trials)))
 
 
-def told(failure: Failure, value: float) -> str:
-    """Write an error, or a coverage in per cent."""
+def _measure(failure: Failure, value: float) -> str:
+    """Write an error, or a coverage in percent."""
     return f"{100 * value:.0f} %" if failure.measure == "coverage" else power(value)
 
 
@@ -252,5 +218,5 @@ def time_text(seconds: float) -> str:
 
 
 def percent_text(part: float) -> str:
-    """Write a part in per cent with two digits."""
+    """Write a fraction in percent with two digits."""
     return f"{float(f'{100 * part:.2g}'):g} %"

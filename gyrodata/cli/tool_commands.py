@@ -63,7 +63,7 @@ def benchmark(
     import time
 
     from gyrodata.benchmark import FULL, QUICK, csv_tables, describe_machine, reading, run_benchmark
-    from gyrodata.plotting import render_benchmark
+    from gyrodata.plotting.charts import render_benchmark
 
     effort = QUICK if quick else FULL
     # A folder that cannot be written is better known before the minutes than after them.

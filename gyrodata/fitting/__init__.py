@@ -1,29 +1,34 @@
-"""The fits: I_zz from raw readings, with errors carried by what they are shared by.
+"""The fits: I_zz from raw readings, with errors that runs share.
 
-`fit` is the recommended one and `screen` finds the runs that do not go with the others; `TEXTBOOK`
-has the fits of the textbook, to compare with, and `fit_line` one for points with errors in both variables. Read
-`conditions` for what is fitted and `adjustment` for how.
+`fit` is the recommended fit of one log, and `screen` finds the runs that do not agree with the others. `TEXTBOOK`
+contains the textbook fits for comparison. `fit_line` fits a line to points with errors in both variables.
+`adjustment` contains the equation that is fitted.
 """
 
-from gyrodata.fitting.adjustment import NoFit, sample
-from gyrodata.fitting.conditions import MAD_TO_SD, MANY, NEGLIGIBLE, torques_differ, transverse_inertia
-from gyrodata.fitting.corrections import (
-    ChosenModel,
-    Model,
-    corrected,
-    earth_is_told,
-    fit_model,
-    is_corrected,
+from gyrodata.fitting.adjustment import (
+    MAD_TO_SD,
+    MANY,
+    NEGLIGIBLE,
+    NoFit,
+    sample,
+    torques_differ,
+    transverse_inertia,
 )
 from gyrodata.fitting.inertia import (
     AS_STATED,
+    ChosenModel,
     Estimate,
     FitResult,
+    Model,
     Outlier,
     Share,
     Widths,
     balance_scale,
+    corrected,
+    earth_is_told,
     fit,
+    fit_model,
+    is_corrected,
     lightest_torque,
     times_stated,
 )
@@ -34,7 +39,6 @@ from gyrodata.fitting.lines import (
     chi2_tail,
     fit_line,
     insist_on_lines,
-    mean_of_ratios,
     ordinary_line,
 )
 from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior

@@ -1,13 +1,19 @@
-"""The Gauss–Helmert adjustment: the unknowns and all the errors of the readings, by least squares together.
+"""The Gauss–Helmert adjustment: I_zz, M0, b and all errors of the readings by one weighted least-squares problem.
 
-It starts from an answer that up to half of the runs may be wrong about. Errors that one run has alone are eliminated
-row by row, shared ones stay as unknowns with their prior, the conditions are linearised at the *adjusted* readings, and
-each step is solved by QR: no covariance matrix of the data is built, no normal equations are formed, and an uncertainty
-of zero is just a column of zeros. Where it ends has to be an answer that can be believed.
+For each run eq. (8), multiplied by the time so that it has no pole at zero torque, is a condition between the readings
+and the unknowns I_zz, M0 (residual torque of an imperfect balance) and b (timing bias):
+
+    s (M + M0)(T − b) = 2π f I_zz ψ̇ + s (I_zz − I) cosθ (2π f)²/(T − b),      s = sign of φ̇ψ̇
+
+If the log states the width of the weights, I_zz includes what the weight adds to it, because the weight spins as well.
+Every reading is its true value plus its errors; each error is a standard normal number times its uncertainty at the
+*true* value. Errors of a single run are eliminated row by row; errors that runs share are unknowns with a prior. The
+conditions are linearised at the *adjusted* readings, and each step is solved by QR: normal equations would lose digits.
 """
 
 from __future__ import annotations
 
+import copy
 import math
 from functools import lru_cache
 from typing import Any, cast
@@ -15,21 +21,178 @@ from typing import Any, cast
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.fitting.conditions import (
-    MAD_TO_SD,
-    NEGLIGIBLE,
-    QUANTITIES,
-    Linear,
-    Problem,
-    rough_inertia,
-    torques_differ,
-)
-from gyrodata.measurements import Measurements
-from gyrodata.physics import Floats
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
+from gyrodata.physics import Floats, Integers
+
+QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
+TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(len(QUANTITIES))
+"""Row of each quantity in an array of shape (11, n)."""
+
+MAD_TO_SD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation [1]."""
+
+NEGLIGIBLE = 1e-9
+"""Smallest relative error of a reading; keeps rows finite whose stated errors are all zero."""
+
+MANY = 500
+"""With more runs than this, a sample of them is enough to estimate the size of an effect."""
 
 
-class NoFit(Exception):  # noqa: N818 - like StopIteration, what came of it and not a fault
-    """The runs have no answer that can be believed; its text says why, for a student."""
+class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault of the program
+    """The runs have no credible solution; the text gives the reason."""
+
+
+# --- the conditions ---------------------------------------------------------------------------------------------
+
+
+class Linear(Struct, frozen=True):
+    """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
+
+    misclosure: Floats
+    """Value of each condition if the errors of single runs are zero, shape (n,)."""
+    to_unknowns: Floats
+    """Derivatives with respect to I_zz, M0 and b, shape (n, 3)."""
+    slopes: Floats
+    """Derivatives with respect to each source's error, shape (S, n)."""
+    independent: Floats
+    """The same for errors of single runs, 0 for shared errors, shape (S, n)."""
+    independent_variance: Floats
+    """Variance of each condition from the errors of single runs, shape (n,)."""
+
+
+class Problem:
+    """The readings of one log and their errors as arrays: S sources, n runs, K shared errors.
+
+    `observed` contains the readings, shape (11, n). `member` contains the number of the shared error in each reading,
+    or −1, shape (S, n); `from_source`, `from_run` and `to_column` list the same pairs.
+    """
+
+    def __init__(self, measured: Measurements, tilted: bool) -> None:
+        count = len(measured.runs)
+        self.measured = measured
+        self.count = count
+        self.tilted = tilted
+        # The angle that steady precession would have swept in the same time.
+        turns = measured.turns if measured.slowing is None else measured.turns * measured.slowing
+        pitch, transverse = (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
+        self.observed = np.empty((len(QUANTITIES), count))
+        loads = measured.mass, measured.position, measured.force, measured.given_torque, measured.g
+        for row, values in enumerate((measured.time, measured.spin, turns, *loads, pitch, transverse, measured.added)):
+            self.observed[row] = values
+        sources = [source for source in measured.sources if tilted or source.quantity not in ("pitch", "transverse")]
+        self.sources = [source for source in sources if source.absolute.any() or source.relative.any()]
+        shape = len(self.sources), count
+        self.quantity = np.array([QUANTITIES.index(source.quantity) for source in self.sources], dtype=int)
+        self.absolute = np.array([source.absolute for source in self.sources]).reshape(shape)
+        self.relative = np.array([source.relative for source in self.sources]).reshape(shape)
+        self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
+        self.by_weight = not np.isnan(measured.mass).all()
+        self.by_force = not np.isnan(measured.force).all()
+        # Number the shared errors, in the order of sources and groups: one bin for each group of each source.
+        self.groups: Integers = np.array([source.groups for source in self.sources], dtype=int).reshape(shape)
+        width = int(self.groups.max(initial=0)) + 1
+        touched = self.groups >= 0
+        bins = self.groups + width * np.arange(len(self.groups))[:, None]
+        sizes = np.bincount(bins[touched], minlength=width * len(self.groups))
+        size = np.where(touched, sizes[bins], 0)
+        self.independent = (size == 1).astype(float)
+        column = (sizes > 1).cumsum() - 1
+        self.shared_count = int(column[-1]) + 1 if len(column) else 0
+        self.member = np.where(size > 1, column[bins], -1)
+        self.from_source, self.from_run = (size > 1).nonzero()
+        self.to_column = self.member[self.from_source, self.from_run]
+
+    def with_scatter(self, factor: float) -> Problem:
+        """Return the same problem with the errors of single runs multiplied by a factor."""
+        new, sizes = copy.copy(self), np.where(self.independent > 0, factor, 1.0)
+        new.absolute, new.relative = sizes * self.absolute, sizes * self.relative
+        return new
+
+    def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
+        """Compute the adjusted value of each quantity, shape (11, n), and its derivative by source, shape (S, n)."""
+        # An error is either in `single` or in `shared`; the other one is zero.
+        errors = single + np.append(shared, 0.0)[self.member]
+        scale = 1 + self.onto @ (self.relative * errors)
+        values = (self.observed - self.onto @ (self.absolute * errors)) / scale
+        slopes = -(self.relative * values[self.quantity] + self.absolute) / scale[self.quantity]
+        return values, slopes
+
+    def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
+        """Compute the torque of each run [N*m] and its derivatives by quantity."""
+        if self.by_weight:
+            pull = values[MASS] * values[G]
+            slopes = {MASS: values[POSITION] * values[G], POSITION: pull, G: values[MASS] * values[POSITION]}
+            return pull * values[POSITION], slopes
+        if self.by_force:
+            return values[FORCE] * values[POSITION], {POSITION: values[FORCE], FORCE: values[POSITION]}
+        return values[TORQUE], {TORQUE: np.ones(self.count)}
+
+    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
+        """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
+        values, slopes = self.truth(single, shared)
+        inertia, residual_torque, bias = unknowns
+        torque, chain = self.torque(values)
+        time, spin = values[TIME] - bias, values[SPIN]
+        angle = 2 * np.pi * values[TURNS]
+        push = sense * (torque + residual_torque)
+        whole = inertia + values[ADDED]
+        moment = whole * spin
+        misclosure = push * time - angle * moment
+        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
+        to = np.zeros(values.shape)
+        to[TIME], to[SPIN], to[TURNS] = push, -angle * whole, -2 * np.pi * moment
+        to[ADDED] = -angle * spin
+        for quantity, slope in chain.items():
+            to[quantity] = sense * time * slope
+        to_unknowns = np.array([to[ADDED], sense * time, to[TIME]]).T
+        if self.tilted:
+            pitch, difference = values[PITCH], whole - values[TRANSVERSE]
+            square = sense * angle**2 / time
+            tilt = square * np.sin(pitch)
+            misclosure -= difference * tilt
+            to_unknowns[:, 0] -= tilt
+            to[TIME] += difference * tilt / time
+            to[TURNS] -= 4 * np.pi * difference * tilt / angle
+            to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
+            to[ADDED] -= tilt
+        to_unknowns[:, 2] = -to[TIME]
+        slopes = slopes * to[self.quantity]
+        independent = slopes * self.independent
+        # The floor uses the term of the spin, which is not zero if the torque is zero.
+        floor = NEGLIGIBLE * to[SPIN] * values[SPIN]
+        variance = np.add.reduce(independent**2, axis=0) + floor**2
+        misclosure -= np.add.reduce(independent * single, axis=0)
+        return Linear(misclosure, to_unknowns, slopes, independent, variance)
+
+
+def torques_differ(torque: Floats) -> bool:
+    """Return whether the torques of a log, with signs, differ by 2 % of the largest: only then M0 can be determined."""
+    most, least = np.maximum.reduce(torque), np.minimum.reduce(torque)
+    return bool(most - least > 0.02 * max(most, -least))
+
+
+def transverse_inertia(measured: Measurements) -> Floats:
+    """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
+    if measured.transverse_inertia is not None:
+        return measured.transverse_inertia
+    load = measured.mass * measured.position**2
+    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + np.where(np.isnan(load), 0.0, load)
+
+
+def rough_inertia(measured: Measurements) -> float:
+    """Compute the median of M/(φ̇ψ̇) over the loaded runs [kg*m^2], as a rough scale."""
+    ratios = np.abs(measured.torque / measured.product)
+    ratios = ratios[ratios > 0]
+    return median(ratios) if len(ratios) else 1e-3
+
+
+def median(values: Floats) -> float:
+    """Compute the median of at least one value; `np.median` would import numpy.ma, a tenth of the start-up time."""
+    ordered = np.sort(values)
+    return float(ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+
+
+# --- the start --------------------------------------------------------------------------------------------------
 
 
 class Start(Struct, frozen=True):
@@ -42,32 +205,44 @@ class Start(Struct, frozen=True):
 
 
 _GOLDEN = (math.sqrt(5) - 1) / 2
-"""Golden ratio [1]: its multiples have no period."""
+"""Golden ratio [1]: its multiples modulo 1 have no period."""
 
 _SAMPLE = 150
-"""So many runs are enough to start from."""
+"""Number of runs that is enough for a start."""
 
 _ODD = 5.0
-"""Misfit from which on a run is odd, and one that is further off no worse."""
+"""Misfit above which all runs count the same in the choice of a start."""
 
 
 def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
-    """Fit the straight line; where a run is far from it, take the robust start."""
+    """Fit a straight line; if a run is far from it, use the robust start."""
     index = sample(measured, kept)
-    if torques_differ(measured.torque[index]):
-        lever, swing = _lever(measured, index), sense[index] * measured.time[index]
-        inertia, imbalance = straight_line(lever, swing, measured.torque[index])
-        total = np.abs(measured.torque[index] + imbalance)
-        if 0 < inertia < np.inf and total.all() and rough_misfit(measured, inertia * lever / total, index).max() < 5:
+    torque = measured.torque[index]
+    if torques_differ(torque):
+        # s M T = I_zz 2π f ψ̇ − M0 s T; the error of the time counts as much as the torque that multiplies it.
+        weight = 1 / np.maximum(np.abs(torque), 0.1 * np.abs(torque).max())
+        plain = _lever(measured, index)
+        lever, swing = plain * weight, sense[index] * measured.time[index] * weight
+        effort = swing * torque
+        aa, ab, bb, ae, be = (
+            np.add.reduce(product)
+            for product in (lever * lever, lever * swing, swing * swing, lever * effort, swing * effort)
+        )
+        determinant = aa * bb - ab * ab
+        # Equal runs do not determine a line.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inertia, imbalance = (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
+        total = np.abs(torque + imbalance)
+        if 0 < inertia < np.inf and total.all() and rough_misfit(measured, inertia * plain / total, index).max() < 5:
             return Start(float(inertia), float(imbalance))
     return robust_start(measured, sense, kept)
 
 
 def sample(measured: Measurements, kept: Floats) -> Any:
-    """Indices of the runs kept, of very many 150: every torque in its share, and mixed among its runs.
+    """Return the indices of the kept runs, at most 150: every torque in proportion, and mixed among its runs.
 
-    An even stride through the log would meet one torque only where the weights come round with the same period; the
-    multiples of the golden ratio lie evenly in every part of it.
+    An even stride could select a single torque if the weights come in the same order again and again; multiples of the
+    golden ratio are spread evenly over every part of the log.
     """
     index = np.flatnonzero(kept > 0)
     if len(index) <= _SAMPLE:
@@ -81,25 +256,10 @@ def _lever(measured: Measurements, index: Any) -> Floats:
     return cast(Floats, 2 * np.pi * measured.turns[index] * measured.spin[index])
 
 
-def straight_line(lever: Floats, swing: Floats, torque: Floats) -> tuple[Floats, Floats]:
-    """Give I_zz and M0 by least squares of s M T on the lever 2π f ψ̇ and the swing s T, for labs of shape (…, n)."""
-    # A clock's error weighs as much as the torque it is multiplied by.
-    size = np.abs(torque)
-    weight = 1 / np.maximum(size, 0.1 * size.max(axis=-1, keepdims=True))
-    lever, swing = lever * weight, swing * weight
-    effort = swing * torque
-    aa, ab, bb = (np.add.reduce(product, axis=-1) for product in (lever * lever, lever * swing, swing * swing))
-    ae, be = np.add.reduce(lever * effort, axis=-1), np.add.reduce(swing * effort, axis=-1)
-    determinant = aa * bb - ab * ab
-    # Runs that are all alike have no line.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
-
-
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
-    """Solve many pairs of runs for (I_zz, M0) and take the pair that most runs agree with.
+    """Solve many pairs of runs for (I_zz, M0), and return the pair that agrees with most runs.
 
-    With b = 0 and a horizontal rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
+    With b = 0 and a level rod the condition is linear: s M T = I_zz 2π f ψ̇ − M0 s T.
     """
     index = sample(measured, kept)
     if not torques_differ(measured.torque[index]):
@@ -120,8 +280,7 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     inertia, imbalance = inertia[plausible], imbalance[plausible]
     total = np.maximum(np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest)
     off = rough_misfit(measured, inertia[:, None] * lever / total, index)
-    # In units of the scatter about the best pair a run counts at most as much as one that is just odd, so that the
-    # fewest odd runs win; of equals the pair with the smaller M0.
+    # All outliers count the same, so that the pair with the fewest outliers wins; of equal pairs the smaller M0 wins.
     middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
     scatter = max(1.0, MAD_TO_SD * float(middle.min()))
     loads = np.abs(measured.torque[measured.torque != 0])
@@ -132,14 +291,14 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
 
 @lru_cache(maxsize=32)
 def _pairs(count: int) -> tuple[Any, Any]:
-    """Pick pairs of runs, all of them or about 80 spread evenly."""
+    """Return pairs of runs: all of them, or about 80 that are spread evenly."""
     first, second = np.triu_indices(count, 1)
     step = len(first) // 80 + 1
     return first[::step], second[::step]
 
 
 def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
-    """Root mean square of the kept runs' misfits to a start, in units of the clock's uncertainty and 1 %."""
+    """Compute the root mean square of the kept runs' misfits to a start, in units of `rough_misfit`."""
     index = np.flatnonzero(kept > 0)
     total = np.abs(measured.torque[index] + start.residual_torque)
     with np.errstate(divide="ignore"):
@@ -148,32 +307,30 @@ def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
 
 
 def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(None)) -> Floats:
-    """Time against prediction, in units of the clock's uncertainty and 1 %: a rough scale for rough answers."""
+    """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
-    return cast(Floats, np.abs(time - bounded) / np.hypot(_time_u(measured)[index], 0.01 * bounded))
-
-
-def _time_u(measured: Measurements) -> Floats:
-    for source in measured.sources:
-        if source.quantity == "time":
-            return source.absolute + source.relative * measured.time
-    return np.zeros(len(measured.runs))
+    u = next(
+        (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time"), 0 * measured.time
+    )
+    return cast(Floats, np.abs(time - bounded) / np.hypot(u[index], 0.01 * bounded))
 
 
 def assume_sense(measured: Measurements, imbalance_sign: float) -> Floats:
-    """Sense of each run; a run without a weight turns the way of the residual torque."""
+    """Return the sign of φ̇ψ̇ of each run; a run without a weight turns in the direction of the residual torque."""
     return cast(Floats, np.where(measured.sense == 0, imbalance_sign, measured.sense))
 
 
+# --- the adjustment ---------------------------------------------------------------------------------------------
+
 MAX_ITERATIONS = 100
-"""If the steps have not converged after so many, they never will."""
+"""Number of steps after which an adjustment will not converge."""
 
 LOST = 1e-3
-"""An I_zz below this share of its start, or above its inverse, never comes back."""
+"""An I_zz below this multiple of its start, or above the inverse, does not come back."""
 
 FULL_STEPS = 20
-"""So many steps are full ones; hardly any log needs half as many."""
+"""Number of full steps; most logs need less than half of it. Later steps become shorter."""
 
 
 class Adjusted(Struct, frozen=True):
@@ -183,30 +340,30 @@ class Adjusted(Struct, frozen=True):
     unknowns: Floats
     """I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     covariance: Floats
-    """Of the unknowns, shape (3, 3)."""
+    """Covariance of the unknowns, shape (3, 3)."""
     gain: Floats
-    """Derivative of I_zz to the weighted misclosures and to the priors of M0, b and the shared errors."""
+    """Derivative of I_zz with respect to the weighted misclosures and to the priors of M0, b and the shared errors."""
     shared: Floats
     """The K shared errors, in their standard uncertainties, shape (K,)."""
     slopes: Floats
-    """Derivative of each run's condition to each source's error, shape (S, n)."""
+    """Derivative of each run's condition with respect to each source's error, shape (S, n)."""
     scale: Floats
     """Units of the unknowns in the steps: a start, and the widths of the priors, shape (3,)."""
     rows: Floats
-    """Derivatives of the runs' conditions to all unknowns, over their standard uncertainties, shape (n, 3 + K)."""
+    """Derivatives of the conditions to all unknowns, over their standard uncertainties, shape (n, 3 + K)."""
     kept: Floats
     """1 for a run that is used, 0 for one that is left out, shape (n,)."""
     weighted: Floats
-    """Misclosure of each run at the end over its standard uncertainty, 0 for a run that is left out, shape (n,)."""
+    """Misclosure of each run over its standard uncertainty, 0 for a run that is left out, shape (n,)."""
     independent_variance: Floats
-    """Variance of each run's condition from the errors that only this run has, shape (n,)."""
+    """Variance of each run's condition from the errors of this run alone, shape (n,)."""
     deviations: Floats
-    """Time minus what the other runs predict, over the standard uncertainty of that difference, shape (n,)."""
+    """Time minus the prediction of the other runs, over the standard uncertainty of this difference, shape (n,)."""
     influence: Floats
     """Change of I_zz if a run is left out, to first order (DFBETA) [kg*m^2], shape (n,)."""
     chi2: float
     converged: bool
-    """Whether the steps converged; if not, this is not a solution."""
+    """False: this is not a solution."""
 
 
 def adjust(
@@ -218,12 +375,30 @@ def adjust(
     factor: float,
     near: Adjusted | None = None,
 ) -> Adjusted:
-    """Iterate the Gauss–Helmert adjustment to a solution that can be believed, near its start by a factor.
+    """Iterate the adjustment to a credible solution.
 
-    The unknowns are scaled to order one: I_zz by its start, M0 by its prior width, b by its own. Runs with a `kept` of
-    0 have no weight, but what the others predict for them is computed. `near` is the end of a fit of nearly the same
-    runs: the errors begin there. Raises `NoFit`.
+    Parameters
+    ----------
+    problem : Problem
+    sense : ndarray, shape (n,)
+        Sign of φ̇ψ̇ of each run.
+    start : Start
+        Rough unknowns.
+    prior_width : float
+        Standard deviation of M0 before the fit [N*m].
+    kept : ndarray, shape (n,)
+        1, or 0 for a run without weight; its time is still predicted.
+    factor : float
+        Largest ratio of I_zz and its start.
+    near : Adjusted, optional
+        The end of an adjustment of similar runs: the errors begin there.
+
+    Raises
+    ------
+    NoFit
+        If there is no credible solution.
     """
+    # The unknowns are scaled to order one: I_zz by its start, M0 and b by the widths of their priors.
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
@@ -234,19 +409,19 @@ def adjust(
     try:
         adjusted = _iterate(problem, sense, kept, scale, unknowns, single)
     except np.linalg.LinAlgError:
-        raise NoFit("the runs do not tell the unknowns apart") from None
-    insist_on_solution(adjusted, start.inertia, factor)
+        raise NoFit("these runs do not determine the unknowns separately") from None
+    _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
 
 
-# A value that is not finite is refused afterwards.
+# Values that are not finite are refused after the iteration.
 @np.errstate(all="ignore")
 def _iterate(
     problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats, single: Floats
 ) -> Adjusted:
     """Repeat the linearised least squares until the steps converge."""
     count, width = problem.count, len(unknowns)
-    # n runs, one row for the prior of each unknown but I_zz; the last column is the target.
+    # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     chi2 = moved = math.inf
@@ -254,7 +429,11 @@ def _iterate(
     for turn in range(MAX_ITERATIONS):
         at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         if turn >= FULL_STEPS or jumped > 0.03:
-            single = _onto_conditions(at, unknowns[0] * scale[0])
+            # After a large step, move the errors of single runs back onto their conditions: only there the derivative
+            # is exact, and a common shrinking of I_zz and all torques gains nothing. A run without a weight may be
+            # beyond the pole M0 = 0, and keeps its reading.
+            close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * (unknowns[0] * scale[0]))
+            single = -at.independent * (close * at.misclosure / at.independent_variance)
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain = np.zeros((count, width))
         plain[:, :3] = at.to_unknowns * scale
@@ -263,24 +442,28 @@ def _iterate(
         rows[:count, :-1] = plain * weight[:, None]
         rows[:count, -1] = -at.misclosure * weight
         rows[count:, -1] = -unknowns[1:]
-        step, factor = _solve(rows)
-        # No step more than halves or doubles I_zz.
+        # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.
+        whole = np.triu(np.linalg.qr(rows, mode="raw")[0].T[:width])
+        factor = whole[:, :-1]
+        step = np.linalg.solve(factor, whole[:, -1])
+        # One step at most halves or doubles I_zz.
         limit, size = 0.5 * abs(unknowns[0]), abs(step[0])
         if size > limit:
             step *= limit / size
         if turn >= FULL_STEPS:
-            # Full steps can go round in a circle if errors are as large as the readings: go ever less far.
+            # Full steps can oscillate if errors are as large as the readings.
             step *= 0.5 ** (turn // FULL_STEPS)
         unknowns = unknowns + step
         closed = at.misclosure + plain @ step
-        # A run that is left out has no weight, but its prediction too is linear only on its condition.
+        # The prediction for a run that is left out is also linear only on its condition.
         single = -at.independent * (closed / at.independent_variance)
-        before, chi2 = chi2, _chi2(closed, at.independent_variance, kept, unknowns)
+        squares = kept * closed * closed / at.independent_variance
+        before, chi2 = chi2, float(np.add.reduce(squares) + np.add.reduce(unknowns[1:] ** 2))
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last, moved = moved, float(np.maximum.reduce(np.abs(step)))
         jumped = float(np.maximum.reduce(np.abs(step[:2])))
-        # Steps shrink by a constant factor: the next would be this one times this one over the last.
+        # Steps shrink by a constant factor, which predicts the size of the next one.
         converged = moved < 1e-11 or moved * moved < 1e-8 * min(last, 1.0 if turn else 0.0)
         converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
         if converged:
@@ -288,7 +471,7 @@ def _iterate(
     # Covariance, deleted residuals and influence at the end.
     inverse = np.linalg.inv(factor)
     q = rows[:, :-1] @ inverse
-    # For a run in the fit its leverage is removed; for one outside, the variance of its prediction is added.
+    # The leverage of a run in the fit is removed; for a run outside, the variance of its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
     own = at.independent_variance
     variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
@@ -313,72 +496,35 @@ def _iterate(
     )
 
 
-def _chi2(closed: Floats, own: Floats, kept: Floats, unknowns: Floats) -> float:
-    """Sum of the squares of the runs' errors and of the priors'."""
-    return float(np.add.reduce(kept * closed * closed / own) + np.add.reduce(unknowns[1:] ** 2))
-
-
-def _solve(rows: Floats) -> tuple[Floats, Floats]:
-    """Least squares of rows whose last column is the target: solution (k,), and triangular factor of the rest."""
-    # The factor with the target beside it contains Qᵀ·target, so that Q itself is never formed.
-    packed, _ = np.linalg.qr(rows, mode="raw")
-    width = rows.shape[1] - 1
-    whole = packed.T[:width]
-    # Below it the packed form keeps the reflections.
-    factor = whole[:, :-1] * _upper(width)
-    return np.linalg.solve(factor, whole[:, -1]), factor
-
-
-@lru_cache(maxsize=32)
-def _upper(width: int) -> Floats:
-    """Ones on and above the diagonal."""
-    return np.triu(np.ones((width, width)))
-
-
-def _onto_conditions(at: Linear, inertia: float) -> Floats:
-    """Errors that only one run has, moved back onto its condition; for use after a large step, shape (S, n).
-
-    Only there is the derivative of the distance exact, and a common shrinking of I_zz and all torques gains
-    nothing, however far off the runs are. A run without a weight may still be beyond the pole, M0 = 0: it
-    stays at its reading.
-    """
-    near = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * inertia)
-    moved: Floats = -at.independent * (near * at.misclosure / at.independent_variance)
-    return moved
-
-
 FACTOR = 3.0
-"""No answer is further than this from both lines of the textbook."""
+"""Largest ratio of an answer and the nearest textbook line."""
 
 ASTRAY = 30.0
-"""No fit ends further than this from where a robust start has put it."""
+"""Largest ratio of an answer and its robust start."""
 
-MOVED = 0.2
-"""A shared reading that had to be moved by more than this share of itself …"""
-
-MOVED_U = 3.0
-"""… and by more than so many of its standard uncertainties was not what was read."""
+MOVED, MOVED_U = 0.2, 3.0
+"""A shared reading that the fit moves by more than this part of itself, and by more than this many standard
+uncertainties, contradicts the log."""
 
 MEASURED = np.array([quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES])
-"""Of each quantity: a pitch of 0 may well be off by more than itself, and I and what it does are guesses."""
+"""Which quantities are measured: a pitch of 0 may change by more than itself, and I is often assumed."""
 
 
-def insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
-    """Accept where an adjustment ended, near its start [kg*m^2] by a factor, or raise `NoFit`.
+def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
+    """Accept the end of an adjustment near its start [kg*m^2], or raise `NoFit`.
 
-    Errors in proportion to what is read let I_zz, all torques and M0 shrink together at little cost, where nothing else
-    holds their common scale. So a solution has to come to rest, to be positive, and to stay where the readings are; and
-    the lines of the textbook, which know nothing of all this, have to lie within a factor of 3 (`insist_on_lines`).
+    If errors are proportional to the readings, I_zz, all torques and M0 can shrink together at little cost. So a
+    solution must converge, be positive, and keep the readings.
     """
     inertia = float(adjusted.unknowns[0])
     if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()):
-        raise NoFit("the fit ends in numbers that are not finite")
+        raise NoFit("the fit gives numbers that are not finite")
     if not adjusted.converged:
-        raise NoFit("the fit does not come to rest")
+        raise NoFit("the fit does not converge")
     if not inertia > 0:
         raise NoFit("the fit gives a moment of inertia that is not positive")
     if not 1 / factor < inertia / start < factor:
-        raise NoFit(f"the fit ends at {inertia:.2g} kg*m^2, where the runs by themselves are near {start:.2g}")
+        raise NoFit(f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²")
     problem = adjusted.problem
     if not (np.abs(adjusted.shared) > MOVED_U).any():
         return
@@ -391,4 +537,4 @@ def insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None:
     if far.any():
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
         moved = problem.sources[source[worst]].name.replace("_", " ")
-        raise NoFit(f"the fit holds only if what was read as {moved} is off by more than {100 * MOVED:.0f} %")
+        raise NoFit(f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %")

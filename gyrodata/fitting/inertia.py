@@ -1,7 +1,10 @@
-"""The one fit: I_zz, M0 and b from the raw readings of one log, with the errors that its runs share.
+"""The fit of one log: I_zz, M0 and b from the raw readings, with errors that runs share.
 
-First the runs are adjusted with the stated widths; then the fit integrates over the widths that the log does not know
-(`posterior`), and adjusts the runs once more at the typical widths.
+`fit` first adjusts the runs with the stated uncertainties; then it integrates over the widths that the log does not
+know (`posterior`), and adjusts the runs again at the typical widths. `fit_model` corrects the runs for a model of the
+motion: a rod that is released from rest nutates and has a slightly smaller mean rate; for a tilted rod whose spin
+falls, the mean rate is not the rate at the mean spin; and the floor turns with the Earth. These corrections depend on
+I_zz and M0 a little, so that fit and correction are iterated.
 """
 
 from __future__ import annotations
@@ -9,45 +12,27 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from functools import cached_property
-from typing import cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.fitting.adjustment import (
-    ASTRAY,
-    FACTOR,
-    Adjusted,
-    NoFit,
-    Start,
-    adjust,
-    assume_sense,
-    first_guess,
-    misfit,
-    robust_start,
-)
-from gyrodata.fitting.conditions import ADDED, NEGLIGIBLE, PITCH, SPIN, TRANSVERSE, TURNS, Problem, torques_differ
-from gyrodata.fitting.posterior import (
-    BALANCE,
-    BALANCED,
-    STEPS,
-    UNBALANCED,
-    Conditions,
-    Posterior,
-    integrate,
-    mixed,
-)
-from gyrodata.measurements import SOURCES, Measurements
+from gyrodata.fitting import adjustment, posterior
+from gyrodata.fitting.adjustment import ADDED, PITCH, SPIN, TRANSVERSE, TURNS, Adjusted, NoFit, Problem, Start
+from gyrodata.fitting.posterior import Posterior
+from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source
 from gyrodata.physics import Floats
 
 ONE_SIGN = 1e-4
-"""A sign of M0 that is less likely than this is not looked into."""
+"""A sign of M0 that is less probable than this is ignored."""
 
+CONTRADICTED = 3.0
+"""Number of standard uncertainties by which the runs must contradict a balance test."""
 
 UNITS = ("kg*m^2", "N*m", "s")
-"""Of the unknowns I_zz, M0 and b."""
+"""Units of I_zz, M0 and b."""
 
 
 class Estimate(Struct, frozen=True):
@@ -74,42 +59,42 @@ class Share(Struct, frozen=True):
 
 
 class Outlier(Struct, frozen=True):
-    """A run that does not go with the others."""
+    """A run that does not agree with the others."""
 
     index: int
     deviation: float
-    """Of its time from what the other runs predict, in standard uncertainties of that difference."""
+    """Time minus the prediction of the other runs, in standard uncertainties of this difference."""
     turns: float | None
     """Number of revolutions that would explain it."""
     slip: bool
-    """True if it is no measurement of this motion: a count explains it, or it is off beyond all doubt."""
+    """True if the run is certainly wrong: a number of turns explains it, or it is too far off."""
     expected: float = math.nan
     """Time that the other runs predict [s]."""
     cells: tuple[str, ...] = ()
-    """Corrections of one cell with which it agrees with the other runs, in words, the likeliest first."""
+    """Corrections of one cell with which the run agrees with the others, in words, the likeliest first."""
     maybe: str = ""
-    """A correction that fits and explains less, in words: the spin that its time needs, or a slip of the pen in a run
-    that is not far off."""
+    """A less certain correction in words: the spin that fits the time, or a typing error in a run that is not far
+    off."""
 
 
 class Widths(Struct, frozen=True):
     """Widths of the errors that a log knows only roughly."""
 
     scatter: float
-    """Factor s on the errors that only one run has [1]."""
+    """Factor s on the errors of single runs [1]."""
     residual_torque: float | None
-    """Width of M0 [N*m]; None: the lightest torque."""
+    """Width of M0 [N*m]; None: the smallest torque."""
 
 
 AS_STATED = Widths(1.0, None)
-"""Each width as the log states it, and an M0 that may be as large as the lightest torque: for screening."""
+"""The stated widths, and an M0 as large as the smallest torque: for screening."""
 
 
 class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The adjusted unknowns of one log of n runs.
 
-    Convention: Gauss–Helmert least squares in the raw readings; derivatives and proportional uncertainties at
-    the adjusted values; standard uncertainties from the stated ones, not scaled by chi-square.
+    Method: Gauss–Helmert least squares in the raw readings, with derivatives and proportional uncertainties at the
+    adjusted values. Standard uncertainties come from the stated ones, and are not scaled by chi-square.
     """
 
     inertia: Estimate
@@ -119,30 +104,43 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     timing_bias: Estimate
     """b [s]: a clock reading is the true time plus b."""
     covariance: Floats
-    """Of (I_zz, M0, b), shape (3, 3)."""
+    """Covariance of (I_zz, M0, b), shape (3, 3)."""
     chi2: float
     dof: int
     deviations: Floats
-    """Time minus what the *other* runs predict, over the standard uncertainty of that difference, shape (n,)."""
+    """Time minus the prediction of the *other* runs, over the standard uncertainty of this difference, shape (n,)."""
     influence: Floats
     """Change of I_zz when one run is left out, to first order [kg*m^2]; 0 for a run that is, shape (n,)."""
     budget: tuple[Share, ...]
     widths: Widths
     """Widths with which the runs were adjusted."""
     contradicted_balance: float | None
-    """Width [N*m] that a balance test allowed M0 where the data contradict it, and so were left alone; or None."""
+    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
     two_signs: bool
-    """True if the log leaves the sign of M0 open and both are in the answer."""
+    """True if M0 can have either sign, and the answer includes both."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
-    """Where the adjustment ended; of two possible answers the likelier."""
+    """The end of the adjustment; of two possible answers the likelier one."""
     posterior: Posterior | None
-    """The answer as a mixture; None if the fit was asked for at fixed widths."""
+    """The answer as a mixture; None for a fit at fixed widths."""
 
     @cached_property
     def _predicted(self) -> tuple[Floats, Floats]:
-        return _predict(self.adjusted, self.sense)
+        """Predict each run's time from its other readings, and the scatter about it [s]."""
+        problem = self.adjusted.problem
+        values, _ = problem.truth(np.zeros_like(self.adjusted.slopes), self.adjusted.shared)
+        inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
+        torque, whole = problem.torque(values)[0] + residual_torque, inertia + values[ADDED]
+        if problem.tilted:
+            spin = self.sense * values[SPIN]
+            rate = np.abs(physics.precession_rate(torque, spin, whole, values[TRANSVERSE], values[PITCH]))
+        else:
+            rate = np.abs(physics.horizontal_precession_rate(torque, values[SPIN], whole))
+        with np.errstate(divide="ignore"):
+            # The condition is the time multiplied by the total torque.
+            u = np.sqrt(self.adjusted.independent_variance) / np.abs(torque)
+            return 2 * np.pi * values[TURNS] / rate + bias, u
 
     @property
     def fitted_time(self) -> Floats:
@@ -151,27 +149,25 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def time_u(self) -> Floats:
-        """Standard uncertainty of a run's time about the fit, from the errors that it has alone [s], shape (n,)."""
+        """Standard uncertainty of each run's time about the fit, from the errors of this run alone [s], shape (n,)."""
         return self._predicted[1]
 
     @property
     def log_evidence(self) -> float:
-        """Logarithm of how likely the times are, whatever I_zz, M0, b and all widths are, but for a constant [1]."""
+        """Logarithm of the probability of the times, integrated over I_zz, M0, b and all widths, up to a constant."""
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
         return self.posterior.evidence - float(np.log(self.time_u[kept] / self.scatter).sum())
 
     @property
     def scatter(self) -> float:
-        """Factor s on the errors that only one run has, with which the runs were adjusted [1]."""
+        """Factor s on the errors of single runs with which the runs were adjusted [1]."""
         return self.widths.scatter
 
     @property
     def response(self) -> Floats:
-        """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,).
-
-        M/(φ̇ψ̇) too high by r raises the condition by 2π f I_zz ψ̇ r.
-        """
+        """Relative change of I_zz for a relative change of each run's own M/(φ̇ψ̇) [1], shape (n,)."""
+        # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
         lever = 2 * np.pi * problem.observed[TURNS] * problem.observed[SPIN]
         return cast(Floats, -self.adjusted.gain[: problem.count] * lever / np.sqrt(self.adjusted.independent_variance))
@@ -188,25 +184,25 @@ def fit(
     left_out: Collection[int] = (),
     near: FitResult | None = None,
 ) -> FitResult:
-    """Find I_zz, M0 and b of one log, with their uncertainties.
+    """Fit I_zz, M0 and b of one log, with their uncertainties.
 
-    There is one prior for all designs: M0 has a Cauchy distribution of a twentieth of the lightest torque; a balance
-    test in the log is evidence about M0 that may be false; b has the width of ``u_time_bias``; and the errors that only
-    one run has are wider or narrower than stated by a common factor s (`posterior`).
+    The prior is the same for all designs: M0 has a Cauchy distribution whose scale is 5 % of the smallest torque; a
+    balance test in the log is evidence about M0 that may be false; b has the width ``u_time_bias``; and the errors of
+    single runs are wider or narrower than stated by a common factor s (`posterior`).
 
     Parameters
     ----------
     measured : Measurements
         The n runs.
     widths : Widths, optional
-        Fit at these widths, instead of integrating over all; `AS_STATED` does not integrate either.
+        Fit at these widths, without an integration.
     tilted : bool
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
-        Runs that are not used; the fit still predicts their times.
+        Runs that are not used; their times are still predicted.
     near : FitResult, optional
-        A fit of a similar log: this fit begins there, and takes a third of the time. It gives the same I_zz; M0 and b
-        are those at one width, and there is no budget.
+        A fit of a similar log. The fit begins there and is three times as fast; it gives the same I_zz, but M0 and b
+        at fixed widths, and no budget.
 
     Returns
     -------
@@ -215,46 +211,59 @@ def fit(
     Raises
     ------
     NoFit
-        If there is no solution, or none that can be believed.
+        If there is no credible solution.
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
     if near is not None and (widths or measured.sense.all()):
-        begun = [_at_widths(measured, near.widths if widths is None else widths, tilted, kept, near)]
+        at = near.widths if widths is None else widths
+        inertia, residual_torque = near.adjusted.unknowns[:2].tolist()
+        sense = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
+        width = lightest_torque(measured, kept) if at.residual_torque is None else at.residual_torque
+        start = Start(inertia, max(-width, min(residual_torque, width)))
+        problem = Problem(measured, tilted).with_scatter(at.scatter)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.ASTRAY, near.adjusted)
+        begun = [_result(adjusted, sense, Widths(at.scatter, width), adjusted.chi2)]
     else:
         begun = _by_sign(measured, tilted, kept)
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
     results = [_integrated(measured, one, near) for one in begun]
     results.sort(key=lambda pair: -pair[1].evidence)
-    first, posterior = results[0]
-    several = [other for _, other in results if other.evidence > posterior.evidence + math.log(ONE_SIGN)]
+    first, answer = results[0]
+    several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
     if len(several) > 1:
-        first, posterior = replace(first, two_signs=True), mixed(several)
-    return _with_posterior(measured, first, posterior, near is not None)
-
-
-def _at_widths(measured: Measurements, widths: Widths, tilted: bool, kept: Floats, near: FitResult) -> FitResult:
-    """Fit at some widths, from where a fit of a similar log ended."""
-    inertia, residual_torque = near.adjusted.unknowns[:2].tolist()
-    sense = assume_sense(measured, math.copysign(1.0, residual_torque))
-    width = lightest_torque(measured, kept) if widths.residual_torque is None else widths.residual_torque
-    start = Start(inertia, max(-width, min(residual_torque, width)))
-    problem = Problem(measured, tilted).with_scatter(widths.scatter)
-    adjusted = adjust(problem, sense, start, width, kept, ASTRAY, near.adjusted)
-    return _result(measured, adjusted, sense, Widths(widths.scatter, width), adjusted.chi2)
+        first, answer = replace(first, two_signs=True), posterior.mixed(several)
+    if near is not None:
+        return replace(first, inertia=_estimate(answer.quantiles(1)[0], UNITS[0]), posterior=answer)
+    best, residual, bias = map(_estimate, answer.quantiles(3), UNITS)
+    contradicted = None
+    if measured.balance_test is not None:
+        allowed = measured.balance_test(first.inertia.value)
+        ends = _integrate_at(replace(measured, balance_test=None), first).quantiles(2)[1]
+        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
+            contradicted = allowed
+    return replace(
+        first,
+        inertia=best,
+        residual_torque=residual,
+        timing_bias=bias,
+        budget=_budget(first, best.u or 0.0),
+        contradicted_balance=contradicted,
+        posterior=answer,
+    )
 
 
 def _by_sign(measured: Measurements, tilted: bool, kept: Floats) -> list[FitResult]:
-    """Fit as stated once, or for both signs of M0 if only unloaded runs without a sense would tell them apart."""
+    """Fit with the stated widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
     if measured.sense[kept > 0].all():
-        return [_as_stated(measured, assume_sense(measured, 1.0), tilted, kept)]
+        return [_as_stated(measured, adjustment.assume_sense(measured, 1.0), tilted, kept)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
-            signed.append((sign, _as_stated(measured, assume_sense(measured, sign), tilted, kept)))
+            signed.append((sign, _as_stated(measured, adjustment.assume_sense(measured, sign), tilted, kept)))
         except NoFit:
-            # This may be the sign that M0 cannot have.
+            # M0 may not be able to have this sign.
             if sign < 0 and not signed:
                 raise
     agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
@@ -262,40 +271,44 @@ def _by_sign(measured: Measurements, tilted: bool, kept: Floats) -> list[FitResu
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
-    """Smallest torque of the runs that have a say, but for those without any [N*m]."""
+    """Return the smallest torque of the kept runs that is not zero [N*m]."""
     sizes = np.abs(measured.torque[(kept > 0) & (measured.torque != 0)])
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
 def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
+    """Adjust the runs with the stated widths."""
     width = lightest_torque(measured, kept)
     problem, factor = Problem(measured, tilted), 1.0
+    start = adjustment.first_guess(measured, sense, kept)
     try:
-        adjusted = adjust(problem, sense, first_guess(measured, sense, kept), width, kept, FACTOR)
+        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
-        # A mistake of hundreds of standard uncertainties is best explained by all spins being infinite, for their
-        # errors are proportional, or by an M0 that takes all torque away. Larger errors of the single runs and a
-        # modest M0 keep the answer near the runs.
-        start = robust_start(measured, sense, kept)
-        factor = max(1.0, misfit(measured, start, kept))
+        # The cheapest explanation of a very large mistake is that all spins are infinite, because their errors are
+        # proportional, or that M0 cancels all torques. Larger errors of single runs and a small M0 prevent this.
+        start = adjustment.robust_start(measured, sense, kept)
+        factor = max(1.0, adjustment.misfit(measured, start, kept))
         if factor > 1:
             width = 0.1 * width
-        adjusted = adjust(problem.with_scatter(factor), sense, start, width, kept, ASTRAY)
-    prior = (float(adjusted.unknowns[1]) / width) ** 2 if torques_differ(measured.torque[kept > 0]) else 0.0
-    # A prior that says nothing is not a datum: neither its pull nor its degree of freedom counts.
-    return _result(measured, adjusted, sense, Widths(factor, width), factor**2 * (adjusted.chi2 - prior))
+        adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY)
+    # A prior without information is not a datum: neither its term nor its degree of freedom counts.
+    differ = adjustment.torques_differ(measured.torque[kept > 0])
+    prior = (float(adjusted.unknowns[1]) / width) ** 2 if differ else 0.0
+    return _result(adjusted, sense, Widths(factor, width), factor**2 * (adjusted.chi2 - prior))
 
 
-def _result(measured: Measurements, adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
+def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
+    """Create the result of a fit at fixed widths."""
     u = np.sqrt(np.diag(adjusted.covariance))
     inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
+    differ = adjustment.torques_differ(adjusted.problem.measured.torque[adjusted.kept > 0])
     return FitResult(
         inertia=inertia,
         residual_torque=residual_torque,
         timing_bias=bias,
         covariance=adjusted.covariance,
         chi2=chi2,
-        dof=int(adjusted.kept.sum()) - 1 - int(torques_differ(measured.torque[adjusted.kept > 0])),
+        dof=int(adjusted.kept.sum()) - 1 - int(differ),
         deviations=adjusted.deviations,
         influence=adjusted.influence,
         budget=(),
@@ -309,34 +322,31 @@ def _result(measured: Measurements, adjusted: Adjusted, sense: Floats, widths: W
 
 
 def _integrated(measured: Measurements, begun: FitResult, near: FitResult | None) -> tuple[FitResult, Posterior]:
-    """Integrate over the widths, adjust at the typical ones unless those of `near` are similar, and integrate there."""
-    posterior = integrate_at(measured, begun)
-    if near is not None and near.posterior is not None and posterior.is_similar(near.posterior):
-        return begun, posterior
-    widths = _typical(posterior)
-    assert widths.residual_torque is not None
-    start = Start(*posterior.middle()[:2].tolist())
-    problem = begun.adjusted.problem.with_scatter(widths.scatter / begun.scatter)
+    """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
+    found = _integrate_at(measured, begun)
+    if near is not None and near.posterior is not None and found.is_similar(near.posterior):
+        return begun, found
+    scatter, width = found.typical_widths()
+    start = Start(*found.middle()[:2].tolist())
+    problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
     try:
-        adjusted = adjust(
-            problem, begun.sense, start, widths.residual_torque, begun.adjusted.kept, FACTOR, begun.adjusted
-        )
+        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR, begun.adjusted)
     except NoFit:
-        return begun, posterior
-    result = _result(measured, adjusted, begun.sense, widths, begun.chi2)
-    return result, integrate_at(measured, result, posterior)
+        return begun, found
+    result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
+    return result, _integrate_at(measured, result, found)
 
 
-def integrate_at(measured: Measurements, result: FitResult, near: Posterior | None = None) -> Posterior:
-    """Integrate over the widths of a log, linear at the end of a fit of it; I_zz in kg*m^2, M0 in N*m, b in s."""
+def _integrate_at(measured: Measurements, result: FitResult, near: Posterior | None = None) -> Posterior:
+    """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
     adjusted, inertia = result.adjusted, result.inertia.value
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.scatter * adjusted.rows
-    # A fit counts M0 in the width that it had there.
+    # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
-    conditions = Conditions(
+    conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:],
         left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
@@ -346,94 +356,35 @@ def integrate_at(measured: Measurements, result: FitResult, near: Posterior | No
     )
     tested = None if measured.balance_test is None else measured.balance_test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
+    return posterior.integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
 
 
 def _estimate(ends: Floats, unit: str) -> Estimate:
-    """Make a value of the quantiles at `LEVELS`: the median, half the 68.3 % interval and the 95 % interval."""
+    """Create a value from its quantiles: the median, half the 68.3 % interval and the 95 % interval."""
     low, below, middle, above, high = ends.tolist()
     return Estimate(middle, (above - below) / 2, unit, (low, high))
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
-    """Scale of M0's Cauchy before the runs are looked at [N*m], for an I_zz [kg*m^2] and a lightest torque [N*m]."""
-    usual = BALANCE * lightest
+    """Return the scale of M0's prior [N*m], for an I_zz [kg*m^2] and a smallest torque [N*m]."""
+    usual = posterior.BALANCE * lightest
     if measured.torque_unseen is not None:
         return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
-    return min(usual, BALANCED * abs(inertia)) if measured.balanced else UNBALANCED * usual
+    return min(usual, posterior.BALANCED * abs(inertia)) if measured.balanced else posterior.UNBALANCED * usual
 
 
 def times_stated(measured: Measurements) -> bool:
-    """Whether the log states how wide the errors of its times are."""
+    """Return whether the log states the uncertainty of its times."""
     return not any(source.default for source in measured.sources if source.quantity == "time")
 
 
-def _typical(posterior: Posterior) -> Widths:
-    """Factor s, and the width of M0 with which alone I_zz is known as well as with all of them."""
-    # Parts of one s are together, each s with as many widths.
-    each = posterior.weight.reshape(STEPS, -1)
-    count = each.shape[1]
-    factor = posterior.typical(posterior.factor)
-    most = np.maximum.reduce(each, axis=1)
-    away = np.abs(np.log(posterior.factor[::count] / factor))
-    at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
-    nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
-    u = posterior.u[0, nearest]
-    part = Posterior(weight, posterior.mean[:1, nearest], u[None], posterior.factor, posterior.factor, 0.0)
-    ends = part.quantiles()[0]
-    order = u.argsort()
-    widths = np.log(posterior.width[nearest][order])
-    return Widths(factor, float(np.exp(np.interp((ends[3] - ends[1]) / 2, u[order], widths))))
-
-
-def _with_posterior(measured: Measurements, result: FitResult, posterior: Posterior, near: bool) -> FitResult:
-    """Give a fit the answer of the posterior; all but I_zz only if it is not `near`."""
-    if near:
-        return replace(result, inertia=_estimate(posterior.quantiles(1)[0], UNITS[0]), posterior=posterior)
-    inertia, residual_torque, timing_bias = map(_estimate, posterior.quantiles(3), UNITS)
-    contradicted = None
-    if measured.balance_test is not None:
-        allowed = measured.balance_test(result.inertia.value)
-        ends = integrate_at(replace(measured, balance_test=None), result).quantiles(2)[1]
-        if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
-            contradicted = allowed
-    return replace(
-        result,
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=timing_bias,
-        budget=_budget(result, inertia.u or 0.0),
-        contradicted_balance=contradicted,
-        posterior=posterior,
-    )
-
-
-CONTRADICTED = 3.0
-"""So many standard uncertainties from 0 the runs see an M0 that a balance test denies."""
-
-
-def _predict(adjusted: Adjusted, sense: Floats) -> tuple[Floats, Floats]:
-    """Time that the fit predicts from each run's other readings, and the spread expected about it [s]."""
-    problem = adjusted.problem
-    values, _ = problem.truth(np.zeros_like(adjusted.slopes), adjusted.shared)
-    inertia, residual_torque, bias = adjusted.unknowns.tolist()
-    torque, whole = problem.torque(values)[0] + residual_torque, inertia + values[ADDED]
-    if problem.tilted:
-        spin = sense * values[SPIN]
-        rate = np.abs(physics.precession_rate(torque, spin, whole, values[TRANSVERSE], values[PITCH]))
-    else:
-        rate = np.abs(physics.horizontal_precession_rate(torque, values[SPIN], whole))
-    with np.errstate(divide="ignore"):
-        # The condition is the time multiplied by the torque at work, and so is its spread.
-        return 2 * np.pi * values[TURNS] / rate + bias, np.sqrt(adjusted.independent_variance) / np.abs(torque)
-
-
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
-    """Split u²(I_zz) by source: the answer is linear in every standardised error, so the squares add up.
+    """Split u²(I_zz) by source, the largest first; the shares add up to u² [kg²*m⁴].
 
-    What the runs scatter more than stated, and what is left to say of u, is a row of its own.
+    The answer is linear in every standardised error, so the squares add up. Scatter above the stated uncertainties has
+    a row of its own.
     """
     adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
@@ -455,20 +406,168 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     ):
         if gain[row]:
             shares.append((name, True, words, abs(float(gain[row]))))
-    told = excess + math.fsum(own**2 for *_, own in shares)
-    if excess > NEGLIGIBLE * told:
-        # The doubt about the scatter widens the tails too.
-        excess += max(0.0, u**2 - told)
+    stated = excess + math.fsum(own**2 for *_, own in shares)
+    if excess > adjustment.NEGLIGIBLE * stated:
+        # The uncertainty of the scatter widens the tails too.
+        excess += max(0.0, u**2 - stated)
     if excess > 0:
         shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
-    return _normalised(shares, u)
-
-
-def _normalised(shares: list[tuple[str, bool, str, float]], u: float) -> tuple[Share, ...]:
-    """Largest first; they add up to u² [kg²*m⁴]."""
     total = math.fsum(own**2 for *_, own in shares)
     if not total:
         return ()
     size = u / math.sqrt(total)
-    ordered = sorted(shares, key=lambda share: -share[3])
-    return tuple(Share(name, shared, by, size * own, own**2 / total) for name, shared, by, own in ordered)
+    shares.sort(key=lambda share: -share[3])
+    return tuple(Share(name, several, by, size * own, own**2 / total) for name, several, by, own in shares)
+
+
+# --- corrections for the model of the motion --------------------------------------------------------------------
+
+Model = Literal["auto", "horizontal", "steady", "released"]
+
+MAX_ROUNDS = 20
+"""Largest number of rounds; corrections and fit agree after a few."""
+
+
+class ChosenModel(Struct, frozen=True):
+    """The model that a log is fitted with."""
+
+    tilted: bool
+    """Eq. (8) with each run's pitch, not eq. (9)."""
+    released: bool
+    """The mean rate of a rod that is released from rest, not that of steady precession."""
+    asked: bool
+    """True if the user chose the model."""
+    earth: bool = False
+    """The precession relative to the stars, not relative to the turning floor."""
+
+    @property
+    def name(self) -> Literal["horizontal", "steady", "released"]:
+        """Name of the model in the option ``--model``."""
+        if self.released:
+            return "released"
+        return "steady" if self.tilted else "horizontal"
+
+
+def is_corrected(measured: Measurements, chosen: ChosenModel) -> bool:
+    """Return whether a model corrects the runs with the result of a fit."""
+    return chosen.earth or chosen.released or (chosen.tilted and measured.spin_start is not None)
+
+
+def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> Measurements:
+    """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
+
+    Runs of a released rod also get two sources of error: the phase of the nutation at the last button press, and I.
+    """
+    inertia, residual_torque = near.inertia.value, near.residual_torque.value
+    across = adjustment.transverse_inertia(measured)
+    total = measured.torque + residual_torque
+    # The weight spins as well.
+    whole = inertia + measured.added
+    runs = measured
+    if chosen.released or (chosen.tilted and measured.spin_start is not None):
+        lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steady = physics.precession_rate(total, measured.spin, whole, *lean)
+        if chosen.released:
+            runs = _released(measured, steady, total, whole, across)
+        else:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
+    if not chosen.earth:
+        return runs
+    # The floor turns while a run is timed; at a pole if the latitude is unknown. Counterclockwise is positive.
+    vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
+    usual = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
+    sense = usual if measured.precession_sense is None else measured.precession_sense
+    floor = np.where(sense == 0, usual, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
+    return replace(runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor))
+
+
+def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats) -> Measurements:
+    """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
+    from gyrodata import motion
+
+    top = motion.Top(whole, across, total)
+    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    # Without a torque both rates are zero.
+    ratio = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
+    click = physics.click_error(measured.spin, whole, across)
+    own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
+    nothing = np.zeros(len(total))
+    # A log without a pitch and without the word "released" has no source for I, though it may state I.
+    given = measured.transverse_inertia is not None
+    default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
+    sources = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
+    # The reduction of the mean rate is proportional to the square of I.
+    doubt = 2 * next(sources, default) * np.abs(ratio - 1)
+    more = (
+        Source("nutation", "time", own, click / math.sqrt(2), nothing, "", True, "its phase at the last click"),
+        Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),
+    )
+    return replace(measured, slowing=ratio, sources=(*measured.sources, *more))
+
+
+def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:
+    """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s], by Gauss-Legendre quadrature."""
+    assert measured.spin_start is not None
+    assert measured.spin_end is not None
+    points, weights = np.polynomial.legendre.leggauss(8)
+    decay = np.log(measured.spin_end / measured.spin_start)
+    spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
+    # A third reading of the spin can give a harmonic mean that differs from that of a viscous decay.
+    spins *= measured.spin / physics.harmonic_mean_spin(measured.spin_start, measured.spin_end)
+    rates = physics.precession_rate(total, spins, inertia, across, measured.pitch)
+    return np.asarray(0.5 * weights @ rates)
+
+
+def earth_is_told(measured: Measurements) -> bool:
+    """Return whether the log states the latitude and the direction of each run, as the Earth's correction needs."""
+    sense = measured.precession_sense
+    return measured.latitude is not None and sense is not None and bool(sense.all())
+
+
+def fit_model(
+    measured: Measurements,
+    chosen: ChosenModel,
+    left_out: Collection[int] = (),
+    widths: Widths | None = None,
+    near: FitResult | None = None,
+) -> tuple[Measurements, FitResult]:
+    """Fit a log with a model: correct the runs with the result of the fit, until both agree.
+
+    Parameters
+    ----------
+    measured : Measurements
+        The runs; earlier corrections are removed first.
+    chosen : ChosenModel
+        The model.
+    left_out, widths, near
+        As for `fit`.
+
+    Returns
+    -------
+    Measurements
+        The corrected runs; of a released rod, with two more sources of error.
+    FitResult
+
+    Raises
+    ------
+    NoFit
+        If there is no credible solution.
+    """
+    sources = tuple(source for source in measured.sources if source.name not in ("nutation", "release"))
+    bare = runs = replace(measured, slowing=None, sources=sources)
+
+    def fitted(widths: Widths | None) -> FitResult:
+        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out, near=near)
+
+    if not is_corrected(runs, chosen):
+        return runs, fitted(widths)
+    on_the_way = AS_STATED if near is None else near.widths
+    result, close = (fitted(AS_STATED), 1e-10) if near is None else (near, 1e-7)
+    for _round in range(MAX_ROUNDS):
+        before, runs = runs.slowing, corrected(bare, result, chosen)
+        result = fitted(on_the_way)
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=close, atol=0):
+            break
+    return runs, result if widths == on_the_way else fitted(widths)

@@ -1,16 +1,13 @@
-"""Straight lines: those of the textbook, and one through points with errors in both variables and any covariance.
+"""Straight lines: the textbook fits, and a line through points with errors in both variables.
 
-The fits of the textbook are a line through the origin, a line with a constant, and the mean of the ratios. Each fits
-one lab, or many labs of one design at once: x = φ̇ψ̇ [rad²/s²] and y = M [N*m] have shape (…, n), I_zz and u have shape
-(…). The uncertainties come from the scatter, and the runs are taken as independent: NaN if no run is left over to show
-a scatter. These fits know nothing of errors that runs share. They are there to compare with, and no answer may be far
-from them.
+The textbook fits are a line through the origin, a line with an intercept, and the mean of the ratios. Each fits one lab
+or many labs of one design: x = φ̇ψ̇ [rad²/s²] and y = M [N*m] have shape (…, n), I_zz and u have shape (…). The
+uncertainties come from the scatter of runs that are treated as independent.
 
-`fit_line` is for errors in both variables. The observed x and y are true ones on the line plus errors B z, with z
-independent standard normal numbers: U = B Bᵀ. Each step solves the conditions, linear about the *adjusted* points, for
-the line that needs the smallest ‖z‖² (generalised least squares by orthogonal factors, after C. C. Paige, SIAM J.
-Numer. Anal. 16, 1979). No matrix is inverted and no normal equations are formed, so that U may be singular or zero in
-parts.
+`fit_line` is for errors in both variables. The observed points are true points on the line plus errors B z, with z
+independent standard normal numbers and the covariance U = B Bᵀ. Each step solves the conditions, linear about the
+*adjusted* points, for the line with the smallest ‖z‖² (generalised least squares by orthogonal factors, C. C. Paige,
+SIAM J. Numer. Anal. 16, 1979). No matrix is inverted, so that U may be singular.
 """
 
 from __future__ import annotations
@@ -24,22 +21,23 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from gyrodata.fitting.adjustment import FACTOR, NoFit
-from gyrodata.fitting.conditions import torques_differ, transverse_inertia
+from gyrodata.fitting.adjustment import FACTOR, NoFit, torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 
 def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
-    """Fit y = slope·x (+ constant) to n points of each lab by ordinary least squares.
+    """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares.
 
-    Returns: slope, its u, constant and its u, each of shape (…). s² is the sum of squared residuals over the degrees of
-    freedom; u is NaN without any, all is NaN if x does not determine the line. Without `intercept` the constant is 0
-    and its u means nothing.
+    Returns
+    -------
+    tuple of ndarray
+        Slope, its u, intercept and its u, each of shape (…). u is NaN without degrees of freedom; all are NaN if x does
+        not determine the line. Without `intercept` the last two have no meaning.
     """
     count = x.shape[-1]
-    # The classical formulas about the means, which lose no digits if the points are far from zero.
+    # Formulas relative to the means do not lose digits if the points are far from zero.
     x_mean, y_mean = (intercept * np.add.reduce(each, axis=-1, keepdims=True) / count for each in (x, y))
     away, size = x - x_mean, np.sqrt(_dot(x, x))
     spread = np.sqrt(_dot(away, away))
@@ -52,12 +50,12 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    """Scalar product along the last axis."""
+    """Compute the scalar product along the last axis."""
     return np.asarray((a[..., None, :] @ b[..., :, None])[..., 0, 0])
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Mean of y/x over the runs with a torque, and u, the standard error of that mean."""
+    """Compute the mean of y/x over the runs with a torque, and its standard error."""
     loaded = y[(0,) * (y.ndim - 1)] != 0
     ratios = y[..., loaded] / x[..., loaded]
     count = ratios.shape[-1]
@@ -71,11 +69,11 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
     "with_constant": lambda x, y: ordinary_line(x, y, intercept=True)[:2],
     "mean_of_ratios": mean_of_ratios,
 }
-"""The fits of the textbook by name: x and y to I_zz and u."""
+"""The textbook fits by name: functions from x and y to I_zz and u."""
 
 
 def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:
-    """Accept a fit within a factor of `FACTOR` of a line, corrected for tilt and release, or raise `NoFit`."""
+    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines, corrected for tilt and release."""
     index = np.flatnonzero(kept)
     rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
     if measured.slowing is not None:
@@ -89,8 +87,8 @@ def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: 
     kinds = (False, True) if torques_differ(torque) else (False,)
     slopes = [float(ordinary_line(rate * spin, torque, intercept)[0]) for intercept in kinds]
     if not any(slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR for slope in slopes):
-        beside = " and ".join(f"{slope:.2g}" for slope in slopes if not math.isnan(slope)) or "nothing"
-        raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg*m^2, and the lines of the textbook {beside}")
+        found = " and ".join(f"{slope:.2g} kg·m²" for slope in slopes if not math.isnan(slope)) or "no result"
+        raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {found}")
 
 
 STATED = (
@@ -110,21 +108,21 @@ class LineFit(Struct, frozen=True, eq=False):
     slope: float
     """[unit of y over unit of x]"""
     intercept: float
-    """[unit of y]; 0 where the line was asked to go through the origin."""
+    """[unit of y]; 0 for a line through the origin."""
     u_slope: float
     """Standard uncertainty, k = 1."""
     u_intercept: float | None
     """Standard uncertainty, k = 1; None for a line through the origin."""
     covariance: Floats
-    """Of (slope, intercept), shape (2, 2); zeros for what was not fitted."""
+    """Covariance of (slope, intercept), shape (2, 2); zeros for a line through the origin."""
     chi2: float
-    """Smallest sum of squared standardised errors; without stated covariances the residual sum of squares [y²]."""
+    """Smallest sum of squared standardised errors; without covariances the sum of squared residuals [y²]."""
     dof: int
     """Degrees of freedom."""
     p: float | None
     """Probability of a chi-square at least this large; None without stated covariances or degrees of freedom."""
     convention: str
-    """What was minimised and where the uncertainties come from, in words."""
+    """Description of the method and of the uncertainties."""
 
 
 def fit_line(
@@ -144,13 +142,13 @@ def fit_line(
     cov_x, cov_y : array_like, optional
         Covariance of the errors of x [x²], of y [y²]: a number or shape (n,) for *variances* u² (not standard
         uncertainties) of independent errors, shape (n, n) for a covariance matrix. Zeros and singular matrices
-        are allowed. If only some are given the others are zero; without any, x is taken as exact and the
-        residuals give the uncertainties.
+        are allowed. If only some are given, the others are zero; without any, x is exact and the residuals
+        give the uncertainties.
     cov_xy : array_like, optional
         Covariance [x·y] of the errors of x and y: a number or shape (n,) within each row, shape (n, n) between
         error i of x and error j of y.
     intercept : bool
-        Whether the line has a constant; without, it goes through the origin.
+        Whether the line has an intercept; otherwise it goes through the origin.
 
     Returns
     -------
@@ -160,7 +158,7 @@ def fit_line(
     ------
     ValueError
         If the points do not determine the line or its uncertainty (too few, all x equal, not finite), if a
-        covariance is not one, or if points without any error are not on a line.
+        covariance is invalid, or if exact points are not on a line.
 
     Notes
     -----
@@ -173,20 +171,20 @@ def fit_line(
     if xs.ndim != 1 or xs.shape != ys.shape:
         raise ValueError(f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length")
     if not (np.isfinite(xs).all() and np.isfinite(ys).all()):
-        raise ValueError("x or y has a value that is not finite; leave out the points that are not complete")
+        raise ValueError("x or y contains a value that is not finite; leave out incomplete points")
     if count < 1 + intercept:
         raise ValueError(f"{count} points do not determine a line; pass two or more, or one with intercept=False")
     if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
-        raise ValueError("all x are equal, so slope and constant cannot be told apart; pass intercept=False or more x")
+        raise ValueError("all x are equal, so slope and intercept cannot be separated; pass intercept=False or other x")
     if not xs.any():
-        raise ValueError("all x are zero, so there is no slope; pass points away from the origin")
+        raise ValueError("all x are zero, so there is no slope; pass points with other x")
     if not stated and count == 1 + intercept:
-        raise ValueError(f"{count} points leave no residual to take the uncertainties from; pass cov_y, or more points")
+        raise ValueError(f"{count} points have no residuals, so there is no uncertainty; pass cov_y, or more points")
     factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
-    # About the middle, slope and constant hardly depend on each other, and no digits cancel.
+    # Relative to the mean of x, slope and intercept are nearly independent, and no digits are lost.
     middle = np.longdouble(xs.mean() if intercept else 0.0)
     unknowns, (_, errors, parts, dof, _) = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
-    # Zeros for a constant that is not fitted.
+    # Zeros for an intercept that is not fitted.
     spread = np.vstack([parts, np.zeros_like(parts)])[:2]
     spread[1] -= float(middle) * spread[0]
     chi2 = float(np.sum(errors**2))
@@ -199,26 +197,26 @@ def fit_line(
 
 
 Extended = NDArray[np.longdouble]
-"""Extended precision if the machine has it: steps then refine the answer to the last digit of a double."""
+"""Extended precision, if the machine has it, for the last digit of a double."""
 
 
 class _Step(NamedTuple):
-    """A linear least-squares problem solved."""
+    """The solution of a linear least-squares problem."""
 
     change: Floats
-    """Of slope and constant, shape (k,)."""
+    """Change of slope and intercept, shape (k,)."""
     errors: Floats
-    """z of smallest norm, shape (m,)."""
+    """The smallest z, shape (m,)."""
     spread: Floats
-    """Derivatives of the unknowns to independent standard normal numbers, shape (k, m): covariance S Sᵀ."""
+    """Derivatives S of the unknowns with respect to z, shape (k, m); the covariance is S Sᵀ."""
     dof: int
     """Degrees of freedom."""
     off: float
-    """Distance [y] that no z closes."""
+    """Distance [y] that remains for every z."""
 
 
 def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tuple[Extended, _Step]:
-    """Find the line by Gauss–Newton steps, each linear about the points adjusted by the one before."""
+    """Find the line by Gauss–Newton steps, each linear about the points that the previous step adjusted."""
     to_x, to_y, by_row = factors
     design = np.ones((len(x), 1 + intercept))
     design[:, 0] = x
@@ -240,20 +238,20 @@ def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tup
         if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
             break
         last = moved
-        # Adjusted x, at which the next derivatives are taken.
+        # The next derivatives are computed at the adjusted x.
         design[:, 0] = x - error
     else:
-        raise ValueError("no line is found: the errors of x are too large for the spread of x; pass better points")
+        raise ValueError("the fit does not converge: the errors of x are too large; pass better points")
     if step.off > 1e-9 * float(np.abs(y).max()):
-        raise ValueError("points without any error of their own are not on one line; pass their variances")
+        raise ValueError("exact points are not on one line; pass their variances")
     return unknowns, step
 
 
 def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
-    """Solve design·p + pull·z = distance for p and the smallest z, whatever the rank of pull, shape (n, m).
+    """Solve design·p + pull·z = distance for p and the smallest z, for any rank of pull, shape (n, m).
 
-    A pull of shape (n,) is a diagonal matrix: without zeros, weights solve it. Otherwise, seen across the design (by
-    the rest of its Q) only z is left: it is the smallest that closes the distance.
+    A pull of shape (n,) is a diagonal matrix; without zeros, it is a weighted least-squares problem. Otherwise the rest
+    of the design's Q eliminates p.
     """
     count, unknowns = design.shape
     if pull.ndim == 1 and (pull > 1e-9 * pull.max()).all():
@@ -265,28 +263,28 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     q, r = np.linalg.qr(design, mode="complete")
     along, across = q[:, :unknowns], q[:, unknowns:]
     left, sizes, right = np.linalg.svd(across.T @ pull, full_matrices=False)
-    # A smaller singular value is a zero that was rounded.
+    # A smaller singular value is a rounded zero.
     rank = int(np.sum(sizes > 1e-12 * np.linalg.norm(pull)))
     left, sizes, right = left[:, :rank], sizes[:rank], right[:rank]
     seen = across.T @ distance
     parts = left.T @ seen
     errors = right.T @ (parts / sizes)
     change = np.linalg.solve(r[:unknowns], along.T @ (distance - pull @ errors))
-    # What errors do to the answer: those that the fit sees, it takes away again.
+    # The effect of errors on the answer, except of those that the fit removes.
     through = along.T @ pull
     spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
     return _Step(change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts)))
 
 
 Factors = tuple[Floats, Floats, bool]
-"""Errors of x and of y as factors times independent standard normal numbers z, and whether the rows are independent.
+"""Factors B of the errors B z of x and of y, and whether the rows are independent.
 
-Independent rows have two numbers each: factors of shape (n, 2). Otherwise all rows share m: factors of shape (n, m).
+Independent rows have two numbers z each: factors of shape (n, 2). Otherwise all rows share m: shape (n, m).
 """
 
 
 def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLike | None, count: int) -> Factors:
-    """Check the covariance U of n points (x, y), and take it apart: U = B Bᵀ, singular parts included."""
+    """Check the covariance U of n points (x, y), and factorise it: U = B Bᵀ."""
     parts = []
     for name, value in (("cov_x", cov_x), ("cov_y", cov_y), ("cov_xy", cov_xy)):
         part = np.asarray(0.0 if value is None else value, dtype=float)
@@ -296,16 +294,16 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
                 f"{name} has shape {part.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
             )
         if not np.isfinite(part).all():
-            raise ValueError(f"{name} has a value that is not finite; pass 0 for what is exact")
+            raise ValueError(f"{name} contains a value that is not finite; pass 0 for exact values")
         if name != "cov_xy":
             variances = part if part.ndim == 1 else np.diag(part)
             if (variances < 0).any():
-                raise ValueError(f"{name} has a negative variance; pass variances u², not below 0")
+                raise ValueError(f"{name} contains a negative variance; pass variances u²")
             if part.ndim == 2 and not np.allclose(part, part.T, rtol=1e-9, atol=1e-12 * variances.max()):
                 raise ValueError(f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]")
         parts.append(part)
     if not any(part.any() for part in parts):
-        raise ValueError("all covariances are zero; leave them out to have the uncertainties from the scatter")
+        raise ValueError("all covariances are zero; leave them out to get the uncertainties from the scatter")
     if any(part.ndim == 2 for part in parts):
         x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in parts)
         factor = _root(np.block([[x, xy], [xy.T, y]]))
@@ -313,7 +311,7 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
     x, y, xy = parts
     if (xy**2 > x * y * (1 + 1e-12)).any():
         raise ValueError("cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance")
-    # Cholesky's factor of each row's 2 × 2 matrix.
+    # Cholesky factor of each row's 2 × 2 matrix.
     root, nothing = np.sqrt(x), np.zeros(count)
     along = np.divide(xy, root, out=nothing.copy(), where=root > 0)
     across = np.sqrt(np.maximum(y - along**2, 0.0))
@@ -321,36 +319,34 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
 
 
 def _root(matrix: Floats) -> Floats:
-    """Find B with U = B Bᵀ, shape (2n, m); scaled to correlations first, so that no small variance drowns."""
+    """Find B with U = B Bᵀ, shape (2n, m), from the correlations, so that small variances keep their digits."""
     scale = np.sqrt(np.diag(matrix))
     divisor = np.where(scale > 0, scale, 1.0)
     correlation = (matrix + matrix.T) / 2 / np.outer(divisor, divisor)
     if correlation[scale == 0].any():
-        raise ValueError("an error of variance 0 has a covariance with another; pass 0 for both, or its variance")
+        raise ValueError("an error with variance 0 has a covariance with another; pass 0 for both")
     values, vectors = np.linalg.eigh(correlation)
     if values[0] < -1e-9 * values[-1]:
         raise ValueError(
-            "the covariances have a negative eigenvalue, so some sum of readings would have a negative variance; "
-            "check the signs and sizes of the off-diagonal parts"
+            "the covariance matrix has a negative eigenvalue; check the signs and sizes of the off-diagonal elements"
         )
-    # What is left of a zero after rounding must not become an uncertainty of 1e-8.
+    # A rounded zero must not become an uncertainty of 1e-8.
     kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
     return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
 
 @lru_cache(maxsize=64)
 def chi2_tail(chi2: float, dof: int) -> float:
-    """Probability of a chi-square at least this large: Q(dof/2, chi2/2), the regularised incomplete gamma function.
+    """Compute the probability of a chi-square at least this large: Q(dof/2, chi2/2).
 
-    For a whole or half argument it is a finite sum (DLMF 8.4.10 and 8.8.2), so twenty lines save the quarter
-    of a second that importing scipy for it would cost at every start.
+    A finite sum for a whole or half argument (DLMF 8.4.10 and 8.8.2); the import of scipy would take 0.25 s.
     """
     half, odd = chi2 / 2, dof % 2
     if half <= 0:
         return 1.0
     total = math.erfc(math.sqrt(half)) if odd else 0.0
-    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. What lies further than
-    # this from the largest term, which is at a = x, adds nothing to sixteen digits.
+    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. Terms that are further
+    # from the largest one, at a = x, do not change the sum.
     reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
     nearest = min(last, int(half))
     for step in range(max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1):
@@ -360,11 +356,7 @@ def chi2_tail(chi2: float, dof: int) -> float:
 
 
 def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Probability of a chi-square at most this large.
-
-    Gives: P(dof/2, chi2/2), the regularised lower incomplete gamma function, by its series (DLMF 8.11.4), which keeps
-    all digits of a tiny probability.
-    """
+    """Compute the probability of a chi-square at most this large, with all digits (DLMF 8.11.4)."""
     if chi2 <= 0:
         return 0.0
     half, order = chi2 / 2, dof / 2

@@ -1,19 +1,16 @@
-"""The answer with all that is uncertain about its own widths: one posterior from one prior, for every design.
+"""The posterior of I_zz, M0 and b, integrated over the widths of the errors that a log knows only roughly.
 
-How wide the errors of the single runs are (the hand), and how well the ball is balanced, a log knows only roughly. Two
-numbers stand for that, and both are integrated over:
+These widths are described by two numbers with a prior that is the same for every design:
 
-* s, the factor on the errors that each run has alone: near 1, with tails, the more so where the log states no
-  ``u_time``;
-* w, the width of M0 before the runs have their say: distributed so that M0 is a Cauchy of `BALANCE` times the lightest
-  torque. A balance test, if there is one, is evidence about M0 that may be false (`TOO_BOLD`).
+* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``;
+* w, the width of M0: distributed so that M0 has a Cauchy distribution with the scale `BALANCE` times the smallest
+  torque. A balance test is evidence about M0 that may be false (`TOO_BOLD`).
 
-Given s and w the adjusted conditions are linear and normal, and the shared errors and b go out by a rotation that is
-the same for all s: n runs become a handful of numbers, and each s and w costs a few operations. The weights are the
-marginal likelihoods with both determinants (that of the readings' covariance, and that of the unknowns', as in REML),
-times the priors. Known as an integrated nested Laplace approximation: Rue, Martino & Chopin, J. R. Stat. Soc. B 71,
-319 (2009); the factor s is the "dark uncertainty" of interlaboratory comparisons: Koepke et al., Metrologia 54, S34
-(2017).
+For given s and w the adjusted conditions are linear and normal. Shared errors and b are eliminated by a rotation that
+is the same for all s: n runs become a few numbers, and each s and w needs only a few operations. The weights are the
+marginal likelihoods with both determinants (of the readings' covariance and, as in REML, of the unknowns') times the
+priors. The method is an integrated nested Laplace approximation (Rue, Martino & Chopin, J. R. Stat. Soc. B 71, 319,
+2009); the factor s is the "dark uncertainty" of interlaboratory comparisons (Koepke et al., Metrologia 54, S34, 2017).
 """
 
 from __future__ import annotations
@@ -26,81 +23,81 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.fitting.conditions import NEGLIGIBLE
+from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
 
 BALANCE = 0.05
 """Scale of M0's Cauchy prior over the lightest torque [1]: published balances have a median of 0.025, tails to 0.7."""
 
 BALANCED = 0.0675
-"""The same scale [rad²/s²] times I_zz where the log says that the ball is balanced: 0.3 mN*m for a 4-inch ball."""
+"""The scale over I_zz [rad²/s²] if the log says that the ball is balanced: 0.3 mN·m for a 4-inch ball."""
 
 TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55]])
-"""A balance test may be so many times too bold, with this chance."""
+"""Factors by which a balance test may be too optimistic, and the probability of each."""
 
 UNBALANCED = 6.0
-"""So many times the usual scale where the log says that it is not."""
+"""Factor on the usual scale if the log says that the ball is not balanced."""
 
 SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.75), 0.05
-"""Standard deviation of ln s, and the share of its wide tail, where the width of the times is a default …"""
+"""Standard deviation of ln s, and the share of its wide tail, if ``u_time`` is a default …"""
 
 SPREAD_STATED, TAIL_STATED = math.log(1.15), 0.15
-"""… and where the log states it."""
+"""… and if the log states it."""
 
 TAIL = math.log(5.0)
-"""Scale of the wide tail of ln s, a Cauchy."""
+"""Scale of the wide tail of ln s, a Cauchy distribution."""
 
-LOW, HIGH, STEPS = 0.25, 20.0, 20
-"""Factors s that are looked at first, and how many."""
+STEPS = 20
+"""Number of factors s."""
 
-ENDS = np.log([LOW, HIGH])
-"""Their logarithms."""
+ENDS = np.log([0.25, 20.0])
+"""Logarithms of the smallest and the largest factor s in the first round."""
 
 EVENLY = np.linspace(0.0, 1.0, STEPS)
 
 MAX_SPREADS = 10
-"""So often at most the range of the factors changes."""
+"""Largest number of rounds in which the range of the factors changes."""
 
 FARTHEST = 2.0
-"""Beyond this what is bent goes on straight."""
+"""The curve of `_bent` continues as a straight line beyond this."""
 
 SMALL, LARGE = 0.04, 0.14
-"""Below and above this u/I_zz is small and large."""
+"""Small and large values of u/I_zz."""
 
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
 
 CHANCES = -np.log(WIDTHS) - 0.5 / WIDTHS**2
-"""Logarithm of the chance of each, up to a constant: M0 of width w, mixed so, is a Cauchy."""
+"""Logarithm of the probability of each: with it, the mixture of normal distributions is a Cauchy distribution."""
 CHANCES -= math.log(np.exp(CHANCES).sum())
 
 STEP = math.log(100.0 / 0.03) / 17
-"""Between the logarithms of two widths."""
+"""Difference of the logarithms of two widths."""
 
 FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
-"""Widths of M0 over what a balance test allows: a false one must leave M0 as free as no test does."""
+"""Widths of M0 over that of a balance test; with a false test M0 must be as free as without one."""
 
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
-"""Widths of M0 where there is a test, over the largest without one."""
+"""Widths of M0 with a test, over the largest one without."""
 
 SIMILAR = 0.1, 0.3
-"""So little may the logarithms of s and of the width of M0 change between similar logs."""
+"""Largest changes of the logarithms of s and of the width of M0 between similar logs."""
 
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
-"""The quantiles that are told: of the 95 % interval, of that of one standard uncertainty, and the median."""
+"""Quantiles: the ends of the 95 % interval and of the 68 % interval, and the median."""
 
 
 class Conditions(Struct, frozen=True):
     """The conditions of n runs, linear at the end of a fit, each over the width of its independent errors.
 
-    Unknowns and errors are counted from the end of the fit: I_zz, M0 and b in some unit, the errors that runs share in
-    their standard uncertainties.
+    Unknowns and errors are differences from the end of the fit: I_zz, M0 and b in some unit, shared errors in their
+    standard uncertainties.
     """
 
     unknowns: Floats
-    """Derivatives to I_zz, M0 and b, shape (n, 3)."""
+    """Derivatives with respect to I_zz, M0 and b, shape (n, 3)."""
     shared: Floats
-    """Derivatives to the K shared errors, shape (n, K)."""
+    """Derivatives with respect to the K shared errors, shape (n, K)."""
     left: Floats
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
@@ -108,16 +105,16 @@ class Conditions(Struct, frozen=True):
     runs: float
     """Number of runs that are used."""
     scatter: float
-    """Factor on the independent errors, as the fit had it."""
+    """Factor s on the independent errors in the fit."""
 
 
 class Posterior(Struct, frozen=True):
     """A mixture of N normal distributions of I_zz, M0 and b."""
 
     weight: Floats
-    """Of each part, shape (N,); they add up to 1."""
+    """Weight of each part, shape (N,); the sum is 1."""
     mean: Floats
-    """Shape (3, N)."""
+    """Mean of each part, shape (3, N)."""
     u: Floats
     """Standard deviation of each part, shape (3, N)."""
     factor: Floats
@@ -125,43 +122,53 @@ class Posterior(Struct, frozen=True):
     width: Floats
     """Width of M0 in each part, in its unit, shape (N,)."""
     evidence: float
-    """Logarithm of the likelihood of the whole model, but for a constant."""
+    """Logarithm of the likelihood of the whole model, up to a constant."""
     ended: float = 1.0
     """I_zz at the end of the fit."""
     bend: float = 0.0
-    """I_zz over that is 1 + t + `bend` t², to second order in 1 + t, which is normal."""
+    """I_zz is `ended` × (1 + t + `bend` t²) to second order, with a normal t."""
 
     def quantiles(self, unknowns: int = 1) -> Floats:
-        """Quantiles at `LEVELS` of I_zz, or of it, M0 and b; shape (unknowns, 5)."""
+        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5)."""
         ends = _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
-        # An interval that contains zero is no measurement, bent or not.
+        # An interval that contains zero is not a measurement, with or without this correction.
         ends[0] = np.where(ends[0] > 0, _bent(ends[0], self.ended, self.bend)[0], ends[0])
         return ends
 
     def middle(self) -> Floats:
-        """Mean of I_zz, M0 and b, shape (3,)."""
+        """Compute the mean of I_zz, M0 and b, shape (3,)."""
         return self.mean @ self.weight
 
     def times(self, unit: Floats) -> Posterior:
-        """Give the same with I_zz, M0 and b counted in other units, shape (3,)."""
+        """Convert I_zz, M0 and b to other units, shape (3,)."""
         each = unit[:, None]
         return replace(
             self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1], ended=self.ended * float(unit[0])
         )
 
-    def straight(self) -> Posterior:
-        """Give the same with parts that are normal in I_zz itself."""
-        mean, u = self.mean.copy(), self.u.copy()
-        mean[0], slope = _bent(self.mean[0], self.ended, self.bend)
-        u[0] *= slope
-        return replace(self, mean=mean, u=u, ended=1.0, bend=0.0)
-
     def typical(self, values: Floats) -> float:
-        """Geometric mean of s or of the width of M0."""
+        """Compute the geometric mean of s or of the width of M0."""
         return math.exp(float(self.weight @ np.log(values)))
 
+    def typical_widths(self) -> tuple[float, float]:
+        """Return a typical s, and the width of M0 that alone gives u(I_zz) of all widths with this s."""
+        # The parts are sorted by s; each s has the same number of widths.
+        each = self.weight.reshape(STEPS, -1)
+        count = each.shape[1]
+        factor = self.typical(self.factor)
+        most = np.maximum.reduce(each, axis=1)
+        away = np.abs(np.log(self.factor[::count] / factor))
+        at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
+        nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
+        u = self.u[0, nearest]
+        part = Posterior(weight, self.mean[:1, nearest], u[None], self.factor, self.factor, 0.0)
+        _, below, _, above, _ = part.quantiles()[0]
+        order = u.argsort()
+        widths = np.log(self.width[nearest][order])
+        return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))
+
     def is_similar(self, other: Posterior) -> bool:
-        """Say whether s and the width of M0 are so near to others that I_zz, linear there, is the same to 0.01 u."""
+        """Return whether s and the width of M0 are similar enough that I_zz is the same to 0.01 u."""
         factors = self.typical(self.factor) / other.typical(other.factor)
         widths = self.typical(self.width) / other.typical(other.width)
         return abs(math.log(factors)) < SIMILAR[0] and abs(math.log(widths)) < SIMILAR[1]
@@ -170,17 +177,25 @@ class Posterior(Struct, frozen=True):
 def integrate(
     conditions: Conditions, scale: float, stated: bool, tested: float | None = None, near: Posterior | None = None
 ) -> Posterior:
-    """Weigh every s and w by how well they agree with the runs.
+    """Compute the posterior: every s and w with a weight for its agreement with the runs.
 
-    `scale` is that of M0's Cauchy, `tested` the width that a balance test allows M0, both in the unit of M0; `stated`
-    says whether the log states the uncertainty of its times. `near` is the posterior of nearly the same runs: its
-    factors s are looked at first.
+    Parameters
+    ----------
+    conditions : Conditions
+    scale : float
+        Scale of M0's Cauchy prior [unit of M0].
+    stated : bool
+        Whether the log states the uncertainty of its times.
+    tested : float, optional
+        Width of M0 from a balance test [unit of M0].
+    near : Posterior, optional
+        The posterior of similar runs: its range of s is used first.
     """
     widths, prior = balance_prior(scale, tested)
     reduced = _reduce(conditions, scale, tested)
     ended, bend = conditions.ended[0], reduced.bend
     low, high = ENDS if near is None else np.log(near.factor[[0, -1]])
-    # As likely before the runs are looked at: every I_zz^(1 − bend), and M0 over I_zz^bend with its width in M0.
+    # The prior is flat in I_zz^(1 − bend), and M0 over I_zz^bend has the width of M0.
     lean = 2 * bend / ended
     for turn in range(MAX_SPREADS):
         logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
@@ -196,7 +211,7 @@ def integrate(
         of_factor = np.add.reduce(weight, axis=1)
         centre = of_factor @ logarithm
         sd = math.sqrt(of_factor @ (logarithm - centre) ** 2)
-        # Many runs determine s so well that the steps are too wide; a log that is far off has s beyond the last.
+        # With many runs the steps can be too wide for s; with very bad runs s can be above the range.
         if turn == MAX_SPREADS - 1 or not (sd < 1.2 * spacing or of_factor[-1] > 1e-3):
             break
         if sd < 1.2 * spacing:
@@ -206,7 +221,7 @@ def integrate(
             high = high + 4.0
     mean, variance, covariance = parts.moments()
     mean, variance, covariance = mean.reshape(3, -1), variance.reshape(3, -1), covariance.reshape(-1)
-    # Within a part the same; but where u is small exact readings give the exact answer, and where it is large none.
+    # The same prior within a part; not for a small u (exact readings give the exact answer), nor for a large one.
     square = (variance[0] / ended**2) ** 2
     within = lean * square / (square + SMALL**4) / (1 + square / LARGE**4)
     mean[0] += within * variance[0]
@@ -233,7 +248,7 @@ def integrate(
 
 
 def _bent(values: Floats, ended: float, bend: float) -> tuple[Floats, Floats]:
-    """I_zz from the normal number in its place, and its derivative; the two are equal at the end of the fit."""
+    """Compute I_zz from the normal number that represents it, and the derivative; both agree at the end of the fit."""
     twice = 2 * max(bend, 1e-9)
     away = twice * (values / ended - 1)
     near = np.minimum(away, FARTHEST)
@@ -242,32 +257,34 @@ def _bent(values: Floats, ended: float, bend: float) -> tuple[Floats, Floats]:
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
-    """Put posteriors of several models of one log together, each with the weight of its evidence."""
-    posteriors = [one.straight() for one in posteriors]
+    """Combine the posteriors of several models of one log, each with the weight of its evidence."""
     evidence = np.array([float(one.evidence) for one in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
-
-    def joined(name: str) -> Floats:
-        return np.concatenate([getattr(one, name) for one in posteriors], axis=-1)
-
-    weight = np.concatenate([share * one.weight for share, one in zip(chance, posteriors, strict=True)])
-    return Posterior(weight, joined("mean"), joined("u"), joined("factor"), joined("width"), evidence.max())
+    parts: list[list[Floats]] = []
+    for share, one in zip(chance, posteriors, strict=True):
+        # Parts that are normal in I_zz itself.
+        mean, u = one.mean.copy(), one.u.copy()
+        mean[0], slope = _bent(one.mean[0], one.ended, one.bend)
+        u[0] *= slope
+        parts.append([share * one.weight, mean, u, one.factor, one.width])
+    weight, mean, u, factor, width = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
+    return Posterior(weight, mean, u, factor, width, evidence.max())
 
 
 def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
-    """Widths of M0, shape (W,), and the logarithm of the chance of each."""
+    """Return widths of M0, shape (W,), and the logarithm of the probability of each."""
     widths = scale * WIDTHS
     if tested is None:
         return widths, CHANCES
-    # A Cauchy too, of the test's own width: the same mixture of normals, times what each says of the other.
+    # The test is a Cauchy distribution too: a mixture of normal distributions, multiplied with that of the prior.
     bold = np.log(FALSE_WIDTHS[:, None] / TOO_BOLD[0])
     doubt = np.log(np.exp(-bold - 0.5 * np.exp(-2 * bold)) @ TOO_BOLD[1])
     doubt -= math.log(np.exp(doubt).sum())
     squares = widths[:, None] ** 2, (max(tested, NEGLIGIBLE) * FALSE_WIDTHS) ** 2
     both = (squares[0] * squares[1] / (squares[0] + squares[1])).reshape(-1)
     weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(-1)
-    # The product of two normals is one: all of them, told by fewer widths.
+    # The product of two normal distributions is normal: represent all products by fewer widths.
     count = len(TESTED_WIDTHS)
     grid = widths[-1] * TESTED_WIDTHS
     place = np.maximum(np.log(np.sqrt(both) / grid[0]) / STEP, 0.0)
@@ -280,46 +297,47 @@ def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
 
 
 def doubt_of_widths(stated: bool) -> float:
-    """Give the factor by which the errors that each run has alone may well be wider than the log says."""
+    """Return the factor by which the errors of single runs can be larger than the log says."""
     return math.exp(SPREAD_STATED if stated else SPREAD_DEFAULT)
 
 
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
-    """Logarithm of the density of ln s."""
+    """Compute the logarithm of the prior density of ln s."""
     spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)
     near = (1 - tail) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
     far = tail / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
     if stated:
-        # Who states a width may be too bold, hardly too modest.
+        # Stated uncertainties are often too small, and rarely too large.
         far = np.where(factor > 0, 2 * far, 0.0)
     return cast(Floats, np.log(near + far))
 
 
 class _Reduced(Struct, frozen=True):
-    """What n runs say, rotated so that every row has its own variance s² + `shared`²."""
+    """The conditions of n runs, rotated so that every row has its own variance s² + `shared`²."""
 
     shared: Floats
     """Shape (m,)."""
     rows: Floats
-    """Derivatives to I_zz + `slope` M0, M0 and b, and the misclosure, shape (m, 4)."""
+    """Derivatives with respect to I_zz + `slope` M0, M0 and b, and the misclosure, shape (m, 4)."""
     slope: float
-    """With it the first two are nearly independent, also if only their sum is well known."""
+    """It makes the first two unknowns nearly independent."""
     rest: float
-    """Number of rows that say nothing."""
+    """Number of rows without information."""
     ended: Floats
     bend: float
-    """Share of the runs in what is known of M0, times that of M0 in the doubt about I_zz."""
+    """Share of the information about M0 that comes from the runs, times the share of M0 in u²(I_zz)."""
 
 
 def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Reduced:
-    """Rotate the conditions so that the shared errors, b among them, correlate no two rows.
+    """Rotate the conditions so that shared errors, including b, do not correlate two rows.
 
-    A run's time tells (M + M0)/I_zz, whose error is the same whatever M0 is: as far as the runs tell M0, 1/I_zz and
-    M0/I_zz are normal, and as far as its prior does, I_zz and M0. Between them lie I_zz^(1 − 2a) and M0/I_zz^a.
+    A run's time measures (M + M0)/I_zz, with an error that does not depend on M0. If the runs determine M0, then
+    1/I_zz and M0/I_zz are normal; if its prior does, I_zz and M0 are. Between these limits I_zz^(1 − 2a) and M0/I_zz^a
+    are normal, with a = `bend` from 0 to 1.
     """
     count = conditions.shared.shape[1] + 1
     bias = conditions.unknowns[:, 2:]
-    # Counted from b = 0, where its prior is centred.
+    # Relative to b = 0, the centre of its prior.
     target = bias * conditions.ended[2] - conditions.left[:, None]
     rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=1)
     if rows.shape[0] > rows.shape[1]:
@@ -332,12 +350,12 @@ def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Redu
     ii, im, mm = float(sums[0, 0]), float(sums[0, 1]), float(sums[1, 1])
     inertia, at = conditions.ended[:2].tolist()
     with np.errstate(all="ignore"):
-        # What a Cauchy distribution tells at the end of the fit.
-        told = sum(2 / (width**2 + at**2 + 1e-300) for width in (scale, tested) if width is not None)
+        # The information from the Cauchy distributions at the end of the fit.
+        known = sum(2 / (width**2 + at**2 + 1e-300) for width in (scale, tested) if width is not None)
         by_runs = max(mm - np.float64(im) ** 2 / ii, 0.0)
-        # An error that all torques or spins share leaves I_zz as normal as it is.
+        # An error that all torques or spins share does not change the shape of I_zz's distribution.
         by_m0 = np.float64(im) ** 2 / (ii * mm)
-        bend = float(by_m0 * by_runs / (by_runs + told)) if inertia > 0 else 0.0
+        bend = float(by_m0 * by_runs / (by_runs + known)) if inertia > 0 else 0.0
         turned = bend * at / np.float64(inertia)
         slope = float((im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm))
     rotated[:, 0] += turned * rotated[:, 1]
@@ -346,10 +364,10 @@ def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Redu
 
 
 class _Parts:
-    """The normal distribution for each s, shape (S,), and w, shape (W,); of shape (S, W) or (S, 1)."""
+    """The normal distributions for each s, shape (S,), and w, shape (W,); arrays of shape (S, W) or (S, 1)."""
 
     def __init__(self, reduced: _Reduced, factor: Floats, widths: Floats) -> None:
-        """Solve for I_zz and M0, and say how likely the runs are."""
+        """Solve for I_zz and M0, and compute the likelihood of the runs."""
         variance = factor[:, None] ** 2 + reduced.shared**2
         # Sums of products of the columns I, M0, b, misclosure, for each s.
         products = (reduced.rows[:, :, None] * reduced.rows[:, None, :]).reshape(-1, 16)
@@ -367,11 +385,11 @@ class _Parts:
         self.inertia = reduced.ended[0] + self.both - self.slope * self.residual_torque
 
     def moments(self) -> tuple[Floats, Floats, Floats]:
-        """Means and variances of I_zz, M0 and b, shape (3, S, W), and the covariance of I_zz and M0, (S, W)."""
+        """Compute means and variances of I_zz, M0 and b, shape (3, S, W), and the covariance of I_zz and M0, (S, W)."""
         ii, im, ib, mb, bb, b_left = (self.sums[k] for k in (0, 1, 2, 6, 10, 11))
         slope = self.slope
         both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
-        # The others know b as well as its prior and what is left of the rows tell.
+        # b follows from its prior and the rows, for given I_zz and M0.
         bias = b_left - ib * self.both - mb * self.residual_torque
         b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
@@ -380,57 +398,56 @@ class _Parts:
 
 
 def _of_mixture(weight: Floats, mean: Floats, u: Floats) -> Floats:
-    """Quantiles at `LEVELS` of K mixtures of N normal distributions, shapes (N,) and (K, N): (K, 5).
+    """Compute quantiles at `LEVELS` of K mixtures of N normal distributions, shapes (N,) and (K, N); shape (K, 5).
 
-    By Newton's steps, kept in brackets, until all are found.
+    Newton's method with brackets.
     """
     if len(weight) > HEAVIEST:
-        # What weighs next to nothing need not be looked at.
+        # Parts with almost no weight are ignored.
         heavy = np.argpartition(weight, -HEAVIEST)[-HEAVIEST:]
         total = np.add.reduce(weight[heavy])
         if total > 1 - LIGHT:
             weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
     centre = (mean @ weight)[:, None]
     sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
-    # A quantile lies within so many standard deviations of the mean, whatever the distribution (Cantelli).
+    # Cantelli's inequality limits the distance of a quantile from the mean for every distribution.
     reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
     low, high = centre - reach, centre + reach
     point: Floats = centre + sd * NORMAL
-    # What is exact is nearly so.
+    # Exact values get a tiny uncertainty.
     size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
     close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
     steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
     for _turn in range(40):
         away = (point[..., None] - centres) / size
         square = np.exp(-0.5 * away * away)
-        off = normal_below(away, square) @ weight - LEVELS
+        off = _normal_below(away, square) @ weight - LEVELS
         np.copyto(low, point, where=off < 0)
         np.copyto(high, point, where=off > 0)
         step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
         inside = (step >= low) & (step <= high)
         point = np.where(inside, step, 0.5 * (low + high))
-        # What is left after such a step is about as large as its square.
+        # The error after such a step is about the square of the step.
         if (inside & (np.abs(off) <= close)).all():
             break
     return point
 
 
 HEAVIEST, LIGHT = 160, 1e-4
-"""So many parts of a mixture are enough for its quantiles where the others weigh less than this together: few runs
-leave many wide parts that weigh little each."""
+"""This number of parts is enough for the quantiles if the weight of all others is less than this."""
 
 K_95 = 1.959963984540054
-"""Coverage factor of the 95 % interval of a normal distribution: its 97.5 % point."""
+"""Coverage factor of the 95 % interval of a normal distribution."""
 
 NORMAL = np.array([-K_95, -1.0, 0.0, 1.0, K_95])
-"""The same quantiles of a standard normal number."""
+"""Quantiles at `LEVELS` of a standard normal distribution."""
 
 
-def normal_below(x: Floats, square: Floats) -> Floats:
-    """Chance that a standard normal number is below x, to 1.2e-7 of the tail; `square` is exp(−x²/2).
+def _normal_below(x: Floats, square: Floats) -> Floats:
+    """Compute the probability that a standard normal number is below x, to 1.2e-7 of the tail.
 
-    Rational approximation of erfc by Chebyshev's polynomials (W. H. Press et al., Numerical Recipes, section 6.2);
-    `scipy.special` would cost as much as the whole analysis.
+    `square` is exp(−x²/2). Approximation of erfc by Chebyshev's polynomials (W. H. Press et al., Numerical Recipes,
+    section 6.2); the import of `scipy.special` would take as long as the whole analysis.
     """
     t = np.abs(x)
     t *= math.sqrt(0.125)
@@ -441,7 +458,7 @@ def normal_below(x: Floats, square: Floats) -> Floats:
     for coefficient in ERFC[2:]:
         series *= t
         series += coefficient
-    # How likely it is to be farther out than x, on its side.
+    # The probability of the tail beyond x.
     tail = np.multiply(t, square, out=t)
     tail *= np.exp(series, out=series)
     tail *= 0.5
@@ -453,4 +470,4 @@ ERFC = (
     0.17087277, -0.82215223, 1.48851587, -1.13520398, 0.27886807, -0.18628806, 0.09678418, 0.37409196, 1.00002368,
     -1.26551223,
 )  # fmt: skip
-"""Coefficients, that of the highest power first."""
+"""Coefficients, the highest power first."""

@@ -1,4 +1,4 @@
-"""Screening: the runs, or whole torques, that do not go with the others, and what would explain them."""
+"""Screening: runs or whole torques that do not agree with the others, and turn counts that would explain them."""
 
 from __future__ import annotations
 
@@ -9,43 +9,54 @@ from typing import Any
 
 import numpy as np
 
-from gyrodata.fitting.adjustment import NoFit, assume_sense, first_guess, rough_misfit
-from gyrodata.fitting.conditions import MAD_TO_SD, median
+from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, assume_sense, first_guess, median, rough_misfit
 from gyrodata.fitting.inertia import AS_STATED, FitResult, Outlier, balance_scale, fit, lightest_torque
 from gyrodata.fitting.lines import chi2_tail
 from gyrodata.measurements import Measurements, torque_groups
 from gyrodata.physics import Floats
 
 MASKED = 1e-3
-"""Where chi-square is less likely than this, the run that is furthest off is tried out as well."""
+"""If chi-square is less probable than this, the fit is tried without the worst run."""
 
 GROSS = 10.0
-"""A run further off than this is a slip, whether or not a turn count explains it, and has no say."""
+"""A run that deviates more than this is certainly wrong, also if no turn count explains it."""
 
 OUTLIER = 5.0
-"""A run is flagged when it stands off by more than this many standard uncertainties."""
+"""A run that deviates by more than this many standard uncertainties is flagged."""
 
 TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
-"""Revolutions that are likely to have been timed."""
+"""Likely numbers of revolutions."""
 
 
 def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier], FitResult | None]:
-    """Find the runs that do not go with the others, and the turn count that would explain each.
+    """Find the runs that do not agree with the others, and the turn count that would explain each.
 
-    Gives them in the order of the log, and the fit without them, where one was made. None for fewer than four runs, or
-    where more than a third would have to go: then the stated uncertainties are at fault, not the runs.
+    A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
+    scatter of the runs, the larger one. If the scatter is more than twice the stated one, a run is also compared with
+    the median run of its torque.
 
-    A run is compared with what the fit of the *others* predicts, in units of the uncertainty of that difference, or of
-    the runs' own scatter (their median × 1.4826) where that is larger. Where the scatter is more than twice what was
-    stated, a run is also compared with the median run of its torque: misfits between the torques must not hide one bad
-    timing among good ones.
+    Returns
+    -------
+    list of Outlier
+        In the order of the log. Empty for fewer than four runs, or if more than a third would be outliers: then the
+        stated uncertainties are wrong, not the runs.
+    FitResult or None
+        The fit without these runs, if there is one.
     """
     count = len(measured.runs)
     if count < 4:
         return [], None
-    found, result = _settle(measured, tilted, _far_from_start(measured))
+    # The first guess: runs that are far from the line that most runs agree with.
+    start = first_guess(measured, assume_sense(measured, 1.0), np.ones(count))
+    with np.errstate(divide="ignore"):
+        total = np.abs(measured.torque + start.residual_torque)
+        predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
+    off = rough_misfit(measured, predicted)
+    off[measured.torque == 0] = 0.0
+    far = set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
+    found, result = _settle(measured, tilted, far)
     if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
-        # One bad run may widen the scatter until it hides in it.
+        # One bad run can increase the scatter so much that it is not an outlier.
         named = {outlier.index for outlier in found}
         kept = [i for i in range(count) if i not in named]
         worst = max(kept, key=lambda i: abs(result.deviations[i]))
@@ -56,7 +67,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
 
 
 def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[Outlier], FitResult | None]:
-    """Fit without some runs, see which are odd then, and go on until they are the same."""
+    """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
     found: list[Outlier] = []
     for _round in range(6):
@@ -80,7 +91,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
 
 
 def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
-    """Which runs are far from the others of their torque, if the log scatters more than it should."""
+    """Return which runs are far from the others of their torque, if the log scatters more than stated."""
     apart = np.zeros(len(measured.runs))
     groups = [group for group in torque_groups(measured) if len(group) >= 4]
     if typical <= 2 or not groups:
@@ -90,25 +101,14 @@ def _far_within(measured: Measurements, result: FitResult, typical: float) -> An
     return apart > OUTLIER * MAD_TO_SD * median(apart[np.concatenate(groups)])
 
 
-def _far_from_start(measured: Measurements) -> set[int]:
-    """Runs far from the line that most runs agree with: a first guess, from which screening goes on."""
-    start = first_guess(measured, assume_sense(measured, 1.0), np.ones(len(measured.runs)))
-    total = np.abs(measured.torque + start.residual_torque)
-    with np.errstate(divide="ignore"):
-        predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
-    off = rough_misfit(measured, predicted)
-    off[measured.torque == 0] = 0.0
-    return set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
-
-
 def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:
-    """Turn count with which a run would fit within 3 of its own spreads, the nearest one; None if none does."""
+    """Return the turn count that explains a run best, to 3 standard uncertainties, or None."""
     bias = result.timing_bias.value
     one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
     spread = abs((measured.time[index] - result.fitted_time[index]) / result.deviations[index]) * typical
     candidates = {*TURN_COUNTS, *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1))}
     misfits = {
-        # What is uncertain of one turn is as much more uncertain of several.
+        # The uncertainty of one turn grows with the number of turns.
         turns: abs(measured.time[index] - bias - turns * one_turn) / (spread * max(1.0, turns / measured.turns[index]))
         for turns in candidates
         if turns > 0 and not math.isclose(turns, measured.turns[index])
@@ -118,23 +118,27 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
 
 
 NO_WORSE = 1e-3
-"""Runs fit as well if their chi-square, over that of the chosen runs, is more likely than this."""
+"""Runs fit as well as the chosen ones if the ratio of the chi-squares is more probable than this."""
 
 MOST_INSTEAD = 12
-"""So many runs of one torque that agree with each other are not wrong together."""
+"""More runs of one torque that agree with each other cannot all be wrong."""
 
 LESS_LIKELY = 3.0
-"""An M0 that is so many times less likely than another one decides which runs are wrong."""
+"""Factor by which one M0 must be less probable than another to decide which runs are wrong."""
 
 
 def rivals(
     measured: Measurements, chosen: FitResult, left_out: Collection[int]
 ) -> list[tuple[list[int], list[int], FitResult]]:
-    """Find the torques of which the runs that are kept may be wrong as well, instead of those that are left out.
+    """Find torques whose kept runs may be wrong, instead of the runs that are left out.
 
-    Gives for each such torque its runs that are left out, those that would be left out instead, and the fit then.
-    Runs of one torque that contradict each other are decided by their number or by the other torques; of two torques
-    any pair is on a line with some M0, so that only a much larger M0 speaks against the other choice.
+    Runs of one torque that contradict each other are decided by their number or by the other torques. Two torques are
+    on a line for every choice, so only a much larger M0 is an argument against the other choice.
+
+    Returns
+    -------
+    list of tuple
+        For each such torque: its runs that are left out, those that would be left out instead, and the fit then.
     """
 
     def unlikely(result: FitResult) -> float:
@@ -163,26 +167,29 @@ def rivals(
 
 
 USUAL_COUNTS = (1 / 3, 1 / 2, 2 / 3, 1.0, 2.0, 3.0)
-"""Revolutions that a lab times all runs of a weight by."""
+"""Usual numbers of revolutions of all runs of one weight."""
 
 AGREES = 0.03
-"""Torques agree where what is left of them is below this, relative, as a root mean square: wrong counts leave 20 %."""
+"""Torques agree if their relative deviation (root mean square) is below this; wrong counts give 20 %."""
 
 MODEST = 0.3
-"""Other counts explain a log only with a residual torque below this share of the lightest torque."""
+"""Largest residual torque over the smallest torque with which other counts explain a log."""
 
 MOST_TORQUES = 12
-"""More torques than this are not tried."""
+"""Largest number of torques that are tried."""
 
 
 def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
-    """Find the counts, one for each torque, with which the torques agree.
+    """Find turn counts, one for each torque, with which the torques agree.
 
-    Gives the corrections that change the fewest torques, one in most cases: number of the group in `torque_groups` and
-    the revolutions that fit it. Empty where the torques agree as written, or no counts make them.
+    For a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a turn count scales φ̇ψ̇. Every pair of torques with two counts gives
+    a line, and so does every torque with M0 = 0; the other torques then get the nearest count.
 
-    With a level rod M + M0 = I_zz φ̇ψ̇ is a line, and a count scales φ̇ψ̇. Every two torques with any two counts make a
-    line, and so does every torque with M0 = 0; each of the others then takes the count that is nearest to it.
+    Returns
+    -------
+    list of dict
+        The corrections that change the fewest torques: number of the group in `torque_groups`, and its revolutions.
+        Empty if the torques agree without a correction, or if there is no correction.
     """
     numbers = [k for k, group in enumerate(torque_groups(measured)) if measured.torque[group[0]]]
     if not 2 <= len(numbers) <= MOST_TORQUES:
@@ -190,7 +197,7 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     groups = [torque_groups(measured)[k] for k in numbers]
     torque = np.array([measured.torque[group[0]] for group in groups])
     product = np.sign(torque) * [median(np.abs(measured.product[group])) for group in groups]
-    # Runs of one torque with different counts were counted one by one.
+    # If runs of one torque have different counts, the counts are not a common mistake.
     written = [np.unique(measured.turns[group]) for group in groups]
     factors = [np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])]) for w in written]
     inertia, residual_torque = _lines(torque, product, factors)
@@ -217,10 +224,10 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
 
 
 def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floats, Floats]:
-    """I_zz [kg*m^2] and M0 [N*m] of every line that two torques, or one with M0 = 0, may lie on."""
+    """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques, or through one with M0 = 0."""
     slopes = [m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)]
     constants = [np.zeros(len(factor)) for factor in factors]
-    # Two torques always lie on a line, and it tells nothing.
+    # If there are only two torques, a line through both is not evidence.
     for a, b in combinations(range(len(torque)), 2) if len(torque) > 2 else ():
         first, second = (x.ravel() for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b]))
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""The whole motion of eqs. (7), exactly, at any time: Jacobi's functions and Carlson's integrals."""
+"""The exact motion of eqs. (7) at any time, by Jacobi's elliptic functions and Carlson's integrals."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 from gyrodata.motion.orbits import UPRIGHT, Orbit, State, Top, orbit, released
 
 _LONGEST = 1e12
-"""Nutations [1] after which an angle not yet swept never is: what is left of a mean rate of 0 is rounding."""
+"""Number of nutations after which an angle will not be reached: a mean rate this small is rounding."""
 
 
 def exact(top: Top, state: State, time: ArrayLike) -> State:
-    """The state at any time, before or after, in closed form.
+    """Compute the state at any time [s], of either sign, in closed form.
 
-    Good to about 1e-15 times the largest of 1 and the angles turned through by nutation, unless the motion itself
-    magnifies what is in the last digit of `state`: one that almost comes to rest near the upright.
+    The error is about 1e-15 times the largest of 1 and the angles of nutation, unless the motion magnifies the last
+    digit of `state`, as near the unstable upright position.
     """
     course = _Course(orbit(top, state))
     start = course.orbit.start
@@ -34,11 +34,11 @@ def exact(top: Top, state: State, time: ArrayLike) -> State:
 
 
 def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
-    """Azimuth that the rod sweeps about the vertical from time 0 on, not reduced to a turn [rad].
+    """Compute the azimuth that the rod sweeps from time 0 on, not reduced to one turn [rad].
 
-    Counterclockwise seen from above. A rod that passes exactly through the vertical turns by half a turn there, in the
-    sense of its turning otherwise, or counterclockwise if it does not turn otherwise. For one that starts there it
-    counts from the azimuth at which it leaves. A rod that stays upright sweeps 0.
+    Counterclockwise seen from above is positive. A rod that passes exactly through the vertical turns by half a turn
+    there, in the direction of its other motion, or counterclockwise without other motion. A rod that starts there has
+    azimuth 0 in the direction in which it leaves. A rod that stays upright sweeps 0.
     """
     course = _Course(orbit(top, state))
     swept, _ = course.at(time)
@@ -46,10 +46,9 @@ def precession_angle(top: Top, state: State, time: ArrayLike) -> Any:
 
 
 def mean_precession_rate(top: Top, state: State) -> Any:
-    """Secular rate of precession: what the rod sweeps in a nutation over its period [rad/s].
+    """Compute the mean rate of precession: the azimuth swept in one nutation over its period [rad/s].
 
-    With the same meaning at the vertical as in `precession_angle`. From sums where the orbit keeps away from the
-    vertical, as one that is let go from rest does, else from complete integrals.
+    The vertical has the same meaning as in `precession_angle`.
     """
     path = orbit(top, state)
     rate = _summed_rate(path)
@@ -57,23 +56,23 @@ def mean_precession_rate(top: Top, state: State) -> Any:
 
 
 _POINTS = 120
-"""So many points at most stand for half a nutation; more would cost as much as the complete integrals."""
+"""Largest number of points in half a nutation; more would take as long as the complete integrals."""
 
 _UPRIGHT_ENOUGH = 1e-3
-"""Closer to a pole than this, in 1 − |cosθ|, l − a u loses digits."""
+"""Distance from a pole, in 1 − |cosθ|, below which l − a u loses digits."""
 
 
 def _summed_rate(path: Orbit) -> Any:
-    """Secular φ̇ by the midpoint rule [rad/s]; None where that would need too many points.
+    """Compute the mean φ̇ by the midpoint rule [rad/s]; None if this would need too many points.
 
-    With u = u1 + (u2 − u1) sin²(ψ/2) the time goes as ∫ dψ/√(1 − m sin²(ψ/2)), and all is periodic and smooth in ψ: N
-    points have an error of e^(−2 N arcosh x), with x the distance of the nearest of −1, 1 and u3 from the middle in
-    half widths (Trefethen & Weideman, SIAM Review 56, 385, 2014).
+    With u = u1 + (u2 − u1) sin²(ψ/2) the time is proportional to ∫ dψ/√(1 − m sin²(ψ/2)); all is periodic and smooth
+    in ψ. N points have an error of e^(−2 N arcosh x), with x the distance of the nearest of −1, 1 and u3 from
+    the middle, in half widths (Trefethen & Weideman, SIAM Review 56, 385, 2014).
     """
     width, nearest = np.asarray(path.high - path.low), np.minimum(path.upper_near, path.lower_near)
     with np.errstate(divide="ignore", invalid="ignore"):
         beyond = np.minimum(nearest / width, path.complement / path.parameter)
-    # Around a rod that precesses steadily nothing is near.
+    # For steady precession the width is 0.
     slowest = np.min(np.arccosh(1 + 2 * beyond[width > 0]), initial=40.0)
     if not (slowest * _POINTS > 20 and np.min(nearest) > _UPRIGHT_ENOUGH):
         return None
@@ -89,32 +88,32 @@ def _summed_rate(path: Orbit) -> Any:
 
 
 def time_to_turn(top: Top, state: State, angle: ArrayLike) -> Any:
-    """The first time at which the rod has swept an angle about the vertical: where a stopwatch stops [s].
+    """Compute the first time at which the rod has swept an angle about the vertical [s].
 
-    To about 1e-15 of itself and of the nutation's period, and to what the last digit of the angle settles (little
-    near a cusp, where the rod stands still). Infinite where the rod never gets there, or not within 1e12 nutations.
+    The error is about 1e-15 of the time and of the nutation's period, and the effect of the last digit of the angle
+    (large near a cusp, where the rod is at rest). Infinite if the rod does not reach the angle in 1e12 nutations.
     """
     course = _Course(orbit(top, state))
     return course.time_to(course.orbit.start.flip * np.asarray(angle, dtype=float))
 
 
 class Nutation(Struct, frozen=True):
-    """How a rod nods that was let go from rest, and what of its precession is not uniform."""
+    """The nutation of a rod that is released from rest."""
 
     period: float
-    """From one moment of rest to the next, where the rod is as high as at the start [s]."""
+    """Time from one moment of rest to the next [s]."""
     mean_sag: float
-    """Angle below the start, mean over time [rad]; negative if the rod rises."""
+    """Mean angle below the start [rad]; negative if the rod rises."""
     greatest_sag: float
-    """The same at most [rad]."""
+    """Largest angle below the start [rad]."""
     sideways: float
-    """φ̇ sinθ, mean over time: how fast the rod's direction goes sideways [rad/s]."""
+    """Mean of φ̇ sinθ, the sideways rate of the rod's direction [rad/s]."""
     lead: float
-    """How far in time the azimuth gets ahead of its mean course, or behind, at most [s]; NaN where there is none."""
+    """Largest time by which the azimuth is before or after uniform precession [s]; NaN without precession."""
 
 
 def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
-    """The nutation of one rod let go from rest, of any size, to about 1e-11 of each of its numbers."""
+    """Compute the nutation of one rod that is released from rest, to about 1e-11 of each number."""
     from scipy.integrate import quad
     from scipy.optimize import minimize_scalar
 
@@ -123,7 +122,7 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
     width = path.high - path.low
 
     def sag(place: _Place) -> Any:
-        """Angle between two directions by their half angles, free of cancellation; the start is the highest place."""
+        """Compute the angle from the start, the highest place, by half angles without cancellation."""
         down, up = np.sqrt(place.lower * start.upper), np.sqrt(place.upper * start.lower)
         along = np.sqrt(place.lower * start.lower) + np.sqrt(place.upper * start.upper)
         return 2 * np.arctan2(2 * width * place.cn**2 / (down + up), along)
@@ -138,7 +137,7 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
     rate = course.mean_rate
 
     def ahead(x: float) -> Any:
-        """Azimuth from the lowest place on, on top of its mean course [rad]."""
+        """Compute the azimuth from the lowest place minus uniform precession [rad]."""
         return course.bend(course.after_lowest(x)) + (path.drift - rate) * x / path.pace
 
     lead = np.nan
@@ -155,17 +154,17 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
 
 
 def _vector(level: Any, height: Any, flip: Any) -> Any:
-    """A vector in the fixed frame from its horizontal part, a complex number, and its height."""
+    """Return a vector in the fixed frame from its horizontal part, a complex number, and its height."""
     vector = np.empty((*np.shape(level), 3))
     vector[..., 0], vector[..., 1], vector[..., 2] = level.real, flip * level.imag, flip * height
     return vector
 
 
 class _Place(Struct, frozen=True, eq=False):
-    """A place on an orbit, by Jacobi's functions there."""
+    """A place on an orbit, given by Jacobi's functions."""
 
     sn: Any
-    """[1], with the sign of the rod's rise."""
+    """[1]; positive while the rod rises."""
     cn: Any
     dn: Any
     upper: Any
@@ -175,7 +174,7 @@ class _Place(Struct, frozen=True, eq=False):
 
 
 class _Course:
-    """An orbit run through in time: the place and the azimuth swept."""
+    """The motion along an orbit: the place and the swept azimuth at a time."""
 
     def __init__(self, path: Orbit) -> None:
         from scipy.special import elliprf
@@ -186,19 +185,19 @@ class _Course:
         with np.errstate(divide="ignore", invalid="ignore"):
             sn = np.where(width > 0, np.sqrt(-path.low / width), width)
             cn = np.where(width > 0, np.sqrt(path.high / width), 1)
-        # At a turning point the climb is 0: the rod comes from the upper one and is at the end of its way to the lower.
+        # At a turning point the climb is 0; the rod is then on its way from the upper to the lower one.
         first = self._place(np.where(start.climb > 0, sn, -sn), cn)
         self.phase = first.sn * elliprf(first.cn**2, first.dn**2, 1.0)
         self.offset = self.bend(first)
-        # Near the vertical the way H leans tells the azimuth, elsewhere the way the rod points.
+        # Near the vertical the direction of H gives the azimuth, elsewhere the direction of the rod.
         towards = start.rate2 * np.sqrt(first.upper * first.lower) * start.place
         towards = towards + np.conj(self.lean(first)) * start.leaning
-        # One that stands has no azimuth, and needs none.
+        # An upright rod has no azimuth, and does not need one.
         self.heading = np.sign(towards)
         self._leave_pole()
 
     def _leave_pole(self) -> None:
-        """Count a motion that starts at the vertical from the azimuth at which it leaves, a quarter turn on."""
+        """Start a motion from the vertical at the azimuth at which the rod leaves, a quarter turn further."""
         path, start = self.orbit, self.orbit.start
         above = (start.upper < UPRIGHT) & (path.upper_far > UPRIGHT)
         below = (start.lower < UPRIGHT) & (path.lower_far > UPRIGHT)
@@ -207,11 +206,11 @@ class _Course:
             quarter = np.where(above | below, np.copysign(np.pi / 2, miss), 0)
             self.offset = self.offset + quarter
             self.heading = self.heading * np.exp(1j * quarter)
-            # The passage takes less than the last digit of the phase.
+            # The passage is shorter than the last digit of the phase.
             self.phase = np.where(below, np.finfo(float).epsneg, self.phase)
 
     def _weigh(self, path: Orbit, width: Any) -> None:
-        """What multiplies the two integrals of the third kind, and their whole values."""
+        """Compute the factors of the two integrals of the third kind, and the complete integrals."""
         from scipy.special import elliprj
 
         m1 = path.complement
@@ -228,7 +227,7 @@ class _Course:
         return _Place(sn, cn, dn, path.upper_near + width * cn**2, path.lower_near + width * sn**2)
 
     def bend(self, place: _Place) -> Any:
-        """Azimuth on top of R t, from the lower turning point to a place on either side of it [rad]."""
+        """Compute the azimuth minus R t, from the lower turning point to a place on either side of it [rad]."""
         from scipy.special import elliprj
 
         path = self.orbit
@@ -240,10 +239,10 @@ class _Course:
         return np.copysign(1.0, place.sn) * (upper + lower)
 
     def lean(self, place: _Place) -> Any:
-        """Horizontal part of H/I, as a complex number relative to the rod's azimuth [rad/s]."""
+        """Compute the horizontal part of H/I, as a complex number relative to the rod's azimuth [rad/s]."""
         path = self.orbit
         start = path.start
-        # a − l u by what is small at the nearer pole, because it is divided by sinθ.
+        # a − l u from the small quantities of the nearer pole, because it is divided by sinθ.
         along = np.where(
             place.upper < place.lower,
             start.about_z * place.upper - path.upper_miss,
@@ -253,12 +252,12 @@ class _Course:
         return (along - 1j * climb) / np.sqrt(place.upper * place.lower)
 
     def after_lowest(self, argument: Any) -> _Place:
-        """The place by the argument of sn, within ±K of the lowest one."""
+        """Return the place for an argument of sn, within ±K of the lowest place."""
         angle = self.orbit.ladder.amplitude(argument)
         return self._place(np.sin(angle), np.cos(angle))
 
     def at(self, time: ArrayLike) -> tuple[Any, _Place]:
-        """Swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
+        """Compute the swept azimuth [rad] in the frame of the orbit, and the place, at a time [s]."""
         path, time = self.orbit, np.asarray(time, dtype=float)
         argument = self.phase + path.pace * time
         nutations = np.round(argument / (2 * path.ladder.quarter))
@@ -268,19 +267,19 @@ class _Course:
 
     @property
     def period(self) -> Any:
-        """Time of a whole nutation [s]."""
+        """Period of the nutation [s]."""
         return 2 * self.orbit.ladder.quarter / self.orbit.pace
 
     @property
     def mean_rate(self) -> Any:
-        """Secular φ̇ in the frame of the orbit [rad/s]."""
+        """Mean φ̇ in the frame of the orbit [rad/s]."""
         return self.orbit.drift + 2 * (self.upper_bend + self.lower_bend) / self.period
 
     def time_to(self, angle: Any) -> Any:
-        """First time [s] at which the swept azimuth is `angle` [rad].
+        """Compute the first time [s] at which the swept azimuth is `angle` [rad].
 
-        In a nutation the azimuth goes forth and back once, or only forth, or only back, so the first arrival is on
-        the forward stretch of the first nutation whose end is far enough.
+        In a nutation the azimuth moves forward and backward once, or only in one direction. So it first reaches the
+        angle in the forward part of the first nutation whose end is far enough.
         """
         sense, target = np.copysign(1.0, angle), np.abs(angle)
         end, stretch = self._forward(sense)
@@ -295,11 +294,11 @@ class _Course:
         return np.where(target == 0, 0, np.where(never, np.inf, when))[()]
 
     def _forward(self, sense: Any) -> tuple[Any, Any]:
-        """When the azimuth first stops going in this sense, and how long each such stretch is [s]."""
+        """Compute the end of the first motion in this direction, and the duration of each such motion [s]."""
         from scipy.special import elliprf
 
         path, quarter = self.orbit, self.orbit.ladder.quarter
-        # l − a u at the turning points; between them its sign changes at most once, for it is linear in u.
+        # l − a u at the turning points; it is linear in u, so its sign changes at most once between them.
         below = sense * _turning(path, path.upper_far, path.lower_near)
         above = sense * _turning(path, path.upper_near, path.lower_far)
         back = below * above < 0
@@ -313,16 +312,16 @@ class _Course:
 
 
 def _turning(path: Orbit, upper: Any, lower: Any) -> Any:
-    """φ̇ sin²θ = l − a u [rad/s], exact at the pole that is near."""
+    """Compute φ̇ sin²θ = l − a u [rad/s], exactly at the nearer pole."""
     spin = path.start.about_rod
     return np.where(upper < lower, path.upper_miss + spin * upper, path.lower_miss - spin * lower)
 
 
 def find_crossing(function: Callable[[Any], Any], early: ArrayLike, late: ArrayLike) -> Any:
-    """Halve the ways from `early` to `late` down to the last digit of where each function rises through 0.
+    """Find by bisection where each function rises through 0 between `early` and `late`, to the last digit.
 
-    If the function is 0 nowhere between them, it is the end that is closer to 0. Halving is slow but sure: Newton's
-    method stalls where a precessing rod stands still.
+    Without a zero between them, return the end that is closer to 0. A NaN counts as above 0. Newton's method fails at
+    times when a precessing rod is at rest.
     """
     low, high = np.broadcast_arrays(np.asarray(early, dtype=float), np.asarray(late, dtype=float))
     while True:

@@ -1,10 +1,8 @@
-"""The motion step by step: by geometric splitting, or by an integrator that takes drag too.
+"""The motion in steps: by geometric splitting, or by an integrator that includes drag.
 
-Splitting: exact turns of the rod about H, and kicks of H by the torque, one after the other. The energy is that of the
-free body plus the potential. Each alone is solved exactly: without torque H is fixed and e3 turns about it at |H|/I;
-without motion H grows by dt M Z × e3. So |e3|, H·Z and H·e3 stay what they are to rounding, and the energy does not
-drift, whatever the step (a Lie–Poisson integrator). Take at least four steps in a nutation: with fewer the answer is
-wrong without any sign of it.
+Splitting alternates two exact motions: without torque H is constant and e3 turns about it at |H|/I; without rotation H
+grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant to rounding, and the energy does not drift for any step (a
+Lie–Poisson integrator). Use at least four steps per nutation: with fewer steps the answer is wrong, without a warning.
 """
 
 from __future__ import annotations
@@ -25,26 +23,32 @@ METHODS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
     "strang": ((1 / 2, 1 / 2), (1.0,)),
     "aba84": ((_A1, _A2, _A3, _A3, _A2, _A1), (_B1, _B2, _B3, _B2, _B1)),
 }
-"""The turns and the kicks between them, in parts of a step. For a torque that is small, of relative size ε:
+"""The turns and the kicks between them, in parts of a step. For a small torque of relative size ε:
 
-strang: order 2, error ε dt² after a given time. aba84: order 4, error ε dt⁸ + ε² dt⁴ (Blanes, Casas, Farrés, Laskar,
-Makazaga and Murua, Applied Numerical Mathematics 68, 58, 2013, their ABA(8,4); its last digits here are from the order
+strang: order 2, error ε dt² after a given time. aba84: order 4, error ε dt⁸ + ε² dt⁴ (ABA(8,4) of Blanes, Casas,
+Farrés, Laskar, Makazaga and Murua, Applied Numerical Mathematics 68, 58, 2013; the last digits follow from the order
 conditions).
 """
 
 
 def split(top: Top, state: State, time: float, steps: int, method: str = "aba84") -> State:
-    """Follow one top for a time [s], of either sign, by equal steps; the method is one of `METHODS`."""
+    """Compute the state of one top after a time [s], of either sign, by equal steps.
+
+    Raises
+    ------
+    ValueError
+        If the method is not in `METHODS`, or if there are no steps.
+    """
     if method not in METHODS:
-        raise ValueError(f"there is no method {method!r}; choose one of {', '.join(METHODS)}")
+        raise ValueError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
     if steps < 1:
-        raise ValueError(f"{steps} steps lead nowhere; take 1 at least")
+        raise ValueError(f"{steps} steps are too few; use 1 or more")
     step = time / steps
     turns = [float(part * step / top.transverse_inertia) for part in METHODS[method][0]]
     kicks = [float(part * step * top.torque) for part in METHODS[method][1]]
-    # The turn that ends a step and the one that begins the next are about the same H, so they are one.
+    # The last turn of a step and the first turn of the next one are about the same H, so they are combined.
     pairs = list(zip(kicks, [*turns[1:-1], turns[-1] + turns[0]], strict=True))
-    # Python's own floats are ten times faster than arrays of three.
+    # Python's floats are ten times faster than arrays of three numbers.
     (x, y, z), (hx, hy, hz) = state.axis.tolist(), state.momentum.tolist()
     x, y, z = _turned(x, y, z, hx, hy, hz, turns[0])
     for _ in range(steps):
@@ -71,10 +75,10 @@ def _turned(x: float, y: float, z: float, hx: float, hy: float, hz: float, turn:
 
 
 class Path(State, frozen=True, eq=False):
-    """The state of one top at a number of times, axis and momentum of shape (n, 3), or (3,) for one time."""
+    """The state of one top at n times; axis and momentum have shape (n, 3), or (3,) for one time."""
 
     evaluations: int
-    """How often the right-hand side was asked for."""
+    """Number of evaluations of the right-hand side."""
 
 
 def integrate(
@@ -87,11 +91,27 @@ def integrate(
     rtol: float = 1e-9,
     atol: float = 1e-12,
 ) -> Path:
-    """Follow one top in the vectors e3 and H, with gravity and a linear drag.
+    """Integrate the motion of one top under gravity and a linear drag, in the vectors e3 and H.
 
-    The times [s] rise from 0, or fall from 0. `drag` is c [N*m*s] of a torque −c ω, the same about every axis. `method`
-    is one that `scipy.integrate.solve_ivp` takes; nothing here is stiff. With `rtol` above 1e-6 the answer may be no
-    better than eq. (9); `atol` is that of e3, and for H as much of |H| at the start, or of √(I |M|) if that is more.
+    Parameters
+    ----------
+    top : Top
+    state : State
+        At time 0.
+    time : array_like
+        Times that rise or fall from 0 [s].
+    drag : float
+        c of the torque −c ω [N*m*s].
+    method : str
+        A method of `scipy.integrate.solve_ivp`; the equations are not stiff.
+    rtol, atol : float
+        Tolerances; `atol` is for e3, and for H it is relative to |H| at the start, or to √(I |M|) if this is larger.
+        With `rtol` above 1e-6 the answer can be worse than eq. (9).
+
+    Raises
+    ------
+    ValueError
+        If the drag is not finite, if the times do not rise or fall from 0, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -107,11 +127,11 @@ def integrate(
     if times.any():
         rates = vector_rates(top, drag)
         size = max(float(np.linalg.norm(state.momentum)), math.sqrt(abs(top.torque) * top.transverse_inertia))
-        # The integrator takes each time once.
+        # The integrator accepts each time only once.
         sense = np.copysign(1.0, ends[-1])
         distinct, again = np.unique(sense * ends, return_inverse=True)
         done = solve_ivp(
-            # Python's own floats are ten times faster one at a time.
+            # Python's floats are ten times faster here than arrays.
             lambda _, row: rates(*row.tolist()),
             (0.0, ends[-1]),
             start,
@@ -121,19 +141,19 @@ def integrate(
             atol=atol * np.repeat([1.0, size], 3),
         )
         if not done.success:
-            raise ValueError(f"the integrator gave up: {done.message}")
+            raise ValueError(f"the integration failed: {done.message}")
         rows, evaluations = done.y.T[again], done.nfev
     rows = rows.reshape(*times.shape, 6)
     return Path(rows[..., :3], rows[..., 3:], evaluations)
 
 
 Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, Any]]
-"""How fast e3 and H change, as a function of their components."""
+"""Time derivatives of e3 and H as a function of their components."""
 
 
 def vector_rates(top: Top, drag: ArrayLike = 0.0, pace: ArrayLike = 1.0) -> Rates:
-    """The right-hand side by components, floats or arrays: gravity and linear drag, in a time `pace` times as fast."""
-    # 0-d arrays would be slower than Python's floats.
+    """Return the right-hand side by components, floats or arrays, with linear drag; times are divided by `pace`."""
+    # 0-d arrays are slower than Python's floats.
     transverse, weight, slowing, along = (
         float(value) if np.ndim(value) == 0 else value
         for value in (

@@ -1,16 +1,15 @@
-"""A top, its state, and the constants of its motion: turning heights, period and phase, to the last digit of the state.
+"""A top, its state, and the constants of its motion: turning points, period and phase.
 
-For the constants everything is divided by I, and where the torque is negative the frame is turned over (a half turn
-about X), so that gravity's β = |M|/I is never negative. With u = cosθ, l = H·Z/I, a = H·e3/I and w = u − u0 from the
-start,
+All constants are divided by I. If the torque is negative, the frame is turned by a half turn about X, so that gravity's
+β = |M|/I is never negative. With u = cosθ, l = H·Z/I, a = H·e3/I and w = u − u0 from the start,
 
     u̇² = 2β w³ + A w² + B w + C = 2β (w − w1)(w − w2)(w − w3),    w1 ≤ 0 ≤ w2 ≤ w3,
     φ̇ = (l − a u)/(1 − u²) = ½ (l − a)/(1 − u) + ½ (l + a)/(1 + u),
 
-with coefficients that come from the vectors without a difference of near-equal numbers. Then
-u = u1 + (u2 − u1) sn²(κ(t − t1)|m), and φ is R t plus two integrals of the third kind: the one for the upper pole
-is taken from the lower turning point and the one for the lower pole from the upper, so that each is a sum of
-positive terms however close to the pole the orbit comes (RJ: Carlson, Numerical Algorithms 10, 13, 1995).
+with coefficients that are computed from the vectors without differences of nearly equal numbers. Then
+u = u1 + (u2 − u1) sn²(κ(t − t1)|m), and φ is R t plus two integrals of the third kind. The integral for the upper pole
+begins at the lower turning point, and that for the lower pole at the upper one, so that each is a sum of positive terms
+for orbits of any distance from the pole (RJ: Carlson, Numerical Algorithms 10, 13, 1995).
 """
 
 from __future__ import annotations
@@ -25,36 +24,36 @@ from numpy.typing import ArrayLike
 from gyrodata.physics import Floats, precession_rate
 
 _MISS = 1e-30
-"""An orbit exactly through the vertical is taken to miss it by about this part of where it starts [1]."""
+"""Relative distance by which an orbit exactly through the vertical is assumed to miss it [1]."""
 
 UPRIGHT = 1e-50
-"""A rod that never comes farther than this from the vertical, in 1 − |cosθ|, stands there for good."""
+"""A rod whose 1 − |cosθ| never exceeds this stays upright."""
 
 _NEAREST = 1e-90
-"""Least closest approach to a pole as a part of the farthest, in 1 − |cosθ|, so that no integral is infinite."""
+"""Smallest ratio of the closest and the farthest distance from a pole, so that all integrals are finite."""
 
 _LEAST_COMPLEMENT = 1e-34
-"""Least 1 − m: a motion that would take for ever to reach the upright takes some forty times 1/κ instead."""
+"""Smallest 1 − m: a motion that would need an infinite time to become upright needs about 40/κ instead."""
 
 _SPECK = 1e-60
-"""A component of e3 [1] or of H/I [rad/s], or a β [rad^2/s^2], below this is 0, so that no square underflows."""
+"""Components of e3 [1] and H/I [rad/s], and β [rad^2/s^2], below this are 0, so that squares do not underflow."""
 
 _NEWTON_STEPS = 60
-"""Enough even where two roots meet and each step only halves the error."""
+"""Enough also for a double root, for which each step only halves the error."""
 
 _NEGLIGIBLE = 1e-8
-"""What follows a step this small is its square over 4: below the last digit."""
+"""The next step is the square of this step over 4, below the last digit."""
 
 
 class Top(Struct, frozen=True, eq=False):
-    """A symmetric body with one point fixed and a torque from gravity; arrays stand for many tops and broadcast."""
+    """A symmetric body with one fixed point and a torque from gravity; arrays describe many tops and are broadcast."""
 
     inertia: Any
     """I_zz, the moment of inertia about the rod [kg*m^2], above 0."""
     transverse_inertia: Any
     """I about an axis across the rod through the fixed point [kg*m^2], above 0; may be below or equal to I_zz."""
     torque: Any
-    """h m g, the torque with the rod horizontal [N*m]; negative with the weight beyond the centre, 0 when balanced."""
+    """h m g, the torque with the rod horizontal [N*m]; negative for a weight on the other side of the centre."""
 
     def __post_init__(self) -> None:
         for name in ("inertia", "transverse_inertia", "torque"):
@@ -66,25 +65,28 @@ class Top(Struct, frozen=True, eq=False):
 
 
 class State(Struct, frozen=True, eq=False):
-    """Where the rod points and the angular momentum: all that the torque acts on.
+    """Direction of the rod and angular momentum.
 
-    The spin's angle is not in it, because nothing depends on it; nor are Euler angles, which fail at the vertical.
+    The angle of the spin is not included, because nothing depends on it. Euler angles would fail at the vertical.
     """
 
     axis: Floats
-    """e3, the unit vector along the rod, in the fixed frame X, Y, Z with Z up [1]; shape (..., 3)."""
+    """e3, the unit vector along the rod, in the fixed frame X, Y, Z with Z upwards [1]; shape (..., 3)."""
     momentum: Floats
     """H, the angular momentum about the fixed point, in the fixed frame [kg*m^2/s]; shape (..., 3)."""
 
 
 def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
-    """The rod in steady slow precession, eq. (8), pointing towards X (azimuth 0).
+    """Return the state in steady slow precession, eq. (8), at azimuth 0.
 
-    A ValueError where none exists, because the rod points up and the spin is too low: `precession_rate` is NaN there.
+    Raises
+    ------
+    ValueError
+        If there is no steady precession: the rod points upwards and the spin is too low.
     """
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
-        raise ValueError("no steady precession exists at this spin and pitch; spin faster or lower the rod")
+        raise ValueError("no steady precession exists at this spin and pitch; use a faster spin or a lower rod")
     axis = _axis(pitch, np.shape(rate))
     vertical = np.zeros_like(axis)
     vertical[..., 2] = rate
@@ -96,7 +98,7 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
-    """The rod held at rest towards X (azimuth 0), the ball spinning, at the moment the rod is let go."""
+    """Return the state of a rod at rest at azimuth 0, with the ball spinning, when the rod is released."""
     momentum = np.multiply(top.inertia, spin)
     shape = np.broadcast_shapes(np.shape(momentum), np.shape(pitch), np.shape(top.torque))
     axis = _axis(pitch, shape)
@@ -104,10 +106,7 @@ def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 
 
 def energy(top: Top, state: State) -> Any:
-    """Kinetic and potential energy: (H² − H3²)/2I + H3²/2I_zz + h m g cosθ [J].
-
-    0 for a body at rest with the rod horizontal.
-    """
+    """Compute kinetic and potential energy, (H² − H3²)/2I + H3²/2I_zz + h m g cosθ [J]."""
     about_rod = np.sum(state.axis * state.momentum, axis=-1)
     across = np.sum(state.momentum**2, axis=-1) - about_rod**2
     kinetic = across / np.multiply(2, top.transverse_inertia) + about_rod**2 / np.multiply(2, top.inertia)
@@ -115,7 +114,7 @@ def energy(top: Top, state: State) -> Any:
 
 
 def _axis(pitch: ArrayLike, shape: tuple[int, ...]) -> Floats:
-    """The unit vector at azimuth 0 and this pitch, shape (*shape, 3)."""
+    """Return the unit vector at azimuth 0 and a pitch, shape (*shape, 3)."""
     axis = np.zeros((*shape, 3))
     axis[..., 0] = np.cos(pitch)
     axis[..., 2] = np.sin(pitch)
@@ -126,35 +125,34 @@ def _axis(pitch: ArrayLike, shape: tuple[int, ...]) -> Floats:
 
 
 class Ladder(Struct, frozen=True, eq=False):
-    """Jacobi's functions by the arithmetic-geometric mean: its steps that belong to a parameter m, or to an array.
+    """Steps of the arithmetic-geometric mean for Jacobi's functions with a parameter m, or an array of them.
 
-    `scipy.special.ellipj` takes m alone. An orbit that almost comes to rest near the upright has 1 − m far below
-    the last digit of m, and its period hangs on 1 − m: so both are handed in. Method: Abramowitz and Stegun,
-    Handbook of Mathematical Functions, 16.4 and 17.6.
+    `scipy.special.ellipj` accepts only m. Near the upright, 1 − m can be far below the last digit of m, and the period
+    depends on 1 − m. Method: Abramowitz and Stegun, Handbook of Mathematical Functions, 16.4 and 17.6.
     """
 
     steps: tuple[tuple[Any, Any], ...]
-    """c_n/a_n and b_n/a_n for n = 1, 2, ... to the last that matters: sine and cosine of an angle [1]."""
+    """c_n/a_n and b_n/a_n for n = 1, 2, ...: sine and cosine of an angle [1]."""
     mean: Any
-    """a_n at the end: the arithmetic-geometric mean of 1 and √(1 − m) [1]."""
+    """The arithmetic-geometric mean of 1 and √(1 − m) [1]."""
 
     @property
     def quarter(self) -> Any:
-        """The complete integral K(m), a quarter of the functions' period [1]."""
+        """The complete integral K(m), a quarter of the period [1]."""
         return np.pi / 2 / self.mean
 
     def amplitude(self, argument: Any) -> Any:
-        """The angle am(x|m) whose sine is sn and whose cosine is cn [rad], for an argument within ±K."""
+        """Compute the angle am(x|m) with the sine sn and the cosine cn [rad], for an argument within ±K."""
         angle = 2 ** len(self.steps) * self.mean * argument
         for sine, cosine in reversed(self.steps):
-            # The angle whose sine is c/a sinφ, from its cosine too, because an arcsine has no digits near 1.
+            # The angle with the sine c/a sinφ, also from its cosine, because an arcsine loses digits near 1.
             s = np.sin(angle)
             angle = (angle + np.arctan2(sine * s, np.hypot(np.cos(angle), cosine * s))) / 2
         return angle
 
 
 def ladder(parameter: Any, complement: Any) -> Ladder:
-    """Climb from m and 1 − m, each with its own digits, both from 0 to 1, the complement above 0."""
+    """Compute the steps from m and 1 − m, which are given separately; the complement is above 0."""
     arithmetic, geometric, half = 1.0, np.sqrt(complement), np.sqrt(parameter)
     steps = []
     while np.max(half / arithmetic) > _NEGLIGIBLE:
@@ -166,10 +164,10 @@ def ladder(parameter: Any, complement: Any) -> Ladder:
 
 
 class Start(Struct, frozen=True, eq=False):
-    """The state over I, in the frame where gravity pulls towards −Z; "upper" is where gravity's energy is high."""
+    """The state over I, in a frame with gravity towards −Z; "upper" is the side with the higher potential energy."""
 
     flip: Any
-    """+1, or −1 where the torque is negative and the frame is turned over [1]."""
+    """+1, or −1 if the torque is negative and the frame is turned [1]."""
     gravity: Any
     """β [rad^2/s^2]"""
     place: Any
@@ -179,15 +177,15 @@ class Start(Struct, frozen=True, eq=False):
     height: Any
     """u0 [1]"""
     upper: Any
-    """1 − u0 [1], with its own digits."""
+    """1 − u0 [1], without cancellation."""
     lower: Any
-    """1 + u0 [1], with its own digits."""
+    """1 + u0 [1], without cancellation."""
     climb: Any
     """u̇0 [rad/s]"""
     speed2: Any
     """|ė3|² [rad^2/s^2]"""
     rate2: Any
-    """Square of a rate as large as any in the motion [rad^2/s^2]."""
+    """Square of the largest rate of the motion [rad^2/s^2]."""
     about_z: Any
     """l [rad/s]"""
     about_rod: Any
@@ -195,19 +193,19 @@ class Start(Struct, frozen=True, eq=False):
     turning: Any
     """l − a u0 [rad/s]: φ̇ sin²θ."""
     upper_miss: Any
-    """l − a [rad/s], with its own digits; 0 for an orbit through the upper pole."""
+    """l − a [rad/s], without cancellation; 0 for an orbit through the upper pole."""
     lower_miss: Any
-    """l + a [rad/s], with its own digits; 0 for an orbit through the lower pole."""
+    """l + a [rad/s], without cancellation; 0 for an orbit through the lower pole."""
 
 
 class Orbit(Struct, frozen=True, eq=False, dict=True):
-    """A motion's constants, of the shape of top and state broadcast."""
+    """The constants of a motion, of the broadcast shape of top and state."""
 
     start: Start
     upper_miss: Any
-    """l − a [rad/s], where 0 is replaced by a value too small to be seen."""
+    """l − a [rad/s]; 0 is replaced by a tiny value."""
     lower_miss: Any
-    """l + a [rad/s], the same."""
+    """l + a [rad/s]; 0 is replaced by a tiny value."""
     low: Any
     """w1 = u1 − u0 [1], at most 0."""
     high: Any
@@ -215,33 +213,33 @@ class Orbit(Struct, frozen=True, eq=False, dict=True):
     upper_far: Any
     """1 − u1 [1]"""
     upper_near: Any
-    """1 − u2 [1], with its own digits: the closest approach to the upper pole."""
+    """1 − u2 [1], without cancellation: the smallest distance from the upper pole."""
     lower_far: Any
     """1 + u2 [1]"""
     lower_near: Any
-    """1 + u1 [1], with its own digits: the closest approach to the lower pole."""
+    """1 + u1 [1], without cancellation: the smallest distance from the lower pole."""
     pace: Any
-    """κ [rad/s]: the argument of sn runs at this rate, K for each half nutation."""
+    """κ [rad/s], the rate of the argument of sn, which grows by K in half a nutation."""
     parameter: Any
     """m [1]"""
     complement: Any
-    """1 − m [1], with its own digits."""
+    """1 − m [1], without cancellation."""
 
     @cached_property
     def ladder(self) -> Ladder:
-        """The elliptic functions for m."""
+        """The steps of the elliptic functions for m."""
         return ladder(self.parameter, self.complement)
 
     @property
     def drift(self) -> Any:
-        """R [rad/s], the part of φ that grows in proportion to time."""
+        """R [rad/s], the part of φ̇ that is constant."""
         start, width = self.start, self.high - self.low
         middle = start.turning - start.about_rod * (self.low + self.high) / 2
         return (middle + start.about_z * width / 2) / (self.upper_far * self.lower_far)
 
 
 def orbit(top: Top, state: State) -> Orbit:
-    """The motion that goes through a state."""
+    """Compute the orbit through a state."""
     start = scaled(top, state)
     with np.errstate(divide="ignore", invalid="ignore"):
         far, low, high = _turning_points(start)
@@ -249,7 +247,7 @@ def orbit(top: Top, state: State) -> Orbit:
 
 
 def scaled(top: Top, state: State) -> Start:
-    """The state over I, with gravity towards −Z; a ValueError where it is no state."""
+    """Divide the state by I and turn gravity towards −Z; raise ValueError if the state is invalid."""
     transverse = np.asarray(top.transverse_inertia, dtype=float)
     axis, momentum = np.asarray(state.axis, dtype=float), np.asarray(state.momentum, dtype=float)
     length = np.sqrt(np.sum(axis**2, axis=-1))
@@ -265,7 +263,7 @@ def scaled(top: Top, state: State) -> Start:
     level = hx * x + hy * y
     about_rod = level + hz * z
     speed2 = gx**2 + gy**2 + climb**2
-    # 1 − |u0| as sin²θ/(1 + |u0|) keeps its digits near the vertical.
+    # 1 − |u0| as sin²θ/(1 + |u0|) does not lose digits near the vertical.
     wide = 1 + np.abs(z)
     narrow = (x**2 + y**2) / wide
     upper, lower = np.where(z > 0, narrow, wide), np.where(z > 0, wide, narrow)
@@ -293,17 +291,17 @@ def _without_specks(values: Any) -> Any:
 
 
 def _turning_points(start: Start) -> tuple[Any, Any, Any]:
-    """2β w3 [rad²/s²], w1 and w2.
+    """Compute 2β w3 [rad²/s²], w1 and w2.
 
-    The far root is sought as r = 2β w3, which stays finite as β goes to 0: the largest root of
-    r³ + A r² + 2βB r + 4β²C, by Newton from the root for C = 0, which is never below it.
+    The variable r = 2β w3 is finite for β = 0. It is the largest root of r³ + A r² + 2βB r + 4β²C, by Newton's method
+    from the root for C = 0, which is never smaller.
     """
     beta, spin, speed2 = start.gravity, start.about_rod, start.speed2
     a = 4 * beta * start.height - speed2 - spin**2
     b = 2 * (spin * start.turning - start.height * speed2 - beta * start.upper * start.lower)
     c = start.climb**2
     far = _larger_root(a, 2 * beta * b)
-    # Between the two largest roots the cubic is flat; the far one is never below that place.
+    # The far root is never below the minimum of the cubic.
     least = np.maximum(_larger_root(2 * a / 3, 2 * beta * b / 3), UPRIGHT * start.rate2)
     far = np.maximum(far, least)
     for _step in range(_NEWTON_STEPS):
@@ -315,7 +313,7 @@ def _turning_points(start: Start) -> tuple[Any, Any, Any]:
         far = nearer
         if done.all():
             break
-    # What is left is w² + p w + q with q ≤ 0, so no digits are lost.
+    # The other roots are those of w² + p w + q with q ≤ 0, so no digits are lost.
     q = -c / far
     p = (2 * beta * q - b) / far
     one = -(p + np.copysign(np.sqrt(p**2 - 4 * q), p)) / 2
@@ -324,14 +322,14 @@ def _turning_points(start: Start) -> tuple[Any, Any, Any]:
 
 
 def _larger_root(p: Any, q: Any) -> Any:
-    """The larger root of x² + p x + q, real and at least 0, without a difference of near-equal numbers."""
+    """Compute the larger root of x² + p x + q, real and at least 0, without cancellation."""
     root = np.sqrt(np.maximum(p**2 - 4 * q, 0))
     total = p + root
     return np.where(p < 0, (root - p) / 2, -2 * q / np.where(total > 0, total, 1))
 
 
 def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
-    """The other constants, given 2β w3, w1 and w2."""
+    """Compute the other constants from 2β w3, w1 and w2."""
     beta = start.gravity
     still = (start.upper - low < UPRIGHT) | (start.lower + high < UPRIGHT)
     low, high = np.where(still, 0, low), np.where(still, 0, high)
@@ -371,10 +369,10 @@ def _completed(start: Start, far: Any, low: Any, high: Any) -> Orbit:
 
 
 def _upper_approach(start: Start, upper_far: Any) -> tuple[Any, Any, Any]:
-    """Values of l − a, 1 − u2 and 2β (u3 − u2) where the orbit comes close to the upper pole.
+    """Compute l − a, 1 − u2 and 2β (u3 − u2) for an orbit close to the upper pole.
 
-    Seen from the pole, 1 − u2 and 1 − u3 are the roots of a quadratic whose product is −(l − a)²/2β(1 − u1), so
-    neither they nor their difference are left over from a subtraction.
+    1 − u2 and 1 − u3 are the roots of a quadratic equation with the product −(l − a)²/2β(1 − u1), so that neither they
+    nor their difference lose digits.
     """
     beta = start.gravity
     speed2 = start.speed2 - 2 * beta * start.upper
@@ -386,12 +384,12 @@ def _upper_approach(start: Start, upper_far: Any) -> tuple[Any, Any, Any]:
 
 
 def _or_whole(part: Any, whole: Any) -> Any:
-    """How far from the pole the motion starts [1], or where it starts at the pole how far from it it goes."""
+    """Return the distance of the start from the pole [1], or for a start at the pole the largest distance."""
     return np.where(part < UPRIGHT, whole, np.maximum(part, 1e-20 * whole))
 
 
 def _missed(miss: Any, scale2: Any, start: Start) -> Any:
-    """The value of l ∓ a, or where it is 0 one that turns the azimuth at the pole the way it turns elsewhere."""
+    """Return l ∓ a, or instead of 0 a tiny value with the sign of the azimuth's motion elsewhere."""
     least = _MISS * np.sqrt(scale2)
     sense = np.where(start.about_z == 0, start.flip, start.about_z)
     return np.where(np.abs(miss) < least, np.copysign(least, np.where(miss == 0, sense, miss)), miss)

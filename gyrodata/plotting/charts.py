@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#666666"
-"""Okabe and Ito's colours, which colour-blind readers can tell apart."""
+"""Okabe and Ito's colours, which colour-blind readers can distinguish."""
 
 BAND: Any = {"color": "#F0E442", "alpha": 0.45, "linewidth": 0, "zorder": 0}
 
@@ -32,7 +32,7 @@ STYLE: Any = {
     "legend.frameon": False,
     "svg.hashsalt": "gyrodata",
 }
-"""For matplotlib's ``rc_context``, around drawing and saving."""
+"""For ``matplotlib.rc_context``."""
 
 
 def draw_chart(benchmark: Benchmark, name: str) -> Figure:
@@ -46,7 +46,7 @@ def draw_chart(benchmark: Benchmark, name: str) -> Figure:
 
 
 def render_benchmark(benchmark: Benchmark, forms: Sequence[Literal["png", "svg"]] = ("png", "svg")) -> dict[str, bytes]:
-    """Draw every chart as files, by name: the same bytes for the same benchmark."""
+    """Draw all charts; return the bytes of each file by its name, the same for the same benchmark."""
     from matplotlib import rc_context
 
     files: dict[str, bytes] = {}
@@ -61,7 +61,7 @@ def render_benchmark(benchmark: Benchmark, forms: Sequence[Literal["png", "svg"]
 
 
 def _figure(height: float, title: str) -> Figure:
-    """Make a figure with a title that says what the chart shows."""
+    """Create a figure with a title."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, height), dpi=120, layout="constrained")
@@ -83,10 +83,8 @@ _MODELS = {
 
 def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     """Draw the cost of each model against its error in units of u, a panel for each kind of lab."""
-    figure = _figure(6.8, "The cheapest model whose error is below the band wins\n")
-    words = (
-        "with rods up to 2° off their tilt, a push of the hand (not at the lower left), drag and the Earth's rotation"
-    )
+    figure = _figure(6.8, "Models of the motion: the cheapest one below the band wins\n")
+    words = "rods up to 2° from their tilt, pushed by hand (not at the lower left), with drag and the Earth's rotation"
     figure.text(0.01, 0.948, words, va="center")
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     for ax, panel in zip(grid.flat, panels, strict=True):
@@ -99,20 +97,14 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
         won = (panel.winner.seconds, panel.winner.error / panel.u)
         ax.plot(*won, "o", markersize=13, fillstyle="none", color="black")
         ax.annotate("wins", won, (-9, 0), textcoords="offset points", ha="right", va="center")
-        ax.text(
-            0.99,
-            0.5,
-            f"0.3 u to u = {100 * panel.u:.1f} %",
-            transform=ax.get_yaxis_transform(),
-            ha="right",
-            va="center",
-        )
+        words = f"0.3 u to u = {100 * panel.u:.1f} %"
+        ax.text(0.99, 0.5, words, transform=ax.get_yaxis_transform(), ha="right", va="center")
         ax.set_title(f"{panel.scene.title}, {panel.scene.speeds}")
         ax.label_outer()
     for ax in grid[1]:
-        ax.set_xlabel("CPU time for the nine runs of a lab, in Python [s]")
+        ax.set_xlabel("CPU time for nine runs, in Python [s]")
     for ax in grid[:, 0]:
-        ax.set_ylabel("error of I_zz over its uncertainty u")
+        ax.set_ylabel("error of I_zz over its u")
     grid[0, 0].legend(loc="lower left")
     return figure
 
@@ -123,8 +115,8 @@ _CURVES = dict(zip(METHODS, ((ORANGE, "<"), (GREEN, ">"), (RED, "v"), (BLUE, "X"
 
 
 def _draw_orders(orders: Sequence[Order]) -> Figure:
-    """Draw evaluations against the error of e3, after one turn and after many."""
-    figure = _figure(5.2, "Splitting is the cheapest for a rough answer, a high order for a precise one")
+    """Draw the error of e3 against the number of evaluations, after one turn and after many turns."""
+    figure = _figure(5.2, "Integrators: splitting is the cheapest for low accuracy, a high order for high accuracy")
     both = figure.subplots(1, 2, sharey=True)
     for ax, turns in zip(both, dict.fromkeys(order.turns for order in orders), strict=True):
         ax.set(xscale="log", yscale="log", xlabel="evaluations of the torque")
@@ -134,14 +126,13 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
                 x, y = [point.evaluations for point in order.points], [point.off for point in order.points]
                 label = f"{order.method}, order {order.order or 0:.1f}"
                 ax.plot(x, y, color=colour, marker=marker, markersize=4, linewidth=1.2, label=label)
-        wins = [
-            f"{name} from {power(most)} to {power(least)}" for name, (most, least) in cheapest(orders, turns).items()
-        ]
+        best = cheapest(orders, turns).items()
+        wins = [f"{name} from {power(most)} to {power(least)}" for name, (most, least) in best]
         ax.set_title(f"{turns} turn{'s' * (turns > 1)} about the vertical")
         ax.text(0.99, 0.99, "\n".join(["fewest evaluations:", *wins]), transform=ax.transAxes, ha="right", va="top",
                 fontsize=8)  # fmt: skip
     one, many = both
-    one.set(ylabel="distance of e3 from the true one", ylim=(1e-13, 1e3))
+    one.set(ylabel="error of the direction e3", ylim=(1e-13, 1e3))
     many.legend(*one.get_legend_handles_labels(), loc="lower left", title="order: slope of the left curve")
     for slope, ratio in ((2, 25.0), (4, 20.0), (8, 6.0)):
         end = 2000 * ratio, ratio**-slope
@@ -154,8 +145,8 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
 
 
 def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
-    """Draw bias, error, coverage and cost of each fit, with correct and with incorrect uncertainties."""
-    figure = _figure(4.4, "Only the recommended fit is honest whether the stated uncertainties are right or wrong\n")
+    """Draw bias, error, coverage and cost of each fit, for correct and incorrect stated uncertainties."""
+    figure = _figure(4.4, "Fits: only the recommended one is honest for correct and incorrect uncertainties\n")
     names = [trial.estimator for trial in panels[0].trials]
     bias, rmse, coverage, cost = figure.subplots(1, 4, sharey=True)
     for shift, panel, colour, marker in zip((-0.2, 0.0, 0.2), panels, (BLUE, RED, GREEN), "osD", strict=True):
@@ -171,8 +162,8 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
     bias.invert_yaxis()
     rmse.set(title="error", xlabel="RMSE of I_zz [%]", xlim=(0, None))
     coverage.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
-    coverage.set(title="coverage", xlabel="truth in the 95 % interval [%]", xlim=(0, 104))
-    cost.set(title="cost", xlabel="time of one fit, in Python [s]", xscale="log")
+    coverage.set(title="coverage", xlabel="intervals with true I_zz [%]", xlim=(0, 104))
+    cost.set(title="cost", xlabel="time of one fit [s]", xscale="log")
     figure.legend(*coverage.get_legend_handles_labels(), loc="upper left", bbox_to_anchor=(0, 0.94), ncols=3)
     return figure
 
@@ -181,12 +172,12 @@ def _draw_trials(panels: Sequence[TrialPanel]) -> Figure:
 
 
 def _draw_failures(failures: Sequence[Failure]) -> Figure:
-    """Draw for each failure how wrong the method is that fails, and how right the solution."""
-    figure = _figure(6.6, "Where methods fail (crosses), and what to use instead (dots)")
+    """Draw for each case the error or coverage of the method that fails and of the solution."""
+    figure = _figure(6.6, "Methods that fail (crosses) and their solutions (dots)")
     kinds = [[one for one in failures if one.measure == measure] for measure in ("relative error", "coverage")]
     errors, covers = figure.subplots(2, 1, height_ratios=[len(kind) for kind in kinds])
     errors.set(xscale="log", xlim=(1e-18, 300), xlabel="relative error")
-    covers.set(xlim=(-15, 115), xlabel="truth in the 95 % interval [%]")
+    covers.set(xlim=(-15, 115), xlabel="true I_zz in the 95 % interval [%]")
     covers.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
     for ax, kind, factor in ((errors, kinds[0], 1), (covers, kinds[1], 100)):
         _draw_rows(ax, kind, factor)
@@ -214,4 +205,4 @@ _DRAWERS: dict[str, Callable[[Benchmark], Figure]] = {
     "estimators": lambda benchmark: _draw_trials(benchmark.trials),
     "failures": lambda benchmark: _draw_failures(benchmark.failures),
 }
-"""By the name of the file, what draws it."""
+"""The functions that draw the charts, by file name."""

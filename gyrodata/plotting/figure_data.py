@@ -1,4 +1,4 @@
-"""What the figures show: plain arrays, one look for each torque, and numbers as text, taken from an `Analysis`."""
+"""The data of the figures: arrays, a colour and a marker for each torque, and numbers as text."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from gyrodata.quantities import as_read
 from gyrodata.results import Analysis
 from gyrodata.tables import Torque
 
-# The first three are Okabe and Ito's; their light ones are lost on white, so the rest was chosen for contrast and for
-# distance as the colour-blind see it. Grey is kept for runs without a weight.
+# Okabe and Ito's three dark colours, and three others with contrast that colour-blind readers can distinguish. Grey is
+# for runs without a weight.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#9B3DE8", "#6B2D00", "#1B1B4F")
 MARKERS = ("o", "s", "^", "D", "v", "P", "<")
 UNLOADED = ("#666666", "X")
 
 
 class Look(NamedTuple):
-    """How one torque is drawn, in every figure."""
+    """Label, colour and marker of one torque in every figure."""
 
     label: str
-    """What was on the rod: "20 g at 15 cm"."""
+    """The load: "20 g at 15 cm"."""
     colour: str
     """"#rrggbb"."""
     marker: str
-    """As matplotlib writes it: "o"."""
+    """A marker of matplotlib: "o"."""
 
 
 class Group(Struct, frozen=True):
-    """The runs of one torque, and how they are drawn."""
+    """The runs of one torque."""
 
     look: Look
     members: list[int]
@@ -44,15 +44,15 @@ class Group(Struct, frozen=True):
 
 
 class Scene(Struct, frozen=True):
-    """Everything that the figures show of n runs; arrays of shape (n,), with standard uncertainties."""
+    """The data of n runs; arrays of shape (n,). Names with ``_u`` are standard uncertainties."""
 
     analysis: Analysis
     groups: tuple[Group, ...]
     names: tuple[str, ...]
     hollow: NDArray[np.bool_]
-    """Flagged or left out; bool."""
+    """Flagged or left out."""
     left_out: NDArray[np.bool_]
-    """Not in the fit; bool."""
+    """Not in the fit."""
     spin: Floats
     """[rpm]"""
     spin_u: Floats
@@ -63,14 +63,14 @@ class Scene(Struct, frozen=True):
     """φ̇ψ̇ [rad²/s²]"""
     product_u: Floats
     unit: str
-    """Of torques, "mN·m" for example."""
+    """Unit of torques, for example "mN·m"."""
     unit_size: float
     """[N*m]"""
     torque: Floats
     """[unit]"""
     torque_u: Floats
     rest: Floats
-    """Torque minus that of the fitted line [unit]."""
+    """Torque minus the fitted line [unit]."""
     rest_u: Floats
 
     @property
@@ -85,7 +85,7 @@ class Scene(Struct, frozen=True):
 
 
 def gather(analysis: Analysis) -> Scene:
-    """Take from an analysis what the figures show, in the units of their axes."""
+    """Collect the data of the figures from an analysis, in the units of the axes."""
     measured, runs = analysis.measurements, analysis.run_table
     unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
     period, product = np.array([run.period for run in runs]), np.array([run.product for run in runs])
@@ -118,7 +118,7 @@ def gather(analysis: Analysis) -> Scene:
 
 
 def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
-    """Relative standard uncertainty of one quantity in each run, from all its sources of error."""
+    """Compute the relative standard uncertainty of one quantity in each run."""
     variance = np.zeros(len(values))
     size = np.where(values == 0, np.inf, np.abs(values))
     for source in measured.sources:
@@ -127,62 +127,39 @@ def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
     return np.sqrt(variance)
 
 
-def line_band(scene: Scene, product: Floats) -> tuple[Floats, Floats]:
-    """Give how far the fitted line may lie lower and higher at a product, with 95 % [unit].
-
-    The line turns, by as much as the interval of its slope says, about the point where slope and height are not
-    correlated; the height there has an error of its own.
-    """
-    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
-    interval = scene.analysis.inertia.interval_95
-    half = 1.96 * math.sqrt(v_inertia)
-    low, high = (abs(end - scene.inertia) for end in interval) if interval else (half, half)
-    pivot = cov / v_inertia
-    height = 1.96**2 * max(v_imbalance - cov * pivot, 0.0)
-    along = product - pivot
-    lower, upper = (np.where(along > 0, *turned) * along for turned in ((low, high), (high, low)))
-    return np.sqrt(lower**2 + height) / scene.unit_size, np.sqrt(upper**2 + height) / scene.unit_size
-
-
-# --- one look for each torque --------------------------------------------------------------------------------------
+# --- colours and markers -------------------------------------------------------------------------------------------
 
 
 def list_looks(analysis: Analysis) -> tuple[Look, ...]:
-    """Tell how each torque is drawn, for a page that shows the same marks beside its tables."""
+    """Return the label, colour and marker of each torque, for tables that show the same marks."""
     return tuple(group.look for group in _groups(analysis))
 
 
 def _groups(analysis: Analysis) -> tuple[Group, ...]:
-    members = torque_groups(analysis.measurements)
+    members, torques = torque_groups(analysis.measurements), analysis.torques
     labels = [_label(analysis.measurements, group[0]) for group in members]
     for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
-        # The same load in two senses of precession, as only runs without a weight can have.
-        labels[i] += f" ({'+' if analysis.torques[i].product.value > 0 else '−'})"
-    looks = _choose_looks([torque.torque for torque in analysis.torques])
-    return tuple(
-        Group(Look(label, *look), group, torque)
-        for label, look, group, torque in zip(labels, looks, members, analysis.torques, strict=True)
-    )
-
-
-def _choose_looks(torques: Sequence[float]) -> list[tuple[str, str]]:
-    """Colour and marker of each torque: of the colour-blind-safe set, or graded by size if the torques are too many."""
-    loaded = sorted((i for i, torque in enumerate(torques) if torque), key=lambda i: torques[i])
+        # Runs without a weight can precess in both directions.
+        labels[i] += f" ({'+' if torques[i].product.value > 0 else '−'})"
+    loaded = sorted((i for i, torque in enumerate(torques) if torque.torque), key=lambda i: torques[i].torque)
     colours: Sequence[str] = COLOURS
     if len(loaded) > len(COLOURS):
         from matplotlib import colormaps
         from matplotlib.colors import to_hex
 
-        # From dark blue over violet to salmon, whose contrast with white is 3 : 1.
+        # From dark blue to salmon, all with enough contrast to white (3 : 1).
         colours = [to_hex(shade) for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))]
     looks = [UNLOADED] * len(torques)
     for rank, i in enumerate(loaded):
         looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
-    return looks
+    return tuple(
+        Group(Look(label, *look), group, torque)
+        for label, look, group, torque in zip(labels, looks, members, torques, strict=True)
+    )
 
 
 def _label(measured: Measurements, i: int) -> str:
-    """What was on the rod: "20.00 g at 15.0 cm"."""
+    """Describe the load of a run: "20.00 g at 15.0 cm"."""
     if not measured.torque[i]:
         return "no weight"
     of_mass, of_position = measured.steps_of_load(i)
@@ -200,12 +177,12 @@ def _label(measured: Measurements, i: int) -> str:
 
 
 def as_number(value: float, step: float = 0.0) -> str:
-    """Write a reading with the digits that it was read to, or else with four or all before the point; a real minus."""
+    """Write a reading with its digits, or with at least four significant digits, and with a typographic minus."""
     return (f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)).replace("-", "−")
 
 
 def with_u(result: Estimate) -> str:
-    """Value and standard uncertainty with two digits of the uncertainty: "(4.44 ± 0.06) × 10⁻³"."""
+    """Write a value with two digits of its standard uncertainty: "(4.44 ± 0.06) × 10⁻³"."""
     if not result.u or not math.isfinite(result.u):
         return as_number(result.value)
     from uncertainties import ufloat
@@ -215,18 +192,18 @@ def with_u(result: Estimate) -> str:
 
 
 def torque_unit(largest: float) -> tuple[str, float]:
-    """Choose a unit by the largest torque [N*m]; give it with its size [N*m]."""
+    """Choose a unit for the largest torque [N*m]; return its name and its size [N*m]."""
     if largest >= 10:
         return "N·m", 1.0
     return ("mN·m", 1e-3) if largest >= 1e-4 else ("µN·m", 1e-6)
 
 
 def _short(name: str) -> str:
-    """One line of at most 14 characters: names come from the log and may be anything."""
+    """Shorten a name from the log to one line of at most 14 characters."""
     text = " ".join("".join(c if c.isprintable() else " " for c in name).split())
     return text if len(text) <= 14 else text[:13] + "…"
 
 
 def run_name(name: str) -> str:
-    """Name a run as in a sentence: "run 5"."""
+    """Write the name of a run for a sentence: "run 5"."""
     return name if name.lower().startswith("run") else f"run {name}"

@@ -1,7 +1,7 @@
-"""The figures of a log on axes of matplotlib, and that of balanced gyroscopes above the turning Earth.
+"""The four figures of a log, and the figure of balanced gyroscopes above the turning Earth.
 
-A figure is one function that draws on axes, one that says in words what they show, and a record of `FIGURES`. The
-report, ``Analysis.plot`` and the feedback for students use the same record.
+A figure consists of a function that draws on axes of matplotlib, a function that describes it in words, and an entry in
+`FIGURES`. The report, ``Analysis.plot`` and the feedback for students use this entry.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gyrodata.errors import insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats, balanced_direction
-from gyrodata.plotting.figure_data import COLOURS, MARKERS, Scene, as_number, gather, line_band, run_name, with_u
+from gyrodata.plotting.figure_data import COLOURS, MARKERS, Scene, as_number, gather, run_name, with_u
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -30,9 +30,9 @@ Form = Literal["png", "svg", "pdf"]
 INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
 
 STYLE: Any = {
-    # A "$" in a run's name is a dollar; and the parser of formulas costs more than the figure.
+    # A "$" in the name of a run is not a formula, and the parser of formulas is slow.
     "text.parse_math": False,
-    # Letters as the font has them: a tenth faster than letters fitted to the dots.
+    # Without hinting, text is drawn faster.
     "text.hinting": "no_hinting",
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
@@ -49,31 +49,31 @@ STYLE: Any = {
     "legend.fontsize": 8.0,
     "svg.hashsalt": "gyrodata",
 }
-"""For matplotlib's ``rc_context``, around drawing and saving."""
+"""For ``matplotlib.rc_context``."""
 
-SIZES = {"screen": (5.0, 3.2, 0.9, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 1.2, 300)}
-"""Width and height of a figure, height that a second panel adds [inch], and dots of a PNG to the inch."""
+SIZES = {"screen": (5.0, 3.2, 1.8, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 2.4, 300)}
+"""Width and height of a figure, additional height for a second panel [inch], and resolution of a PNG [dots/inch]."""
 
 METADATA: dict[str, dict[str, Any]] = {
     "png": {"Software": None},
     "svg": {"Date": None, "Creator": "gyrodata"},
     "pdf": {"CreationDate": None, "Creator": "gyrodata", "Producer": None},
 }
-"""What is written about each form: no date and no version, so that the same log gives the same bytes."""
+"""Metadata of each format: without date and version, so that the same log gives the same bytes."""
 
 MOST_LABELS = 14
-"""If a log has more torques, only some of them are in the legend."""
+"""Largest number of torques in the legend."""
 
 MOST_NAMES = 10
-"""If more runs than this are flagged or outside the axes, only the first flagged ones have a name."""
+"""Largest number of runs that are named in a figure."""
 
 # --- the four figures ----------------------------------------------------------------------------------------------
 
 
 def draw_period(ax: Axes, scene: Scene) -> None:
-    """Draw the period against the spin, and the law of each torque."""
+    """Draw the period against the spin, with the fitted line of each torque."""
     right = 1.06 * float((scene.spin + scene.spin_u).max())
-    # A run without a weight may take an hour for a turn: it does not count for the limits.
+    # One turn without a weight may take an hour: such runs do not determine the limits.
     loaded = scene.torque != 0
     top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[1]
     ax.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="spin ψ̇ [rpm]", ylabel="precession period τ [s]")
@@ -85,7 +85,7 @@ def draw_period(ax: Axes, scene: Scene) -> None:
 
 
 def describe_period(scene: Scene) -> str:
-    """Say in words what the figure shows."""
+    """Describe the figure in words."""
     found = []
     for group in scene.groups:
         members = sorted((i for i in group.members if not scene.hollow[i]), key=lambda i: scene.spin[i])
@@ -96,7 +96,7 @@ def describe_period(scene: Scene) -> str:
     grows = f", growing as the spin to the power {with_u(law)}" if law else ""
     return (
         f"Precession period against spin, {_count(len(scene.names), 'run')} at {_count(len(scene.groups), 'torque')}"
-        f"{grows}; a line through zero for each torque, steeper for the smaller one. {_listed(found)}."
+        f"{grows}; a line through zero for each torque, steeper for a smaller torque. {_listed(found)}."
     )
 
 
@@ -114,11 +114,11 @@ def draw_product(ax: Axes, scene: Scene) -> None:
 
 
 def describe_product(scene: Scene) -> str:
-    """Say in words what the figure shows."""
+    """Describe the figure in words."""
     found = [f"{group.look.label}: {with_u(group.summary.product)} rad²/s²" for group in scene.groups]
     same = scene.analysis.constancy
     level = f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
-    return f"Precession rate times spin against spin: a level line for each torque{level}. {_listed(found)}."
+    return f"Precession rate times spin, against spin: a level line for each torque{level}. {_listed(found)}."
 
 
 def draw_torque(ax: Axes, scene: Scene) -> None:
@@ -128,56 +128,52 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
     ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]")
-    ax.set_title(f"I_zz = {_inertia_text(scene)}", loc="left")
+    ax.set_title(f"I_zz = {with_u(scene.analysis.inertia)} kg·m²", loc="left")
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
     ax.plot(x, line, color=INK, label="fitted line")
-    origin = _origin(scene)
-    if origin is not None:
-        ax.plot(x, origin * x, color=SOFT, linestyle="dashed", label="through the origin")
+    _draw_origin(ax, scene, x, 0.0)
 
 
 def draw_rest(ax: Axes, scene: Scene) -> None:
-    """Draw what the fitted line leaves of each run's torque, much larger than in the figure of the torque."""
+    """Draw the difference of each run's torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
-    kept = ~scene.hollow if not scene.hollow.all() else np.ones_like(scene.hollow)
-    # The band may leave the panel, so that the runs are spread over it.
-    reach = float((np.abs(scene.rest) + scene.rest_u)[kept].max())
+    # The runs determine the limits; the band may be outside.
+    reach = float((np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max())
     limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
-    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − line [{scene.unit}]")
+    ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − fit [{scene.unit}]")
     ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
     ax.fill_between(x, -down, up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=INK)
-    origin = _origin(scene)
-    if origin is not None:
-        ax.plot(x, origin * x - line, color=SOFT, linestyle="dashed")
+    _draw_origin(ax, scene, x, line)
     _draw_runs(ax, scene, scene.product, scene.rest, 0 * scene.rest_u, scene.rest_u)
 
 
 def describe_torque(scene: Scene) -> str:
-    """Say in words what the figure shows."""
+    """Describe the figure in words."""
     low, high = float(scene.torque.min()), float(scene.torque.max())
     reach = f"from {as_number(low)} to {as_number(high)}" if high > low else f"of {as_number(high)}"
     far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
     farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
     return (
         f"Torque {reach} {scene.unit} against precession rate times spin: a straight line of slope I_zz = "
-        f"{_inertia_text(scene)}, which crosses zero product at {as_number(-scene.imbalance / scene.unit_size)} "
-        f"{scene.unit}, with its 95 % band; dashed, the line through the origin. Below, enlarged, what the line leaves "
-        f"of each run's torque: most, for its uncertainty, of {run_name(scene.names[farthest])}."
+        f"{with_u(scene.analysis.inertia)} kg·m², with its 95 % band; at zero product it is at "
+        f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the line through the origin. Below, on "
+        "a larger scale: the torque of each run minus the line; "
+        f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."
     )
 
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
-    """Draw each run's time minus what the others predict, in standard uncertainties, in the order of the log."""
+    """Draw each run's time minus the prediction of the other runs, in the order of the log."""
     deviations = np.nan_to_num(scene.analysis.fit.deviations)
     limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
     steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
-    # The axes have room for about 30 letters.
+    # There is space for about 30 letters.
     step = next(n for n in steps if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2) <= 30 * n)
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
@@ -189,22 +185,22 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
 
 
 def describe_residuals(scene: Scene) -> str:
-    """Say in words what the figure shows."""
+    """Describe the figure in words."""
     kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
     return (
-        f"Each run's time minus what the other runs predict: {int(np.sum(kept <= 2))} of {_count(len(kept), 'run')} in "
-        f"the fit lie within ± 2 standard uncertainties, the farthest at {as_number(float(kept.max(initial=0.0)))}. "
-        "In the order of the log."
+        f"Each run's time minus the prediction of the other runs, in the order of the log: {int(np.sum(kept <= 2))} of "
+        f"{_count(len(kept), 'run')} in the fit are within ± 2 standard uncertainties; the largest deviation is "
+        f"{as_number(float(kept.max(initial=0.0)))}."
     )
 
 
 class Kind(Struct, frozen=True):
-    """One of the figures of a log."""
+    """One of the four figures."""
 
     panels: tuple[Callable[[Axes, Scene], None], ...]
-    """What draws on axes; a second panel is below the first, and has the same x axis."""
+    """Functions that draw on axes; a second panel is below the first and has the same x axis."""
     describe: Callable[[Scene], str]
-    """What the figure shows, in words, for a reader who cannot see it."""
+    """Description in words, for readers who cannot see the figure."""
     caption: str
 
 
@@ -223,23 +219,23 @@ FIGURES = {
     "torque": Kind(
         (draw_torque, draw_rest),
         describe_torque,
-        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 % band; dashed, the line through "
-        "the origin. Below, what the line leaves of each torque. Bars: one standard uncertainty.",
+        "Torque M against φ̇ψ̇ with the recommended line M = I_zz φ̇ψ̇ − M0 and its 95 % band; dashed: the line through "
+        "the origin. Below: torque minus the recommended line. Bars: one standard uncertainty.",
     ),
     "residuals": Kind(
         (draw_residuals,),
         describe_residuals,
-        "Each run's time against what the other runs predict, in standard uncertainties. About 95 % of good runs lie "
-        "in the band.",
+        "Each run's time minus the prediction of the other runs, in standard uncertainties. About 95 % of good runs "
+        "are in the band.",
     ),
 }
 """The figures by their names, in the order of the report."""
 
-# --- what the figures are made of ----------------------------------------------------------------------------------
+# --- parts of figures ----------------------------------------------------------------------------------------------
 
 
 def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
-    """Give limits with zero and the kept runs inside; another run may stretch them by a half at most."""
+    """Return limits that include zero and the kept runs; other runs extend them by a half at most."""
     shown = kept if kept.any() else np.ones_like(kept)
     low, high = min(0.0, float((values - u)[shown].min())), max(0.0, float((values + u)[shown].max()))
     span = high - low or 1.0
@@ -249,22 +245,36 @@ def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, 
 
 
 def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
-    """Give products [rad²/s²], and there the torque of the fitted line and how far it may lie lower and higher."""
+    """Return φ̇ψ̇ [rad²/s²], the torque of the fitted line there, and the lower and upper half of its 95 % band.
+
+    The slope varies within its interval, about the point at which slope and height are not correlated; the height at
+    this point has an independent error.
+    """
     x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
-    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, line_band(scene, x)
+    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
+    interval = scene.analysis.inertia.interval_95
+    half = 1.96 * math.sqrt(v_inertia)
+    low, high = (abs(end - scene.inertia) for end in interval) if interval else (half, half)
+    height = 1.96**2 * max(v_imbalance - cov * (cov / v_inertia), 0.0)
+    along = x - cov / v_inertia
+    lower, upper = (np.where(along > 0, *turned) * along for turned in ((low, high), (high, low)))
+    band = np.sqrt(lower**2 + height) / scene.unit_size, np.sqrt(upper**2 + height) / scene.unit_size
+    return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, band
 
 
-def _origin(scene: Scene) -> float | None:
-    """Slope of the line through the origin, in the units of the figure."""
+def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
+    """Draw the line through the origin, minus another line."""
     inertia = next((fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"), None)
-    return inertia.value / scene.unit_size if inertia else None
+    if inertia:
+        y = inertia.value / scene.unit_size * x - minus
+        ax.plot(x, y, color=SOFT, linestyle="dashed", label="through the origin")
 
 
 def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: Floats, means: bool = False) -> None:
-    """Draw every run with the look of its torque; flagged ones are hollow and have their name.
+    """Draw every run with the colour and marker of its torque; flagged runs are hollow and named.
 
-    A run outside the limits of the axes is drawn at their edge, without bars and with its value beside it. The label
-    of a torque has its mean φ̇ψ̇ below it if `means` asks for it.
+    A run outside the axes is drawn at the edge, without bars and with its value. With `means`, the legend contains the
+    mean φ̇ψ̇ of each torque.
     """
     at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
     inside = (at_x == x) & (at_y == y)
@@ -298,12 +308,12 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     if scene.hollow.any():
         why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
         ax.plot([], [], linestyle="none", marker="o", markerfacecolor="white", color=SOFT, label=f"hollow: {why}")
-    if len(odd) > MOST_NAMES and not inside.all():
-        ax.plot([], [], label="at the edge: beyond it", linestyle="none")
+    if not inside.all():
+        ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
-    """Write names beside marks, each where it covers fewest of the marks and of the other names."""
+    """Write names beside marks, at the places where they cover the fewest marks and names."""
     points = 72 / ax.figure.dpi
     middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
     halves = [np.array([4.0, 4.0])] * len(middles)
@@ -316,7 +326,7 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
         places = middles[i] + offsets
         apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
         outside = ((places - half < corners[0]) | (places + half > corners[1])).any(axis=1)
-        # To cover another name is worse than to cover a mark.
+        # Covering a name is worse than covering a mark.
         weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
         best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
         middles.append(places[best])
@@ -329,12 +339,8 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
 
 
 def _labelled(scene: Scene) -> int:
-    """Give n, if one in n torques has its label in the legend."""
+    """Return n if one in n torques is in the legend."""
     return math.ceil(len(scene.groups) / MOST_LABELS)
-
-
-def _inertia_text(scene: Scene) -> str:
-    return f"{with_u(scene.analysis.inertia)} kg·m²"
 
 
 def _listed(items: Sequence[str], most: int = 4) -> str:
@@ -349,32 +355,36 @@ def _count(number: int, noun: str) -> str:
 
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
-    """Draw one of `FIGURES` with its legend, and give its main axes."""
+    """Draw one of `FIGURES` with its legend, and return its main axes."""
     from matplotlib.ticker import FixedLocator, MaxNLocator
 
     panels = FIGURES[name].panels
-    axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False, height_ratios=(2, 1)[: len(panels)]).flat)
-    # About what the layout will leave of the width: the names of runs look for their places before it is found.
+    axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
+    # About the width that the layout will give: the names of runs need it before the layout is known.
     figure.subplots_adjust(right=0.68)
     for ax, draw in zip(axes, panels, strict=True):
         draw(ax, scene)
         for axis in (ax.xaxis, ax.yaxis):
             if not isinstance(axis.get_major_locator(), FixedLocator):
-                # Found once: matplotlib would look for them again each time that it needs the size of the labels.
+                # Fixed ticks, because matplotlib would compute them again for each size of a label.
                 low, high = axis.get_view_interval()
                 places: Any = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
                 axis.set_major_locator(FixedLocator(places[(places >= low) & (places <= high)]))
         ax.xaxis.set_visible(ax is axes[-1])
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right upper", title=title)
+    shown = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(list(shown.values()), list(shown), loc="outside right upper", title=title)
     return axes[0]
 
 
 def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
-    """Draw one of `FIGURES` on axes of matplotlib; on a new figure, with legend and second panel, if none are given.
+    """Draw one of `FIGURES` on axes; without axes, on a new figure with its legend and second panel.
 
-    ValueError for a name that is none of them, TypeError for something else than axes.
+    Raises
+    ------
+    ValueError, TypeError
+        If the name is unknown, or if `ax` is not an ``Axes``.
     """
     from matplotlib.axes import Axes
 
@@ -395,7 +405,7 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
 def render(
     analysis: Analysis, form: Form = "png", style: str = "screen", names: Sequence[str] = tuple(FIGURES)
 ) -> dict[str, bytes]:
-    """Draw figures as files, by their names."""
+    """Draw figures as files; return their bytes by name."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -403,7 +413,7 @@ def render(
     width, height, more, dpi = SIZES[style]
     files = {}
     with rc_context(STYLE), warnings.catch_warnings():
-        # A run's name may be written in a script that the font does not have; it is drawn as boxes then.
+        # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
             size = (width, height + more * (len(FIGURES[name].panels) - 1))
@@ -416,7 +426,7 @@ def render(
 def _save(figure: Figure, form: Form) -> bytes:
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    # A figure that has a layout itself is drawn twice by `savefig`: to find the layout, and for the file.
+    # With the layout as a setting of the figure, `savefig` would draw twice.
     ConstrainedLayoutEngine().execute(figure)
     file = io.BytesIO()
     options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
@@ -425,17 +435,17 @@ def _save(figure: Figure, form: Form) -> bytes:
 
 
 def alt_text(analysis: Analysis, name: str) -> str:
-    """Say what a figure shows, for a reader who cannot see it."""
+    """Describe a figure, for readers who cannot see it."""
     scene = gather(analysis)
     odd = [run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) for i in np.flatnonzero(scene.hollow)]
     return FIGURES[name].describe(scene) + (f" Drawn hollow: {_listed(odd)}." if odd else "")
 
 
-# --- the Earth that turns below ------------------------------------------------------------------------------------
+# --- the turning Earth ---------------------------------------------------------------------------------------------
 
 
 def render_earth(latitude: float, times: Sequence[float]) -> bytes:
-    """Draw where two balanced gyroscopes point at some times [s] above a latitude [rad], as a PNG."""
+    """Draw the directions of two balanced gyroscopes at some times [s] at a latitude [rad]; return a PNG."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -446,7 +456,7 @@ def render_earth(latitude: float, times: Sequence[float]) -> bytes:
 
 
 def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
-    """Draw altitude, and below it azimuth, of both gyroscopes against the hours of the clock."""
+    """Draw the altitude and the azimuth of both gyroscopes against time."""
     upper, lower = axes
     fine = np.linspace(0.0, times[-1], 1441)
     pole = "north" if latitude >= 0 else "south"
@@ -456,7 +466,7 @@ def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
     }
     for (label, start), colour, marker in zip(starts.items(), COLOURS, MARKERS, strict=False):
         azimuth, altitude = balanced_direction(*start, latitude, fine)
-        # No stroke across the axes, from 360° to 0°.
+        # Interrupt the line between 360° and 0°.
         azimuth[1:][np.abs(np.diff(azimuth)) > math.pi] = np.nan
         dots = balanced_direction(*start, latitude, times if len(times) <= 100 else times[:0])
         for ax, line, dot in ((upper, altitude, dots[1]), (lower, azimuth, dots[0])):
@@ -464,9 +474,9 @@ def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
             ax.plot(times[: len(dot)] / 3600, np.degrees(dot), marker, color=colour, markersize=4.0, clip_on=False)
         upper.plot([], [], color=colour, marker=marker, markersize=4.0, label=label)
     upper.set(xlim=(0.0, times[-1] / 3600), ylim=(-90.0, 90.0), yticks=range(-90, 91, 45), ylabel="altitude [°]")
-    upper.set_title(f"Where balanced gyroscopes point, seen at latitude {math.degrees(latitude):.4g}°", loc="left")
+    upper.set_title(f"Direction of balanced gyroscopes at latitude {math.degrees(latitude):.4g}°", loc="left")
     upper.axhline(0.0, color=SOFT, linewidth=0.8)
     upper.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    lower.set(xlabel="time [hours of the clock]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
+    lower.set(xlabel="time [h]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
     lower.set_yticks(range(0, 361, 90), ["N 0", "E 90", "S 180", "W 270", "N 360"])
     lower.locator_params(axis="x", nbins=9, steps=[1, 2, 3, 6, 10])

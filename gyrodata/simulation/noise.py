@@ -1,4 +1,4 @@
-"""How readings err: the ``u_…`` of the log format, each shared by what it is shared by in the lab."""
+"""Errors of simulated readings: the ``u_…`` keys of the log format, shared between runs as in a real lab."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from msgspec import Struct
 
 from gyrodata.diagnostics import NOISE_CANNOT_BE_READ
-from gyrodata.errors import Diagnostic, InputError
+from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_uncertainty
@@ -20,7 +19,7 @@ from gyrodata.readings.roles import SPIN_SETS, kind_of_role, u_keys
 from gyrodata.toml_table import TomlFile, nearest
 from gyrodata.units import Uncertainty, UnitError
 
-# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; the positions of a log have what they are rounded by.
+# A ruler with millimetres is read to 1 mm/√12 = 0.3 mm; for a real log this follows from the digits.
 TYPICAL: Mapping[str, Uncertainty] = {
     f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
     for key in (
@@ -29,110 +28,95 @@ TYPICAL: Mapping[str, Uncertainty] = {
     )
     if key in SOURCES
 } | {"u_turns": SOURCES["angle"].default}  # fmt: skip
-"""What a log is taken to mean where it says nothing."""
+"""The uncertainties that are assumed if a log does not state them."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
-"""No errors but those of sixteen digits: with none at all, a run without a torque would weigh infinitely much."""
+"""Almost no errors: without any, a run without a torque would have an infinite weight."""
 
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
-"""All that a simulated log can err in."""
-
-
-class _Error(Struct, frozen=True):
-    """One kind of error: which readings it is in, and which of them have it in common."""
-
-    key: str
-    roles: tuple[str, ...]
-    common: Literal["run", "value", "log"]
-    """"run": none; "value": equal true values, as of one weight used in three runs; "log": all."""
+"""The uncertainties that a simulated log can have."""
 
 
 _SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
-_ERRORS = (
-    _Error("u_time", ("time",), "run"),
-    _Error("u_spin", _SPINS, "run"),
-    _Error("u_spin_scale", _SPINS, "log"),
-    _Error("u_mass", ("mass",), "value"),
-    _Error("u_mass_scale", ("mass",), "log"),
-    _Error("u_position", ("position",), "value"),
-    _Error("u_position_zero", ("position",), "log"),
-    _Error("u_pitch", ("pitch",), "run"),
-    _Error("u_transverse_inertia", ("transverse_inertia",), "log"),
-    _Error("u_g", ("g",), "log"),
-    _Error("u_turns", ("turns",), "run"),
+_ERRORS: tuple[tuple[str, tuple[str, ...], Literal["run", "value", "log"]], ...] = (
+    ("u_time", ("time",), "run"),
+    ("u_spin", _SPINS, "run"),
+    ("u_spin_scale", _SPINS, "log"),
+    ("u_mass", ("mass",), "value"),
+    ("u_mass_scale", ("mass",), "log"),
+    ("u_position", ("position",), "value"),
+    ("u_position_zero", ("position",), "log"),
+    ("u_pitch", ("pitch",), "run"),
+    ("u_transverse_inertia", ("transverse_inertia",), "log"),
+    ("u_g", ("g",), "log"),
+    ("u_turns", ("turns",), "run"),
 )
+"""Kinds of errors: key, affected readings, and sharing. "run": each reading has its own error; "value": readings with
+the same true value share one, as for one weight in three runs; "log": all readings share one."""
 
 
 def put_errors(
     true: Mapping[str, Floats],
     noise: Mapping[str, Uncertainty],
     random: np.random.Generator,
-    tails: int | None = None,
 ) -> dict[str, Floats]:
-    """Read n runs once: the truth plus (absolute + relative × truth) × a standard normal number for each error.
+    """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 
-    The same numbers are drawn whatever the noise, so that another noise gives the same errors, scaled. With `tails` the
-    stopwatch's are of a Student's t with so many degrees of freedom.
+    The random numbers do not depend on the noise, so that a different noise only scales the same errors.
     """
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
-    for error in _ERRORS:
-        u = noise.get(error.key, Uncertainty())
+    for key, roles, sharing in _ERRORS:
+        u = noise.get(key, Uncertainty())
         of_log = float(random.standard_normal())
-        for role in error.roles:
+        for role in roles:
             if role not in true:
                 continue
-            values = true[role]
-            if error.common == "log":
-                read[role] += (u.absolute + u.relative * values) * of_log
-                continue
-            _, groups = np.unique(values, return_inverse=True)
-            if tails is not None and error.key == "u_time":
-                drawn = random.standard_t(tails, len(values))
-            else:
-                drawn = random.standard_normal(len(values))
-            read[role] += (u.absolute + u.relative * values) * (drawn if error.common == "run" else drawn[groups])
+            drawn: Floats | float = of_log
+            if sharing != "log":
+                _, groups = np.unique(true[role], return_inverse=True)
+                own = random.standard_normal(len(true[role]))
+                drawn = own if sharing == "run" else own[groups]
+            read[role] += (u.absolute + u.relative * true[role]) * drawn
     return read
 
 
 def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
-    """Read the uncertainties of a TOML file, or of the ``# u_…: …`` lines of a log; the rest is `TYPICAL`."""
-    text, stated = _stated(Path(path))
+    """Read uncertainties from a TOML file, or from the ``# u_…: …`` lines of a log; the others are `TYPICAL`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or does not state any uncertainty of a simulated log.
+    """
+    name, hint = str(path), 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(10_000_000)
+    except OSError as error:
+        message = f"--noise {name!r} cannot be read: {error.strerror or error}"
+        choices = 'write "none", "typical" or the name of a file'
+        raise InputError.of(NOISE_CANNOT_BE_READ, message, choices) from None
+    stated: dict[str, Any] = dict(
+        re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
+    )
+    try:
+        stated = TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values or stated
+    except InputError:
+        # A log is not a TOML file.
+        if not stated:
+            raise
+    if not stated:
+        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r} states no uncertainty", hint)
     noise = dict(TYPICAL)
     for key, value in stated.items():
-        fault, hint = "a simulated log has no such uncertainty", nearest(key, NOISE_KEYS)
+        fault, hint = "a simulated log does not have this uncertainty", nearest(key, NOISE_KEYS)
         if key in NOISE_KEYS:
             try:
-                noise[key] = parse_uncertainty(value, kind_of_role(key))
-                fault = f'"{value}" is not a share' if key.endswith("_scale") and noise[key].absolute else ""
-                hint = 'the error of a whole scale is in %, such as "0.1 %"'
+                noise[key] = parse_uncertainty(str(value), kind_of_role(key))
+                fault = f'"{value}" is not relative' if key.endswith("_scale") and noise[key].absolute else ""
+                hint = 'write the error of a scale in %, such as "0.1 %"'
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
-            place = re.search(rf"^([#\s]*){re.escape(key)}\s*[=:].*", text, re.MULTILINE)
-            line, column = (text.count("\n", 0, place.start(1)) + 1, len(place[1]) + 1) if place else (None, None)
-            where = (str(path), line, column, place[0] if place else "", len(key))
-            raise InputError([Diagnostic.of(NOISE_CANNOT_BE_READ, f"--noise {key}: {fault}", hint, *where)])
+            raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r}, {key}: {fault}", hint)
     return noise
-
-
-def _stated(path: Path) -> tuple[str, dict[str, str]]:
-    """Give the text of a file, and values by key, as written."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(10_000_000)
-    except OSError as error:
-        message = f"--noise {str(path)!r} cannot be read: {error.strerror or error}"
-        hint = 'write "none", "typical" or the name of a file'
-        raise InputError.of(NOISE_CANNOT_BE_READ, message, hint) from None
-    text = data.decode("utf-8-sig", "replace")
-    lines = dict(re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", text, re.MULTILINE))
-    hint = 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
-    try:
-        table = TomlFile(data, str(path), NOISE_CANNOT_BE_READ, hint).values or lines
-    except InputError:
-        if not lines:
-            raise
-        table = lines
-    if not table:
-        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {str(path)!r} states no uncertainty", hint)
-    return text, {key: str(value) for key, value in table.items()}

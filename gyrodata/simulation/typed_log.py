@@ -1,68 +1,58 @@
-"""The log that a student would have typed, and the truth behind it."""
+"""The simulated log as a student would type it, and the true values of its runs."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import cached_property
 from numbers import Integral
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, to_builtins
-from msgspec.structs import replace
-from numpy.typing import NDArray
+from msgspec.structs import asdict, replace
 
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import VISCOUS, Floats
-from gyrodata.readings import Column, Reading, Readings, check_value, kind_of_role, read_cell, u_keys, write_log
+from gyrodata.readings import Readings, check_value, kind_of_role, read_cell, read_log, u_keys
+from gyrodata.readings.roles import ROLES
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
-from gyrodata.simulation.truth import EXPONENTS, Design, Runs, Truth, happen
-from gyrodata.units import DISPLAY, Uncertainty, from_si
+from gyrodata.simulation.truth import Design, Runs, Truth, happen
+from gyrodata.units import DISPLAY, SI, Uncertainty, from_si
 
 SCHEMA = "gyro.truth/1"
 
 UNKNOWN_BIAS_U = 30.0
-"""What a log says of the timing bias [s] where the noise has none and the truth has one: that nobody knows it,
-but that it is no hour: b is told to the last digits only in a unit of its own size."""
+"""Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
 
 
-class Simulation(Struct, frozen=True):
-    """A log, and the truth behind it."""
+class Simulation(Struct, frozen=True, dict=True):
+    """A simulated log and its truth."""
 
-    readings: Readings
-    """What is read, n runs; `measure` and the fit take it as it is."""
+    log: str
+    """The log as CSV text."""
     truth: Truth
-    """With everything that was drawn filled in."""
+    """The truth, with the values that were drawn at random."""
     runs: Runs
-    """What happened, without any error."""
+    """The true values, without errors."""
     noise: Mapping[str, Uncertainty]
-    """``u_…`` by key, as the log states them."""
+    """The stated uncertainties by their ``u_…`` keys."""
     seed: int | None
 
-    @property
-    def log(self) -> str:
-        """The log as CSV text."""
-        return write_log(self.readings)
+    @cached_property
+    def readings(self) -> Readings:
+        """The readings of the log."""
+        return read_log(self.log.encode(), name="<simulated>")
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the truth for programs, SI: schema "gyro.truth/1"."""
+        """Return the truth in SI units, with the schema "gyro.truth/1"."""
         runs = self.runs
-        columns: dict[str, Floats | None] = {
-            "mass": runs.mass,
-            "position": np.where(runs.mass == 0, np.nan, runs.position),
-            "torque": runs.torque,
-            "transverse_inertia": runs.across,
-            "pitch": runs.pitch,
-            "spin": runs.spin,
-            "spin_half": runs.spin_half,
-            "spin_end": runs.spin_end,
-            "turns": runs.turns,
-            "time": runs.time,
-            "precession_rate": runs.sense * 2 * np.pi * runs.turns / runs.time,
-        }
+        columns: dict[str, Floats | None] = asdict(runs)
+        columns["position"] = np.where(runs.mass == 0, np.nan, runs.position)
+        columns["precession_rate"] = runs.sense * 2 * np.pi * runs.turns / runs.time
         return {
             "schema": SCHEMA,
             "tool": {"name": "gyrodata", "version": __version__},
@@ -70,14 +60,14 @@ class Simulation(Struct, frozen=True):
             "truth": to_builtins(self.truth),
             "noise": {key: to_builtins(u) for key, u in self.noise.items()},
             "runs": [
-                {"run": label} | {name: _or_none(values, i) for name, values in columns.items()}
-                for i, label in enumerate(self.readings.runs)
+                {"run": str(i + 1)}
+                | {
+                    name: None if values is None or math.isnan(values[i]) else float(values[i])
+                    for name, values in columns.items()
+                }
+                for i in range(len(runs.time))
             ],
         }
-
-
-def _or_none(values: Floats | None, i: int) -> float | None:
-    return None if values is None or math.isnan(values[i]) else float(values[i])
 
 
 def simulate(
@@ -86,18 +76,19 @@ def simulate(
     noise: Mapping[str, Uncertainty] = TYPICAL,
     seed: int | None = 1,
 ) -> Simulation:
-    """Make a log from a known truth; by default a well balanced 4-inch steel ball, three weights and three spins.
+    """Simulate a log whose truth is known; by default of a balanced 4-inch steel ball, three weights and three spins.
 
     Parameters
     ----------
     truth : Truth, optional
-        The ball and its motion, SI.
+        True properties of the gyroscope [SI units].
     design : Design, optional
-        What is measured: weights, positions, spins, turns, SI.
+        Weights, positions, spins, turns and pitches [SI units].
     noise : mapping of str to Uncertainty
-        Standard uncertainties by their ``u_…`` keys.
+        Standard uncertainties by their ``u_…`` keys; others are zero.
     seed : int or None
-        Of the random numbers.
+        Seed of the random numbers; the same seed gives the same log. None: the readings have no errors, and the log
+        still states the uncertainties.
 
     Returns
     -------
@@ -106,18 +97,9 @@ def simulate(
     Raises
     ------
     InputError
-        If there is no such lab.
-    TypeError
-        If an argument is nothing that it can be.
-
-    Notes
-    -----
-    The same seed gives the same log. A seed of None puts no errors on the readings, and the log still states those that
-    they could have: a design, to be tried with errors of its own. What is not in `noise` is exact.
-
-    The analysis gives the truth back from an exact log: of a level rod or a tilted one, with a spin that stays or
-    falls, and of a rod let go from rest where there are more runs than unknowns. With fewer, or with errors, the phase
-    of its nutation at the last click is not known, and a run may be early or late by I/(I_zz ψ̇) seconds.
+        If a value is impossible, or a run never ends.
+    TypeError, ValueError
+        If an argument has the wrong type, or a key of `noise` is unknown.
     """
     insist_on_type("truth", truth, Truth | None, "a Truth")
     insist_on_type("design", design, Design | None, "a Design")
@@ -127,199 +109,151 @@ def simulate(
     insist_on_type("seed", seed, Integral | None, "a whole number")
     truth, design = truth or Truth(), design or Design()
     random = np.random.default_rng(seed)
-    truth = _drawn(truth, design, noise, random, seed)
+    truth = _drawn(truth, noise, random, seed)
     runs = happen(truth, design)
-    true = _columns(truth, design, runs)
-    read = put_errors(true, noise, random, truth.tails) if seed is not None else dict(true)
-    # Who stops at a mark that is sighted too far along stops late, by the rate at which the rod goes.
-    sighted = np.where(_parts_of_turns(runs), read.pop("turns") / runs.turns, 1.0)
+    true = _columns(truth, runs)
+    read = put_errors(true, noise, random) if seed is not None else dict(true)
+    # A mark that is sighted too far along makes the time too long; whole turns end at the mark where they began.
+    sighted = np.where(runs.turns % 1 != 0, read.pop("turns") / runs.turns, 1.0)
     read["time"] = read["time"] + runs.time * (sighted - 1) + truth.timing_bias
     stated = _stated(truth, noise, runs, set(read))
-    return Simulation(_readings(truth, runs, read, stated, seed), truth, runs, stated, seed)
+    return Simulation(_log(truth, runs, read, stated, seed), truth, runs, stated, seed)
 
 
-def _drawn(
-    truth: Truth, design: Design, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None
-) -> Truth:
-    """Fill in what the whole log has in common and the truth leaves open."""
-    keys = ("u_imbalance", "u_time_bias", "u_spin_delay", "u_decay_exponent")
-    drawn = np.zeros(len(keys))
+def _drawn(truth: Truth, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None) -> Truth:
+    """Draw the values that the truth leaves open and that are the same in the whole log."""
+
+    def width(key: str) -> float:
+        return noise.get(key, Uncertainty()).absolute
+
+    imbalance, bias, bent = 0.0, 0.0, 0.0
     if seed is not None:
-        # What came later has a stream of its own, so that a seed keeps its log.
-        drawn = np.concatenate([random.standard_normal(2), np.random.default_rng([seed, 1]).standard_normal(2)])
-    widths = [noise.get(key, Uncertainty()).absolute for key in keys]
-    imbalance, bias, delay, bent = (float(width * number) for width, number in zip(widths, drawn, strict=True))
+        imbalance, bias = (random.standard_normal(2) * (width("u_imbalance"), width("u_time_bias"))).tolist()
+        # The exponent has random numbers of its own: logs without a decay do not depend on it.
+        bent = width("u_decay_exponent") * float(np.random.default_rng([seed, 1]).standard_normal(2)[1])
     decay = truth.decay
     if decay is not None and decay.exponent is None:
         decay = replace(decay, exponent=VISCOUS + bent)
-    if decay is None or design.spin_reading in (None, "both"):
-        delay = 0.0
     return replace(
         truth,
         imbalance=imbalance if truth.imbalance is None else truth.imbalance,
         timing_bias=bias if truth.timing_bias is None else truth.timing_bias,
-        spin_delay=delay if truth.spin_delay is None else truth.spin_delay,
         decay=decay,
     )
 
 
-def _parts_of_turns(runs: Runs) -> NDArray[np.bool_]:
-    """Which runs end at another mark than they began."""
-    return cast("NDArray[np.bool_]", runs.turns % 1 != 0)
-
-
-def _columns(truth: Truth, design: Design, runs: Runs) -> dict[str, Floats]:
-    """True value of everything that is read, by role."""
-    count = len(runs.time)
+def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
+    """Return the true value of everything that is read, by role."""
     columns = {
-        "g": np.full(count, truth.g),
+        "g": np.full(len(runs.time), truth.g),
         "mass": np.where(runs.mass == 0, np.nan, runs.mass),
         "position": np.where(runs.mass == 0, np.nan, runs.position),
         "time": runs.time,
         "turns": runs.turns,
     }
-    if runs.spin_end is None or runs.spin_half is None:
+    if runs.spin_end is None:
         columns["spin"] = np.abs(runs.spin)
     else:
-        start, half, end = (np.abs(spin) for spin in (runs.spin, runs.spin_half, runs.spin_end))
-        if design.spin_reading != "half":
-            columns |= {"spin_start": start, "spin_end": end}
-        if design.spin_reading in ("half", "three"):
-            columns["spin"] = half
+        columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
     if runs.pitch.any():
         columns["pitch"] = runs.pitch
     if runs.pitch.any() or truth.motion == "released":
-        columns["transverse_inertia"] = runs.across
+        columns["transverse_inertia"] = runs.transverse_inertia
     return columns
 
 
 def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: set[str]) -> dict[str, Uncertainty]:
-    """Uncertainties that the log states: all that its readings have, zeros included."""
+    """Return the uncertainties that the log states: those that affect its readings, also if they are zero."""
     absent = {f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles}
-    if not _parts_of_turns(runs).any():
+    if not (runs.turns % 1).any():
         absent.add("u_turns")
-    if "spin_start" not in roles or "spin" in roles:
-        absent.add("u_decay_exponent")
-    if "spin_start" in roles:
-        absent.add("u_spin_delay")
+    absent.add("u_decay_exponent" if truth.decay is None else "u_spin_delay")
     stated = {**EXACT, **noise}
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
     if truth.decay is None and "u_spin_delay" in stated:
-        # A spin that stays is as good a moment later.
+        # A constant spin is the same a moment later.
         stated["u_spin_delay"] = Uncertainty()
     return {key: u for key, u in stated.items() if key not in absent}
 
 
-def _readings(
-    truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None
-) -> Readings:
-    """Write the readings as a student types them, and take them as they stand there."""
-    count = len(runs.time)
-    texts: dict[str, list[str]] = {}
+def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None) -> str:
+    """Write the log: ``#`` lines, a header and one line for each run."""
+    columns: dict[str, list[str]] = {}
     for role, values in read.items():
         key = u_keys(role)[-1]
         exact = seed is None or key not in stated
-        texts[role] = _typed(values, Uncertainty() if exact else stated[key], role)
-    g = read_cell(texts.pop("g")[0], "acceleration", DISPLAY["acceleration"]).value
-    texts["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, texts["mass"], strict=True)]
-    texts["turns"] = [_fraction(turns) for turns in runs.turns]
+        columns[role] = _typed(values, Uncertainty() if exact else stated[key], role)
+    columns["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, columns["mass"], strict=True)]
+    columns["turns"] = []
+    for turns in runs.turns:
+        near = Fraction(turns).limit_denominator(100)
+        columns["turns"].append(str(near) if float(near) == turns else repr(float(turns)))
     if runs.spin.min() < 0:
-        texts["spin_sense"] = _senses(runs.spin)
+        columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
     if runs.sense.min() < 0 or not runs.mass.all():
-        texts["precession_sense"] = _senses(runs.sense)
-    columns = {role: _column(role, column, stated) for role, column in texts.items() if any(column)}
-    parts = _parts_of_turns(runs)
-    if not parts.all():
-        # Whole turns end at the mark where they began: what is stated holds for the others.
-        turns = columns["turns"]
-        readings = (one if part else replace(one, u=None) for one, part in zip(turns.readings, parts, strict=True))
-        columns["turns"] = replace(turns, readings=tuple(readings))
-        stated = {key: u for key, u in stated.items() if key != "u_turns"}
-    return Readings(
-        name="<simulated>",
-        sha256="",
-        runs=tuple(str(i + 1) for i in range(count)),
-        lines=tuple(range(1, count + 1)),
-        notes=("",) * count,
-        columns=columns,
-        constants={"g": g} | ({} if truth.latitude is None else {"latitude": truth.latitude}),
-        uncertainties=stated,
-        motion="released" if truth.motion == "released" else "steady",
-        metadata={"Simulated, not measured": _told(truth, seed)},
-    )
+        columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
+    head = {"Simulated, not measured": _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
+    head |= {key: _u_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
+    if truth.motion == "horizontal":
+        head["motion"] = "steady"
+    across = columns.get("transverse_inertia", [])
+    if len(set(across)) == 1:
+        head["transverse_inertia"] = f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
+    table: dict[str, list[str]] = {}
+    for role in sorted(columns, key=ROLES.index):
+        unit = DISPLAY[kind_of_role(role)]
+        table[f"{role} [{unit}]" if unit else role] = columns[role]
+        if role == "turns" and "u_turns" in head and not (runs.turns % 1).all():
+            # The uncertainty of the turns does not apply to whole turns.
+            u = head.pop("u_turns")
+            table["u_turns"] = [u if turns % 1 else "" for turns in runs.turns]
+    table = {header: cells for header, cells in table.items() if any(cells)}
+    table["run"] = [str(i + 1) for i in range(len(runs.time))]
+    lines = [f"# {key}: {value}" for key, value in head.items()]
+    lines += [",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]]
+    return "\n".join(lines) + "\n"
+
+
+def _u_text(u: Uncertainty, kind: str) -> str:
+    """Write an uncertainty: "0.1 % + 0.01 s"."""
+    relative = [f"{round(100 * u.relative, 12)!r} %"] if u.relative or not u.absolute else []
+    return " + ".join([*relative, *([f"{u.absolute!r} {SI[kind]}".strip()] if u.absolute else [])])
 
 
 def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
-    """Write readings with as many digits as they deserve: steps of a third of their uncertainty or less."""
-    kind = kind_of_role(role)
-    shown = [None if math.isnan(value) else from_si(float(value), DISPLAY[kind], kind) for value in values]
-    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), DISPLAY[kind], kind)
-    if not spread > 0:
-        return ["" if value is None else repr(value) for value in shown]
-    # Rounding then adds less than 0.5 % to the uncertainty, so that the one stated is still true.
-    digits = -math.floor(math.log10(spread / 3))
-    return ["" if value is None else f"{round(value, digits):.{max(digits, 0)}f}" for value in shown]
-
-
-def _fraction(turns: float) -> str:
-    near = Fraction(turns).limit_denominator(100)
-    return str(near) if float(near) == turns else repr(float(turns))
-
-
-def _senses(values: Floats) -> list[str]:
-    return ["ccw" if value > 0 else "cw" for value in values]
-
-
-def _column(role: str, texts: list[str], stated: Mapping[str, Uncertainty]) -> Column:
-    """Read one column as the reader would, with what the log says of its uncertainty."""
+    """Write readings with steps of a third of their uncertainty or less."""
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    cells = [read_cell(text, kind, unit) if text else None for text in texts]
-    for i, cell in enumerate(cells):
-        fault, _ = check_value(role, cell.value) if cell else ("", "")
+    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), unit, kind)
+    # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is still true.
+    digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
+    texts = []
+    for i, value in enumerate(values):
+        shown = from_si(float(value), unit, kind)
+        text = repr(shown) if digits is None else f"{round(shown, digits):.{max(digits, 0)}f}"
+        texts.append("" if math.isnan(value) else text)
+        fault, _ = check_value(role, read_cell(texts[i], kind, unit).value) if texts[i] else ("", "")
         if fault:
-            message = f"run {i + 1}: {role} {float(texts[i]):.6g} {unit} {fault}"
-            hint = "take less noise, a timing bias nearer to 0 s, or more turns"
+            message = f"run {i + 1}: {role} {float(text):.6g} {unit} {fault}"
+            hint = "use less noise, a timing bias nearer to 0 s, or more turns"
             if "too large" in fault:
-                hint = "take fewer turns, a larger torque, or a timing bias nearer to 0 s"
+                hint = "use fewer turns, a larger torque, or a timing bias nearer to 0 s"
             raise InputError.of(SIMULATED_VALUE_IMPOSSIBLE, message, hint)
-    finest = min((cell.step for cell in cells if cell and cell.step), default=None)
-    u = next((stated[key] for key in u_keys(role) if key in stated), None)
-    one_reading = role == "transverse_inertia" and len(set(texts)) == 1
-    return Column(
-        role=role,
-        header=f"# {role}" if one_reading else f"{role} [{unit}]" if unit else role,
-        unit=unit,
-        readings=tuple(
-            Reading(cell.value, finest if cell.step else None, u, text) if cell else Reading()
-            for cell, text in zip(cells, texts, strict=True)
-        ),
-        spots=(-1,) * len(texts) if one_reading else tuple(range(len(texts))),
-    )
+    return texts
 
 
-def _told(truth: Truth, seed: int | None) -> str:
-    """Say the truth in the log's first line."""
+def _summary(truth: Truth, seed: int | None) -> str:
+    """Write the truth for the first line of the log."""
     parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
     if truth.transverse_inertia is not None:
         parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
     parts += [f"residual torque {truth.imbalance!r} N*m", f"timing bias {truth.timing_bias!r} s", truth.motion]
-    if truth.balance_drift:
-        parts.append(f"residual torque rising by {truth.balance_drift!r} N*m from first run to last")
     decay = truth.decay
     if decay is not None:
-        if decay.time_constant is not None:
-            parts.append(f"spin decays with time constant {decay.time_constant!r} s")
-        else:
-            parts.append(f"{100 * (decay.lost or 0.0):g} % of the spin lost in each run")
-        if not decay.viscous:
-            law = next((law for law, exponent in EXPONENTS.items() if exponent == decay.exponent), "drag")
-            parts.append(f"{law} law of exponent {decay.exponent!r}")
-    if truth.spin_delay:
-        parts.append(f"half time read {truth.spin_delay!r} s late")
-    if truth.tails is not None:
-        parts.append(f"clicks of a Student's t with {truth.tails} degrees of freedom")
-    if truth.latitude is not None:
-        parts.append(f"latitude {truth.latitude!r} rad")
+        constant, lost = decay.time_constant, decay.lost or 0.0
+        fall = f"spin decays with time constant {constant!r} s" if constant else f"{100 * lost:g} % of the spin lost"
+        parts.append(fall if constant else f"{fall} in each run")
+        if decay.exponent != VISCOUS:
+            parts.append(f"drag law of exponent {decay.exponent!r}")
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -9,7 +9,7 @@ import pytest
 
 from gyrodata import physics
 from gyrodata.benchmark.failures import textbook_root, true_rate
-from gyrodata.benchmark.orders import TOP
+from gyrodata.benchmark.motions import TOP
 from gyrodata.physics import RPM
 
 INERTIA, ACROSS, TORQUE, SPIN = 4.44e-3, 7.12e-3, 0.0882, 400 * RPM

@@ -276,7 +276,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         if sense not in _CCW + _CW:
             raise CellError("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
         return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
-    if kind in ("mass", "force") and (several := re.fullmatch(_SEVERAL, text)):
+    if kind in ("mass", "force", "length") and (several := re.fullmatch(_SEVERAL, text)):
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)

@@ -61,17 +61,17 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if not grid.rows:
             raise _TableError(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
         is_table = any(map(_is_head, grid.rows))
-        if not is_table and _is_head(names := Row(0, [row.texts[0] for row in grid.rows])):
+        sentences = [] if is_table else _rows_of_sentences(grid)
+        if sentences:
+            grid = replace(grid, rows=sentences)
+        elif not is_table and _is_head(names := Row(0, [row.texts[0] for row in grid.rows])):
             message = f"the names are at the side ({listing(names.texts, 3)}): the table is read from top to bottom"
             faults.add(codes.TABLE_IS_TURNED, message, "", grid.cell(grid.rows[0], 0))
             grid = _turned(grid)
-        elif not is_table:
-            sentences = _rows_of_sentences(grid)
-            if not sentences and max(len(row.texts) for row in grid.rows) == 1:
-                hint = "put a comma, a semicolon or a tab between the columns"
-                message = "no delimiter between the columns was found"
-                raise _TableError(codes.NO_DELIMITER, message, hint, grid.cell(grid.rows[0], 0))
-            grid = replace(grid, rows=sentences or grid.rows)
+        elif max(len(row.texts) for row in grid.rows) == 1:
+            hint = "put a comma, a semicolon or a tab between the columns"
+            message = "no delimiter between the columns was found"
+            raise _TableError(codes.NO_DELIMITER, message, hint, grid.cell(grid.rows[0], 0))
         head = grid.rows[_find_head(grid)]
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
@@ -121,7 +121,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     block: list[tuple[int, str, dict[str, tuple[str, int]]]] = []
     for index in range(grid.rows[0].line - 1, grid.rows[-1].line + 1):
         line = grid.lines[index] if index < len(grid.lines) else ""
-        said = _said(Row(index + 1, [line]), with_time=True)
+        said = _said(Row(index + 1, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
         if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
             continue  # a run that was taken out
         if said:
@@ -259,7 +259,8 @@ def _said(row: Row, with_time: bool = False) -> dict[str, tuple[str, int]]:
     found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     end = 0
-    for match in re.finditer(_QUANTITY, whole):
+    scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
+    for match in re.finditer(_QUANTITY, scanned):
         words = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
@@ -276,9 +277,9 @@ def _said(row: Row, with_time: bool = False) -> dict[str, tuple[str, int]]:
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
     turns = turns_in(whole)
-    for part in re.split(r"[,;،；，]\s+", whole):
+    for part in (*row.texts, *re.split(r"[,;،；，]\s+", whole)):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
-        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1)
+        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",):  # "Number of turns: 1/3", "turns 1"
             turns = turns_in(f"{rest[0]} turns")
     if turns:

@@ -209,7 +209,7 @@ TRIAL_WORDS = _words("trial")
 """Words that number the repeats of one setting."""
 CENTRE_WORDS = _words("centre")
 """Words for the centre of the ball."""
-PRECESSION = f"(?i:{vocabulary.words('precession', '|')})"
+PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 MEAN_WORDS = _words("mean")
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for a mean, and for all that stands below a table and is no run."""
@@ -374,6 +374,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = _is_unit_of(name, inside)
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
+        if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
+            return split_unit(name)  # "Position (from the centre)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
         if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
             return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
@@ -472,7 +474,7 @@ def _modified(name: str) -> tuple[str, ...]:
     if found := tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES):
         return found
     # "Period of precession" in any order of its words; "precession" alone is a name.
-    bare = " ".join(word for word in left.split() if not re.match(PRECESSION, word))
+    bare = " ".join(word for word in left.split() if not re.fullmatch(PRECESSION, word))
     found = _known(bare) if bare not in ("", left) else ()
     return tuple(role for role in found if BY_NAME[role].part in ("count", "timing"))
 
@@ -498,7 +500,7 @@ _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("num
 _AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _COUNTED = (
     r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
-    rf"(?:(?:{_ONES}|d'|{PRECESSION}\w*)\s*){{0,3}}{_TURN}(?!\w*/\w)"
+    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{_TURN}(?!\w*/\w)"
 )
 _MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
@@ -542,7 +544,7 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     With `whole` nothing else may stand before them, as in a cell, and digits count: "5 half" is 5/2.
     """
     tokens = filter(None, _TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
-    words = [word for word in tokens if word not in _FILLERS and not re.match(PRECESSION, word)]
+    words = [word for word in tokens if word not in _FILLERS and not re.fullmatch(PRECESSION, word)]
     words = [word if re.search("[0-9]", word) else squeeze(word).lower() for word in words]
     numbers = [_NUMBERS.get(word, word) for word in words]
     if numbers[-1:] == ["1"] and "/" in "".join(numbers[-2:-1]):

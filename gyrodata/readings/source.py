@@ -390,10 +390,10 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     filled = [text for text in row.texts if text]
     match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
-    if match is None or key not in CONSTANTS:
+    if match is None or key not in (*CONSTANTS, "ball_radius"):
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
-    value = match[2].replace("\t", " ")
+    value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add(codes.LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", cell)
     return True

@@ -79,6 +79,8 @@ _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)\s*[x×*·](?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 _SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
+_PARTS_OF_PI = r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*[*·×]?\s*(?:pi|π)\s*(?:/\s*([1-9][0-9]?))?\s*(?:rad)?"
+"""Angles such as "2pi/3"."""
 _CCW, _CW = ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), ("cw", "clockwise", "-1")
 
 _MONTHS = {word: int(number) for number, words in vocabulary.MONTHS.items() for word in words.split()}
@@ -274,10 +276,12 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         if sense not in _CCW + _CW:
             raise CellError("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
         return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
-    if kind in ("mass", "force") and (several := re.fullmatch(_SEVERAL, text)):
+    if kind in ("mass", "force", "length") and (several := re.fullmatch(_SEVERAL, text)):
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
+    if kind == "angle" and unit in (None, "rad") and (parts := re.fullmatch(_PARTS_OF_PI, plain)):
+        return Quantity(math.pi * to_float(parts[1] or "1") / int(parts[2] or 1), None, None, "rad")
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
     if clock := spoken or re.fullmatch(_CLOCK, plain):
         return _read_clock(clock, kind, unit)

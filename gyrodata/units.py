@@ -128,7 +128,9 @@ def fold_letters(text: str) -> str:
     """Write compatibility forms and look-alike letters of other alphabets in one way; case is kept."""
     if text.isascii():
         return text
-    return unicodedata.normalize("NFKC", text.translate(_RINGS)).translate(_LOOK_ALIKES).replace("⁄", "/")
+    folded = unicodedata.normalize("NFKC", text.translate(_RINGS)).translate(_LOOK_ALIKES).replace("⁄", "/")
+    # The vowel signs of Hindi, Thai and Arabic are no letters for `re`.
+    return "".join(c for c in folded if c < "\u0590" or unicodedata.category(c)[0] != "M")
 
 
 _BASES = {
@@ -154,7 +156,8 @@ _ANY_CASE = {_word.lower(): _unit for _word, _unit in reversed(_SYMBOLS.items())
 _TOKEN = re.compile(r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)")
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = (
-    (r"\s+(?:per|pro|por|par|na)\s+", "/"),
+    (rf"\s+(?:{vocabulary.words('per', '|')})\s+", "/"),
+    (r"""(?<=[^\W\d_])["'״](?=[^\W\d_])""", ""),  # an abbreviation in Hebrew
     (r"(?<=\w)-(?=[^\W\d_])", "*"),  # "kg-m^2"
     (r"/\s*\(([^()*]*)\*?([^()*]*)\)", r"/\1/\2"),  # "rad/(s*rev)"
     (r"^\[(.*?)\]?$|^\((.*?)\)?$", r"\1\2"),

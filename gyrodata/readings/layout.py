@@ -21,9 +21,9 @@ from gyrodata import diagnostics as codes
 from gyrodata import vocabulary
 from gyrodata.quantities import NUMBER, PLAIN, fold_number, to_float
 from gyrodata.readings import roles
-from gyrodata.readings.lablog import BLANKS, Faults, Text, listing, span
+from gyrodata.readings.lablog import BLANKS, PREFIX, Faults, Text, listing, span
 from gyrodata.readings.roles import TEXTS, Header, kind_of_role, parse_header, squeeze, turns_in
-from gyrodata.readings.source import Grid, Row, find_place
+from gyrodata.readings.source import MAX_COLUMNS, Grid, Row, find_place
 from gyrodata.units import kinds_of
 
 _HINT = (
@@ -60,15 +60,24 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     try:
         if not grid.rows:
             raise _TableError(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
-        if not any(map(_is_head, grid.rows)) and _is_head(names := Row(0, [row.texts[0] for row in grid.rows])):
+        is_table = any(map(_is_head, grid.rows))
+        sentences = [] if is_table else _rows_of_sentences(grid)
+        if sentences:
+            grid = replace(grid, rows=sentences)
+        elif not is_table and _is_head(names := Row(0, [row.texts[0] for row in grid.rows])):
             message = f"the names are at the side ({listing(names.texts, 3)}): the table is read from top to bottom"
             faults.add(codes.TABLE_IS_TURNED, message, "", grid.cell(grid.rows[0], 0))
             grid = _turned(grid)
-        first = _find_head(grid)
+        elif max(len(row.texts) for row in grid.rows) == 1:
+            hint = "put a comma, a semicolon or a tab between the columns"
+            message = "no delimiter between the columns was found"
+            raise _TableError(codes.NO_DELIMITER, message, hint, grid.cell(grid.rows[0], 0))
+        head = grid.rows[_find_head(grid)]
+        grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
-        sheet.words = grid.rows[:first]
-        sheet.any_timed = any(_is_timed(row.texts) for row in grid.rows[first:] if _is_head(row))
-        for head, *rows in _blocks(grid.rows[first:]):
+        sheet.any_timed = any(_is_timed(row.texts) for row in grid.rows if _is_head(row))
+        for words, head, rows in _blocks(grid.rows, grid.rows.index(head)):
+            sheet.words += words
             sheet.begin(head)
             for row in rows:
                 sheet.take(row)
@@ -76,6 +85,66 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     except _TableError as fault:
         faults.add(*fault.args)
         return None
+
+
+def _with_captions(grid: Grid, head: Row) -> Grid:
+    """Add the lines behind # that say what no column and no key says, such as "# each time is for one full turn"."""
+    said = [(f"# {text.text}", text.line) for text in grid.comments]
+    said += [
+        (f"# {key}: {text.text}", text.line)
+        for key, text in grid.metadata
+        if key.lower() not in roles.KEYS and not key.lower().startswith(PREFIX)
+    ]
+    heads = [row for row in grid.rows if _is_head(row)] or [head]
+    lacking = _lacking([parse_header(text) for row in heads for text in row.texts]) - _stated(grid)
+    there = {row.line for row in grid.rows}
+    captions = [Row(line, [text]) for text, line in said if line not in there]
+    captions = [row for row in captions if lacking.intersection(_said(row))]
+    return replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
+
+
+def _stated(grid: Grid) -> set[str]:
+    """Name what lines such as "# turns: 1" say, which a caption does not change."""
+    keys = {key.lower() for key, _ in grid.metadata}
+    return keys | ({"turns"} if keys.intersection(("angle", *roles.ONE_TURN)) else set())
+
+
+_SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
+
+
+def _rows_of_sentences(grid: Grid) -> list[Row]:
+    """Make a table of lines such as "20.1 g, 400 rpm: one turn took 12.3 s", or of one line for each quantity.
+
+    A line with a spin and a time is a run. Other lines are captions of the runs below them.
+    """
+    parts: list[tuple[int, str, dict[str, tuple[str, int]]]] = []
+    block: list[tuple[int, str, dict[str, tuple[str, int]]]] = []
+    for index in range(grid.rows[0].line - 1, grid.rows[-1].line + 1):
+        line = grid.lines[index] if index < len(grid.lines) else ""
+        said = _said(Row(index + 1, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
+        if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
+            continue  # a run that was taken out
+        if said:
+            block.append((index + 1, line, said))
+            continue
+        names = [name for *_, one in block for name in one]
+        if len(set(names)) == len(names) and {"spin", "time"} <= set(names):
+            block = [(block[0][0], "", {name: item for *_, one in block for name, item in one.items()})]
+        parts += block
+        block = []
+        if line.strip():
+            parts.append((index + 1, line, {}))
+    runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
+    there = [role for role in _SENTENCE_ROLES if any(role in said for said in runs)]
+    rows: list[Row] = []
+    for line, text, said in parts if len(runs) > 1 else ():
+        if not {"spin", "time"} <= said.keys():
+            rows.append(Row(line, [text.strip()]))
+            continue
+        if not rows or len(rows[-1].texts) == 1:
+            rows.append(Row(line, list(there)))
+        rows.append(Row(line, [said.get(role, ("", 0))[0] for role in there], (line * MAX_COLUMNS,) * len(there)))
+    return rows
 
 
 def _turned(grid: Grid) -> Grid:
@@ -169,7 +238,7 @@ def _any_of(key: str) -> str:
 
 _AMOUNT = rf"(?:[0-9]{{1,2}}\s*[x×*·]\s*)?{NUMBER}(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*{NUMBER})?"
 _UNIT = r"[^\W\d_][\w/^*·]*"
-_QUANTITY = rf"(?<![\w.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+_QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -181,7 +250,7 @@ _SAYS_NOTHING = re.compile(
 """Lines whose quantities hold for no run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
 
 
-def _said(row: Row) -> dict[str, tuple[str, int]]:
+def _said(row: Row, with_time: bool = False) -> dict[str, tuple[str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell of each quantity by role; none of which two are told."""
     filled = _filled(row)
     # "x = 15,5 cm" above a table whose cells are parted by commas is one number.
@@ -190,7 +259,8 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
     found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     end = 0
-    for match in re.finditer(_QUANTITY, whole):
+    scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
+    for match in re.finditer(_QUANTITY, scanned):
         words = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
@@ -199,16 +269,20 @@ def _said(row: Row) -> dict[str, tuple[str, int]]:
         number, unit = match[1] or match[4], match[2] or match[3]
         if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
             continue  # "Position 15,5 cm" may be parted at its decimal comma
-        role = next((role for kind, role in _SAID_KINDS.items() if kind in kinds_of(unit)), "")
+        kinds = _SAID_KINDS | ({"time": "time"} if with_time else {})
+        role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and roles.origin_in(whole) else role
         of_the_ball = re.search(_BALL, clause) and not roles.from_centre(clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(clause) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
-    name, *rest = re.split(r"\s*[:=：]\s*", whole, maxsplit=1)
-    name, *rest = (name, *rest) if rest else whole.rsplit(maxsplit=1)
-    is_count = parse_header(name).roles == ("turns",)  # "Number of turns: 1/3", "turns 1"
-    if turns := turns_in(f"{rest[0]} turns" if rest and is_count else whole):
+    turns = turns_in(whole)
+    for part in (*row.texts, *re.split(r"[,;،；，]\s+", whole)):
+        name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
+        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
+        if rest and parse_header(name).roles == ("turns",):  # "Number of turns: 1/3", "turns 1"
+            turns = turns_in(f"{rest[0]} turns")
+    if turns:
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
     if re.search(f"(?i){_any_of('not_timed')}", whole):
@@ -317,6 +391,9 @@ class _Sheet:
         for at, text in enumerate(row.texts):
             over = named[at][0].text or over
             name, unit = roles.split_unit(over)
+            if turns_in(over) and (number := re.search("[1-9]", text)):
+                named[at] = (replace(named[at][0], text=f"{name} {number[0]} [{unit}]"), parse_header(over))
+                continue  # "1st, 2nd, 3rd" below "Time of one turn (s)"
             if text and not (parse_header(text).roles and parse_header(text).unit):
                 text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
             if text and not parse_header(text).roles:
@@ -355,7 +432,7 @@ class _Sheet:
         """Give the columns of a table their places among all columns, unless its rows are no runs."""
         names = [cell.text for cell, _ in self.here]
         timings = [header.text for _, header in self.here if set(header.roles).intersection(roles.TIMINGS)]
-        title = " ".join(text for words in self.words for text in words.texts)
+        title = " ".join(text for words in self.words for text in words.texts if text[:1] != "#")
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
         untimed = self.any_timed and not _is_timed(names)
         if untimed or (means and self.runs and not self.only_means):
@@ -405,6 +482,7 @@ class _Sheet:
         Above the first table the last row that says something is of this table; those before it are of all tables.
         """
         found: _Given = {}
+        lacking = lacking - _stated(self.grid)
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
@@ -413,7 +491,7 @@ class _Sheet:
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
-            else:
+            elif not row.texts[0].startswith("#"):
                 self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
         self.words = []
         return found
@@ -537,22 +615,23 @@ _COPY = re.compile(r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$")
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 
-def _blocks(rows: list[Row]) -> list[list[Row]]:
-    """Put whole tables that stand side by side below each other; each begins with its header."""
-    head = rows[0]
+def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]]]:
+    """Put whole tables that stand side by side below each other: the words above each, its header, its rows."""
+    head = rows[first]
     names = "".join(f"{squeeze(_COPY.sub('', text))}\n" for text in head.texts if text)
     match = re.match(r"((?:.+\n){2,}?)\1+", names)
     names_of_one = match[1].split() if match else []
     if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
-        return [rows]
+        return [(rows[:first], head, rows[first + 1 :])]
     blocks = []
     for start, end in pairwise([*_filled(head)[:: len(names_of_one)], len(head.texts)]):
-        block = []
-        for row in rows:
-            texts = [_COPY.sub("", text) if row is head else text for text in row.texts[start:end]]
-            if any(texts):
-                block.append(Row(row.line, texts, tuple(row.spot(at) for at in range(start, end))))
-        blocks.append(block)
+        cut = [
+            Row(row.line, row.texts[start:end], tuple(row.spot(at) for at in range(start, end)))
+            if any(row.texts[start:end]) else Row(row.line, [])
+            for row in rows
+        ]
+        words, below = ([row for row in part if row.texts] for part in (cut[:first], cut[first + 1 :]))
+        blocks.append((words, replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts]), below))
     return blocks
 
 

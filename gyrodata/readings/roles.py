@@ -182,7 +182,7 @@ def derived_roles(roles: set[str]) -> set[str]:
     return {role.name for role in TABLE if any(roles.issuperset(readings.split()) for readings in role.derived_from)}
 
 
-_MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
+_MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*`\\{}", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
 
 
 @lru_cache(maxsize=8192)
@@ -209,6 +209,7 @@ TRIAL_WORDS = _words("trial")
 """Words that number the repeats of one setting."""
 CENTRE_WORDS = _words("centre")
 """Words for the centre of the ball."""
+PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 MEAN_WORDS = _words("mean")
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for a mean, and for all that stands below a table and is no run."""
@@ -373,6 +374,11 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = _is_unit_of(name, inside)
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
+        if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
+            return split_unit(name)  # "Position (from the centre)"
+        words = re.split(r"[\s,;]+", inside, maxsplit=1)
+        if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
+            return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
         said = name_roles(text)[0] if name_roles(name)[0] else not kinds_of(inside)
         if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit
@@ -383,7 +389,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
         return name, unit  # "period_s" is not "periods"
     if name_roles(text)[0]:
-        return text, None
+        return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     rest = " ".join(token for token in text.split() if token not in small)
     is_rate = kinds_of(rest) == {"rate"}
@@ -397,6 +403,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     for strict in (True, False):
         for name, unit in parts:
             fits = any(_measures(unit, role) for role in name_roles(name)[0])
+            fits = fits or ("time" in kinds_of(unit) and bool(turns_in(name)))  # "time for 1 turn / s"
             is_name = not is_rate or name_roles(name)[0] != ("turns",)
             if (
                 is_name
@@ -406,6 +413,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
+    if kinds_of(text) == {"angle"}:
+        return "", text
     name, _, unit = text.rpartition(" / ")
     if name and kinds_of(unit):
         return name.strip(), unit.strip()
@@ -462,7 +471,12 @@ def _modified(name: str) -> tuple[str, ...]:
     left = " ".join(token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS)
     before, after = "".join(one for _, one, _ in affixes), "".join(one for _, _, one in affixes)
     modified = (f"{before}{role}{after}" for role in (_known(left) or _known(named) if left else ()))
-    return tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES)
+    if found := tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES):
+        return found
+    # "Period of precession" in any order of its words; "precession" alone is a name.
+    bare = " ".join(word for word in left.split() if not re.fullmatch(PRECESSION, word))
+    found = _known(bare) if bare not in ("", left) else ()
+    return tuple(role for role in found if BY_NAME[role].part in ("count", "timing"))
 
 
 def suggest_role(header: str) -> str:
@@ -475,14 +489,18 @@ def suggest_role(header: str) -> str:
     return next(iter(name_roles(match[1])[0]), "") if match else ""
 
 
-AND, _FILLERS = (tuple(vocabulary.words(key).split()) for key in ("and", "filler"))
-"""Words between two numbers of one count, "one and a half"; and words between a count and "turn"."""
-_NUMBERS = dict(number.split("=") for number in vocabulary.words("number").split())
-_TURN, _PERIOD = (f"(?i:{vocabulary.words(key, '|')})" for key in ("turn", "period"))
+AND, _FILLERS, _PARTS = (tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part"))
+"""Words between two numbers of one count, "one and a half"; between a count and "turn"; and "part of" one turn."""
+_NUMBERS = {squeeze(word).lower(): count for word, _, count in
+            (number.partition("=") for number in vocabulary.words("number").split())}  # fmt: skip
+_SIGNS = f"(?<!第)(?:{'|'.join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])})"
+"""Numbers in languages without blanks between words."""
+_TURN, _PERIOD, _ONE_TURN = (f"(?i:{vocabulary.words(key, '|')})" for key in ("turn", "period", "one_turn"))
+_ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
 _AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _COUNTED = (
-    r"(?i)(?<![0-9.,/])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
-    rf"(?:(?:of|de|d'|precession|full|complete|an?|one|the|einer?)\s+){{0,3}}{_TURN}"
+    r"(?i)(?<![0-9.,/第])([0-9]{1,2}(?:[.,][0-9])?|[0-9]{1,2}\s*[/⁄]\s*[0-9]{1,2})\s*"
+    rf"(?:(?:{_ONES}|d'|{PRECESSION})\s*){{0,3}}{_TURN}(?!\w*/\w)"
 )
 _MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
@@ -505,8 +523,11 @@ def turns_in(header: str) -> str:
     match = re.search(_ANGLE, plain)
     if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
-    if re.search(_TURN, plain):
-        return words_of_turns(re.split(_TURN, plain)[0])
+    for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
+        if said := words_of_turns(plain[: turn.start()]):
+            return said
+    if re.search(_ONE_TURN, plain):
+        return "1"
     said = words_of_turns(re.split(_PERIOD, plain)[0]) if re.search(_PERIOD, plain) else ""
     return "" if said == "1" else said
 
@@ -522,7 +543,9 @@ def words_of_turns(text: str, whole: bool = False) -> str:
 
     With `whole` nothing else may stand before them, as in a cell, and digits count: "5 half" is 5/2.
     """
-    words = [word for word in _TOKENS.split(text.lower()) if word and word not in (*_FILLERS, "precession")]
+    tokens = filter(None, _TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
+    words = [word for word in tokens if word not in _FILLERS and not re.fullmatch(PRECESSION, word)]
+    words = [word if re.search("[0-9]", word) else squeeze(word).lower() for word in words]
     numbers = [_NUMBERS.get(word, word) for word in words]
     if numbers[-1:] == ["1"] and "/" in "".join(numbers[-2:-1]):
         del words[-1], numbers[-1]  # "a third of one"
@@ -536,6 +559,8 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     before = before[: len(before) - mixed]
     count = before.pop() if before and before[-1].isdecimal() else ""
     # The digit of a header may number a trial, and not count parts of a turn.
+    if before and before[-1] in _PARTS:
+        return ""
     trial = bool(count) and not whole and words[len(before)].isdecimal()
     if part.startswith("/") or trial or (mixed and not count) or (whole and before):
         return ""
@@ -581,8 +606,9 @@ def from_centre(header: str) -> bool:
     """Tell whether a header says that a length counts from the centre, as "x from centre" does."""
     if any(re.search(words, header) for _, words in _ORIGIN):
         return False
-    # Chinese and Japanese have no blanks between words.
-    return not CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(w in header for w in CENTRE_WORDS if w > "\u2e80")
+    # The languages of Asia join small words to others, or have no blanks.
+    joined = squeeze(header)
+    return not CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(w in joined for w in CENTRE_WORDS if w > "\u0590")
 
 
 def clock_word(header: str) -> str:
@@ -593,5 +619,4 @@ def clock_word(header: str) -> str:
 
 def is_of_the_spin(header: str) -> bool:
     """Tell whether a header says that what is timed are turns of the ball."""
-    spins = re.search(r"(?i)spin|wheel|dis[ck]|rotor|ball|Kugel|Eigen|rotation propre|ротор|собств|шара", header)
-    return bool(spins) and not re.search(r"pr[äeéê][cz][eé]?[sc]|прецес", header.lower())
+    return bool(re.search(f"(?i){vocabulary.words('spinning', '|')}", header)) and not re.search(PRECESSION, header)

@@ -120,6 +120,8 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
     answers: list[tuple[str, Text]] = []
     for key, text in metadata:
         known = key.lower()
+        if known == "ball_radius":
+            known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
         reported, (name, _, value) = lablog.canonical_key(key), text.text.partition("=")
         if known.startswith(lablog.PREFIX) and reported in lablog.REPORTED_KINDS:
             _enter_reported(settings, key, text, faults, ask)

@@ -52,8 +52,11 @@ _OTHER_FILES = {
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """How files begin that are no tables."""
-_CODE_PAGES = ("cp1252", "cp1251", "cp1250", "cp932", "gb18030", "cp949")
-"""What Excel writes as CSV in the West, with Cyrillic letters, in the East of Europe, in Japan, China and Korea."""
+_CODE_PAGES = (
+    *("cp1252", "cp1251", "cp1250", "cp1254", "cp1253", "cp1255", "cp1256", "cp1257", "cp1258", "cp874"),
+    *("cp932", "gb18030", "cp949", "big5", "euc_jp", "koi8_r", "iso8859_2", "mac_roman"),
+)
+"""What spreadsheets and editors write that are not set to UTF-8; the first of several that fit is taken."""
 
 
 def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
@@ -311,6 +314,8 @@ class Grid(Struct, frozen=True):
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
+_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1")
+"""A cell of Markdown in bold or italic type, or as code."""
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
 """Marks for "the same as above", as a blank cell says it too."""
@@ -322,7 +327,8 @@ def _grid(
     sha256: str, faults: Faults, delimiter: str = "", floats: frozenset[int] = frozenset()
 ) -> tuple[Grid, Faults]:
     """Split a log into cells; its delimiter is known if this module wrote the text."""
-    lines = list(faults.lines)
+    # The digits of all scripts are read.
+    lines = [re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), line).replace("٫", ".") for line in faults.lines]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
@@ -384,10 +390,10 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     filled = [text for text in row.texts if text]
     match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
-    if match is None or key not in CONSTANTS:
+    if match is None or key not in (*CONSTANTS, "ball_radius"):
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
-    value = match[2].replace("\t", " ")
+    value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add(codes.LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", cell)
     return True
@@ -416,9 +422,7 @@ def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
                 lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
             return "\t"
     if not best:
-        hint = "put a comma, a semicolon or a tab between the columns"
-        cell = Text(lines[body[0]], body[0] + 1, 1)
-        raise faults.refuse(codes.NO_DELIMITER, "no delimiter between the columns was found", hint, cell)
+        return "\t"
     return next(delimiter for delimiter, share in shares.items() if share and share >= best - 0.3)
 
 
@@ -437,7 +441,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             message = "a cell of more than 10 000 characters: no more are read"
             raise faults.refuse(codes.CELL_TOO_LONG, message, "", Place(index + 1, 1))
         try:
-            texts = [text.strip(_UNSEEN + "\n") for text in next(reader)]
+            texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
+            texts = [match[2] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
             message = "a quoted cell begins here and is never closed"

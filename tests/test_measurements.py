@@ -308,3 +308,9 @@ def test_digits_that_decide_u_are_named_with_both_answers() -> None:
         assert [d.code for d in after.diagnostics if d.code == "G407"] == []
         assert 1e3 * after.inertia.value == pytest.approx(value, abs=0.5 * u)
         assert 1e3 * (after.inertia.u or 0) == pytest.approx(u, rel=0.25)
+
+
+def test_torque_is_used_if_a_mass_has_no_position() -> None:
+    rows = "10.1,0.0161,703,119.9,1\n20.0,0.0318,500,43.13,1\n50.3,0.0799,605,20.6,1\n"
+    lab = gyrodata.analyze(f"mass [g],torque [N*m],spin [rpm],time [s],turns\n{rows}".encode())
+    assert lab.inertia.value == pytest.approx(4.15e-3, rel=0.02)

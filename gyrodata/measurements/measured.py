@@ -163,6 +163,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
 def measure(readings: Readings) -> Measurements:
     """Work out what a log's readings mean, and what each of their errors is shared by."""
+    if "torque" in readings.columns and "position" not in readings.columns:
+        # A mass without a position gives no torque: the log's own torque is used.
+        loads = {role: column for role, column in readings.columns.items() if role not in ("mass", "force")}
+        readings = replace(readings, columns=loads)
     diagnostics: list[Diagnostic] = []
     count = len(readings.runs)
     nothing = np.full(count, np.nan)

@@ -254,7 +254,9 @@ def _serve_by_unit(columns: list[Chosen], choice: Choice, faults: Faults) -> Non
             continue
         cell = fit[0].cell
         # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        if (role == "spin" and re.search(roles.PRECESSION, cell.text)) or roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text):
+        of_the_rod = role == "spin" and re.search(roles.PRECESSION, cell.text)
+        other = roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
+        if of_the_rod or other:
             continue
         choice.serve(replace(fit[0], role=role))
         choice.unplaced.remove(cell)

@@ -76,9 +76,9 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         sheet.any_timed = any(_is_timed(row.texts) for row in grid.rows if _is_head(row))
-        for words, head, rows in _blocks(grid.rows, grid.rows.index(head)):
+        for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
-            sheet.begin(head)
+            sheet.begin(names)
             for row in rows:
                 sheet.take(row)
         return sheet.finish()
@@ -137,13 +137,14 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
     there = [role for role in _SENTENCE_ROLES if any(role in said for said in runs)]
     rows: list[Row] = []
-    for line, text, said in parts if len(runs) > 1 else ():
+    for number, text, said in parts if len(runs) > 1 else ():
         if not {"spin", "time"} <= said.keys():
-            rows.append(Row(line, [text.strip()]))
+            rows.append(Row(number, [text.strip()]))
             continue
         if not rows or len(rows[-1].texts) == 1:
-            rows.append(Row(line, list(there)))
-        rows.append(Row(line, [said.get(role, ("", 0))[0] for role in there], (line * MAX_COLUMNS,) * len(there)))
+            rows.append(Row(number, list(there)))
+        spots = (number * MAX_COLUMNS,) * len(there)
+        rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
     return rows
 
 
@@ -627,7 +628,8 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     for start, end in pairwise([*_filled(head)[:: len(names_of_one)], len(head.texts)]):
         cut = [
             Row(row.line, row.texts[start:end], tuple(row.spot(at) for at in range(start, end)))
-            if any(row.texts[start:end]) else Row(row.line, [])
+            if any(row.texts[start:end])
+            else Row(row.line, [])
             for row in rows
         ]
         words, below = ([row for row in part if row.texts] for part in (cut[:first], cut[first + 1 :]))

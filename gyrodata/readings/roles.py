@@ -493,7 +493,8 @@ AND, _FILLERS, _PARTS = (tuple(vocabulary.words(key).split()) for key in ("and",
 """Words between two numbers of one count, "one and a half"; between a count and "turn"; and "part of" one turn."""
 _NUMBERS = {squeeze(word).lower(): count for word, _, count in
             (number.partition("=") for number in vocabulary.words("number").split())}  # fmt: skip
-_SIGNS = f"(?<!第)(?:{'|'.join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])})"
+_SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])
+_SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
 _TURN, _PERIOD, _ONE_TURN = (f"(?i:{vocabulary.words(key, '|')})" for key in ("turn", "period", "one_turn"))
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])

@@ -67,17 +67,12 @@ def grade(
         float, typer.Option("--timeout", metavar="SECONDS", min=0.1, help="Time for one submission.")
     ] = 30.0,
     gradebook: Annotated[
-        Path | None, typer.Option("--gradebook", metavar="FILE", help="Canvas gradebook to fill: canvas.csv.")
-    ] = None,
-    grade_center: Annotated[
         Path | None,
-        typer.Option("--grade-center", metavar="FILE", help="Blackboard Grade Center to fill: blackboard.csv."),
+        typer.Option("--gradebook", metavar="FILE", help="Gradebook exported from Canvas, Blackboard or Moodle, to "
+                     "fill with the grades."),
     ] = None,
     assignment: Annotated[
-        str | None, typer.Option("--assignment", metavar="TITLE", help="Its column, where it has several.")
-    ] = None,
-    worksheet: Annotated[
-        Path | None, typer.Option("--worksheet", metavar="FILE", help="Moodle grading worksheet to fill: moodle.csv.")
+        str | None, typer.Option("--assignment", metavar="TITLE", help="Column of the gradebook, if there are several.")
     ] = None,
     gradescope: Annotated[
         Path | None, typer.Option("--gradescope", metavar="DIR", help="Write an autograder for Gradescope, and stop.")
@@ -119,16 +114,11 @@ def grade(
             "there is nothing to grade: no PATH is given",
             "give the class, a folder or a zip",
         )
-    books = (
-        ("--gradebook", "canvas", gradebook),
-        ("--grade-center", "blackboard", grade_center),
-        ("--worksheet", "moodle", worksheet),
-    )
-    to_fill = [(option, name, sheet) for option, name, sheet in books if sheet is not None]
-    need_one = ["--figures"] * figures + [option for option, _, _ in to_fill]
+    need_one = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, need_one)
     from gyrodata.grading.classroom import GradingOptions, grade_class
     from gyrodata.grading.desk import FIGURES, Gradebooks, changes_in, find_desk, totals_from_here
+    from gyrodata.grading.exports.gradebooks import platform_of
     from gyrodata.grading.journal import JOURNAL, Journal
     from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import read_rubric
@@ -137,11 +127,14 @@ def grade(
 
     judged = read_rubric(_rubric_bytes(rubric), "built-in rubric" if rubric is None else rubric.name)
     submissions = find_submissions(path.absolute(), lms, pattern, attempts)
-    sheets = {name: (_read(sheet), sheet.name) for _, name, sheet in to_fill}
+    sheets = {}
+    if gradebook is not None:
+        data = _read(gradebook)
+        sheets[platform_of(data, gradebook.name)] = data, gradebook.name
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
     # What was decided holds too where the grades are printed only.
-    listed = roster or next((sheet for _, _, sheet in to_fill), None)
+    listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
     desk = find_desk(folder or _usual_folder(path.resolve()), people.who_is_meant(submissions), judged)
     complain(submissions.diagnostics, quiet)

@@ -184,7 +184,7 @@ def gate(accept: bool = False, part: bool = False) -> Found:
         printed = grade_again(home, options)["printed"].splitlines()
         texts["second run"] = "".join(f"{' '.join(map(digest, printed[at : at + 8]))}\n" for at in range(0, 90, 8))
         texts["second run, all"] = digests(home / "grades")
-        options = f"--rubric {home}/rubric.toml --worksheet {home}/moodle.csv --attempts oldest --format csv"
+        options = f"--rubric {home}/rubric.toml --gradebook {home}/moodle.csv --attempts oldest --format csv"
         texts["third run"] = digest(grade_again(home, options)["printed"]) + "\n" + digests(home / "grades")
         # The worksheet that was filled is filled again; JSON is compared to five digits.
         (home / "moodle.csv").write_bytes((home / "grades" / "moodle.csv").read_bytes())

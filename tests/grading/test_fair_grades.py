@@ -108,7 +108,7 @@ def test_desk_line_for_shared_name_is_refused_with_both_ids(tmp_path: Path) -> N
     names = [JANE.format(7000), JANE.format(7001), "Max Roe_7002_assignsubmission_file/lab.csv"]
     root, out = make_folder(tmp_path / "class", dict.fromkeys(names, answered(draw(1, 11)))), tmp_path / "out"
     (tmp_path / "w.csv").write_text(WORKSHEET, encoding="utf-8")
-    run = ("grade", root, "-o", out, "--worksheet", tmp_path / "w.csv")
+    run = ("grade", root, "-o", out, "--gradebook", tmp_path / "w.csv")
     gyro(*run)
     before = (out / "grades.csv").read_bytes()
     (out / "desk.csv").write_text("student,what,value,by,why\nJane Doe,total,3,Ann,x\n", encoding="utf-8")

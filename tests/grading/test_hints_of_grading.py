@@ -313,14 +313,14 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert gyro(*words).exit_code == 0
 
 
-BOOK = ("option", "column", "book", "named", "faulty")
+BOOK = ("column", "book", "named", "faulty")
 # --- gradebooks -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("lms", HINTS["books"])
 def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
-    option, column, text, named, faulty = (HINTS["books"][lms][key] for key in BOOK)
-    words = f"class -o new {option} book.csv"
+    column, text, named, faulty = (HINTS["books"][lms][key] for key in BOOK)
+    words = "class -o new --gradebook book.csv"
     if not named:
         Path("class").rename("people")
         files = enumerate(PEOPLE.values(), 1)

@@ -108,6 +108,16 @@ _NO = ("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej",
 """What cells say: that there is no grade yet, that none is asked for, and that it cannot be changed."""
 
 
+def platform_of(data: bytes, name: str) -> str:
+    """Return the platform that exported a gradebook, by its header or by rows of "Participant 7"; else Canvas."""
+    rows = read_sheet(data, name).rows
+    head = "\t".join(cell.strip() for cell in rows[0])
+    books = ((lms, platform.book) for lms, platform in PLATFORMS.items() if platform.book and platform.book.begins)
+    known = next((lms for lms, book in books if re.match(book.begins, head)), "")
+    of_moodle = any(re.fullmatch(r"\D+\d+", row[0].strip()) for row in rows[1:] if row)
+    return known or ("blackboard" if "[Total Pts:" in head else "moodle" if of_moodle else "canvas")
+
+
 class _Layout:
     """The places of the columns in a sheet."""
 

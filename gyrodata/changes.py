@@ -441,7 +441,7 @@ CHANGES = (
         "balance_test", 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better', "advice",
         _balance_test,
     ),
-    Change("three_times", "three times the turns in every run", "advice", _three_times_the_turns),
+    Change("three_times", "time three times as many turns of the rod in every run", "advice", _three_times_the_turns),
     Change("one_more_digit", "{}", "digits", _one_more_digit),
     Change("direction", "the direction of each run without a weight", "direction", _direction),
 )  # fmt: skip

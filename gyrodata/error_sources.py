@@ -87,7 +87,7 @@ SOURCES: Mapping[str, SourceKind] = {
         f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
         "all runs (the same habit)",
         "the spin read at the start and at the end",
-        words="late reading of the spin",
+        words="delay of the spin reading while the ball slows down",
         kind="time",
     ),
     "decay_exponent": SourceKind(

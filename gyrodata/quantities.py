@@ -224,7 +224,7 @@ def _without_coverage(text: str) -> tuple[str, float]:
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
-    """Bring a quantity taken apart into SI; `unit` holds if none is written."""
+    """Convert a parsed quantity to SI; `unit` is used if none is written."""
     own = written.unit or unit or ""
     known, uncertainty, u_step = parse_unit(own, kind), None, None
     u = to_float(written.spread or "0") / written.coverage
@@ -352,7 +352,7 @@ def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
             return CellError(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
-        # Where a comma is the decimal sign, 20.1 becomes the 20th of January.
+        # If the comma is the decimal sign, 20.1 becomes the 20th of January.
         meant = f"{min(pair)}/{max(pair)}" if pair and kind == "number" else "{}.{}".format(*pair) if pair else ""
         hint = f"did you mean {meant}? " if meant else ""
         hint += "A spreadsheet makes dates of such numbers: make the cells text first"

@@ -72,7 +72,7 @@ class Kind(Struct, frozen=True):
 
     @property
     def proposal(self) -> str:
-        """What to write, without a number that could be taken over as it stands."""
+        """Return what to write, without a number that could be copied."""
         return f"write one of: {self.examples}" if self.si else "write the number alone"
 
 
@@ -129,7 +129,7 @@ def fold_letters(text: str) -> str:
     if text.isascii():
         return text
     folded = unicodedata.normalize("NFKC", text.translate(_RINGS)).translate(_LOOK_ALIKES).replace("⁄", "/")
-    # The vowel signs of Hindi, Thai and Arabic are no letters for `re`.
+    # For `re`, the vowel signs of Hindi, Thai and Arabic are not letters.
     return "".join(c for c in folded if c < "\u0590" or unicodedata.category(c)[0] != "M")
 
 
@@ -149,7 +149,7 @@ for _spelling, _line in vocabulary.UNITS.items():
 for _spelling in ("rev", "min", "s"):
     for _word in vocabulary.words(_spelling).split():
         _SYMBOLS.setdefault(fold_letters(_word), _SYMBOLS[_spelling])
-# Case is forgiven ("KG", "Sec") unless it tells milli from mega.
+# Case is forgiven ("KG", "Sec") unless it separates milli from mega.
 _MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
 _ANY_CASE = {_word.lower(): _unit for _word, _unit in reversed(_SYMBOLS.items())}
 

@@ -218,5 +218,5 @@ class TestOptions:
         assert (tmp_path / "report" / "report.html").exists()
         assert (tmp_path / "a.json").is_file()
         # The page is named only if there is one.
-        assert "HTML report" in done.stdout
-        assert "HTML report" not in analyzed(README).stdout
+        assert "open the HTML report" in done.stdout
+        assert "open the HTML report" not in analyzed(README).stdout

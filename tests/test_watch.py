@@ -88,7 +88,7 @@ def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
         (HEAD + LIGHT + MIDDLE, "while 40.00 g at 15.0 cm is on the rod", "add 1 run, for example at 600 rpm"),
         (HEAD + LIGHT + MIDDLE, "still to do", "no run without a weight"),
         (HEAD + LIGHT, "while 20.00 g", "3 runs, and nothing is missing; if you have time, repeat run"),
-        (SAMPLE, "what would reduce u most", "three times the turns in every run: u of I_zz from"),
+        (SAMPLE, "what would reduce u most", "time three times as many turns of the rod in every run: u of I_zz from"),
     ],
 )
 def test_a_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -339,7 +340,8 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
     if form == "text":
         from gyrodata.reporting.text import summary
 
-        rest = "More: gyro analyze -v" + (", or the HTML report" if written else "")
+        log = analysis.name if re.fullmatch(r"[\w./-]+", analysis.name) else "LOG"
+        rest = f"More: gyro analyze {log} -v" + (", or open the HTML report" if written else "")
         return summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote

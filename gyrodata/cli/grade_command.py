@@ -133,7 +133,7 @@ def grade(
         sheets[platform_of(data, gradebook.name)] = data, gradebook.name
     gradebooks = Gradebooks(sheets, assignment)
     gradebooks.try_out(submissions, judged)
-    # What was decided holds too where the grades are printed only.
+    # Decisions are used too if the grades are only printed.
     listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
     desk = find_desk(folder or _usual_folder(path.resolve()), people.who_is_meant(submissions), judged)
@@ -221,7 +221,7 @@ def _read(path: Path) -> bytes:
 
 
 def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
-    """Take the logs of earlier years from the journals beside their grades."""
+    """Read the logs of earlier years from the journals next to their grades."""
     from gyrodata.grading.journal import JOURNAL, Journal
 
     found: dict[str, Fingerprint] = {}
@@ -369,7 +369,7 @@ def _told_changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[s
 
 
 def _told_filled(filled: Mapping[str, Filled]) -> Iterator[str]:
-    """Say what stands in a gradebook now, what stood there before, and who is not in it."""
+    """List the new and old entries of a gradebook, and the students who are not in it."""
     from gyrodata.readings import listing
 
     for name, sheet in filled.items():

@@ -47,7 +47,7 @@ class Estimate(Struct, frozen=True):
 
 
 class Share(Struct, frozen=True):
-    """What one source of uncertainty contributes to u(I_zz)."""
+    """The contribution of one uncertainty component to u(I_zz)."""
 
     source: str
     shared: bool

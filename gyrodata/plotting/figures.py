@@ -313,7 +313,7 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
 
 
 def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None:
-    """Write names beside marks, at the places where they cover the fewest marks and names."""
+    """Write names next to marks, at the places that cover the fewest marks and names."""
     points = 72 / ax.figure.dpi
     middles = list(ax.transData.transform(np.column_stack([x, y])) * points)
     halves = [np.array([4.0, 4.0])] * len(middles)

@@ -210,7 +210,7 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
     """Give the roles that a header may still serve."""
     found, there = column.header.roles, choice.there | ({"turns"} if choice.stated else set())
     if found == ("time", "precession_period") and "time" in choice.used and there.isdisjoint(roles.COUNTS):
-        return []  # beside a time whose turns are not told, "T" may be the mean of such times as well
+        return []  # next to a time without turns, "T" may be the mean of such times as well
     # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
     bases = tuple(role.removeprefix("u_") for role in found)
     for used in choice.used.values():
@@ -353,7 +353,7 @@ def _check_runs(table: Readings, faults: Faults) -> None:
     """Find the runs that lack what the others have."""
     columns = table.columns
     lacking: dict[str, list[int]] = {}
-    # A run with every cell filled lacks nothing. A cell that could not be read has been told of; its text is there.
+    # A run with every cell filled lacks nothing. A cell that could not be read is reported already; its text is there.
     blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
     for run in sorted(set(blanks)):
         there = {role for role, column in columns.items() if column.readings[run].text}

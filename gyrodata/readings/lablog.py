@@ -27,7 +27,7 @@ MOST_OF_ONE_CODE = 100
 
 
 class Place(NamedTuple):
-    """Where something stands in a file, counted as an editor counts."""
+    """A place in a file, counted as in an editor."""
 
     line: int
     """1-based."""
@@ -36,7 +36,7 @@ class Place(NamedTuple):
 
 
 class Text(Struct, frozen=True):
-    """One cell as it stands in the file."""
+    """One cell as it is in the file."""
 
     text: str
     """Without quotes and without blanks around it."""
@@ -73,7 +73,7 @@ class Column(Struct, frozen=True, dict=True):
     role: str
     """Canonical name: ``mass``, ``spin``, ``time``, … (repeats ``time_1``, ``time_2`` have become runs)."""
     header: str
-    """As written, or ``# spin`` or ``--set spin`` where one value holds for the whole log."""
+    """As written, or ``# spin`` or ``--set spin`` if one value is valid for the whole log."""
     unit: str
     """Unit as understood, in a spelling that this tool reads back; "" for numbers."""
     readings: tuple[Reading, ...]
@@ -107,14 +107,14 @@ class Column(Struct, frozen=True, dict=True):
         )
 
     def place(self, run: int) -> Place | None:
-        """Where a reading stands; None for what an option gave, or a simulation."""
+        """Return the place of a reading; None for a value from an option or a simulation."""
         if self.spots[run] < 0:
             return self.given
         return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
 
 
 class Readings(Struct, frozen=True, dict=True):
-    """What a log says: one row for each timed run.
+    """The content of a log: one row for each timed run.
 
     Attributes
     ----------
@@ -338,7 +338,7 @@ def rounded_turns(text: str) -> tuple[str, float]:
         return "", 0.0
     value, step = to_float(text), float(f"1e{quantities.last_place(text)}")
     twelfths = round(value * 12)
-    # Quarters have few digits: they are meant as written. Who cuts 2/3 off at 0.66 is off by nearly a whole step.
+    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong by nearly a whole step.
     if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
         return "", 0.0
     return str(Fraction(twelfths, 12)), step / math.sqrt(3)

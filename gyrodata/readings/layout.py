@@ -1,4 +1,4 @@
-"""Where titles, headers, units, runs, means and notes stand; and several tables that become one.
+"""Find titles, headers, units, runs, means and notes in a sheet, and join several tables.
 
 A row of a sheet is a header, a row of units, a run, a summary or text. A sheet is read as a teaching assistant reads
 it: what is not a run is left out, what a caption says holds for the runs below it, and one line for each says so.
@@ -149,7 +149,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
 
 
 def _turned(grid: Grid) -> Grid:
-    """Make a row of each column of a sheet; a value that stands alone beside its name holds for all runs."""
+    """Transpose a sheet; a single value next to its name is valid for all runs."""
     width = max(len(row.texts) for row in grid.rows)
     alone = [len(row.texts) == 2 < width for row in grid.rows]
     rows = []
@@ -208,7 +208,7 @@ _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:
-    """Find a title or a note, which is not only a remark on a run; or quantities for which there is no column."""
+    """Return whether a row is a title or a note, but not a remark on a run; or quantities without a column."""
     filled = _filled(row)
     texts = [row.texts[at] for at in filled]
     numbers = {at for at in filled if is_number(row.texts[at]) and not re.search(_SENTENCE, row.texts[at])}
@@ -222,7 +222,7 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
 
 @lru_cache(maxsize=4096)
 def is_of_means(header: str) -> bool:
-    """Tell whether a column holds means, by its name."""
+    """Return whether a column contains means, by its name."""
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
@@ -364,7 +364,7 @@ class _Sheet:
         elif self.fresh and (units := _units(row)):
             for at, (unit, header) in enumerate(zip(units, headers, strict=False)):
                 if unit not in BLANKS and header.unit is None:
-                    # Minutes and seconds stand below one "time".
+                    # Minutes and seconds are below one "time".
                     named = roles.with_unit(header if header.text or not at else headers[at - 1], unit)
                     self.here[at] = self.here[at][0], named
         elif self.fresh and (below := self._names_below(row)):
@@ -410,7 +410,7 @@ class _Sheet:
         typed = {role for (_, header), text in zip(self.here, row.texts, strict=False) if text for role in header.roles}
         self.given = {role: one for role, one in self.given.items() if role not in typed}
         if self.words:
-            # "moved to 10.0 cm" between the runs holds for the blank cells below it, until another value is typed.
+            # "moved to 10.0 cm" between the runs is valid for the blank cells below it, until another value is typed.
             blank = set() if is_first else {"mass", "position"} - typed
             lacking = blank | _lacking([header for _, header in self.here])
             if any(
@@ -459,7 +459,7 @@ class _Sheet:
             self.places.append(place)
 
     def _check_first(self, row: Row) -> None:
-        """Refuse a later table whose first row lacks what the first table gives: nothing above it holds for it."""
+        """Refuse a later table if its first row lacks a quantity of the first table."""
         headers = [header for (_, header), text in zip(self.here, row.texts, strict=False) if text]
         told = {role for header in headers for role in header.roles} | set(self.given)
         if not self.tables:

@@ -25,7 +25,7 @@ from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
 
 
 class Role(Struct, frozen=True):
-    """What a column can measure."""
+    """A quantity that a column can measure."""
 
     name: str
     kind: str
@@ -152,13 +152,13 @@ def kind_of_role(role: str) -> str:
 
 
 def u_keys(role: str) -> tuple[str, ...]:
-    """Give the ``u_…`` that hold for a role, its own first."""
+    """Return the ``u_…`` keys of a role, its own first."""
     shared = BY_NAME[role].u_of if role in BY_NAME else ""
     return (f"u_{role}", f"u_{shared}") if shared else (f"u_{role}",)
 
 
 def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
-    """Give what a ``u_…`` key says in the unit of a role that it holds for: an angle is a share of a turn."""
+    """Convert the uncertainty of a ``u_…`` key to the unit of a role: an angle is a share of a turn."""
     kinds = kind_of_role(role), kind_of_role(key)
     if kinds[0] == kinds[1]:
         return u
@@ -236,7 +236,7 @@ def _all_words() -> frozenset[str]:
 
 
 def is_word(text: str) -> bool:
-    """Tell whether a word is one that stands in headers, or a unit."""
+    """Return whether a word is a word of headers, or a unit."""
     return squeeze(text).lower() in _all_words() or bool(kinds_of(text))
 
 
@@ -277,7 +277,7 @@ MAX_HEADER = 200
 
 
 class Header(Struct, frozen=True):
-    """What a header says."""
+    """The content of a header."""
 
     text: str
     roles: tuple[str, ...]
@@ -393,7 +393,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     rest = " ".join(token for token in text.split() if token not in small)
     is_rate = kinds_of(rest) == {"rate"}
-    # The shortest name comes first, so that "rad s^-1" stays whole; before a slash U is no uncertainty.
+    # The shortest name comes first, so that "rad s^-1" stays whole; before a slash U is not an uncertainty.
     parts = [
         (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
         for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/")
@@ -420,7 +420,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return name.strip(), unit.strip()
     name, _, unit = text.rpartition(",")
     if name_roles(name)[0] and unit.strip():
-        return name.strip(), unit.strip()  # an unknown unit, to be told so
+        return name.strip(), unit.strip()  # an unknown unit, which is reported
     return text, None
 
 
@@ -512,7 +512,7 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
 
 @lru_cache(maxsize=4096)
 def turns_in(header: str) -> str:
-    """Find the turns that a header or a caption states in so many words: "1/3", "1", "2.5"; "" if it states none."""
+    """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # no count is read of "1 tour et demi"

@@ -1,4 +1,4 @@
-"""What holds for the whole log: ``# key: value`` lines, ``--set``, ``--config``; and ``--map``."""
+"""Values for the whole log: ``# key: value`` lines, ``--set``, ``--config``; and ``--map``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _REPORTED = tuple(f"{lablog.PREFIX}{name}" for name in lablog.REPORTED_KINDS)
 
 
 class Given(Struct, frozen=True):
-    """One value that holds for the whole log."""
+    """One value for the whole log."""
 
     key: str
     text: str
@@ -41,13 +41,13 @@ class Given(Struct, frozen=True):
     """The value of a role or constant."""
 
     def reading(self, u: Uncertainty | None) -> Reading:
-        """Give it as the reading of a run; `u` holds if it does not say its own."""
+        """Return it as the reading of a run; `u` is used if it has no uncertainty of its own."""
         assert self.cell is not None
         return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
 
 class Settings(Struct):
-    """All that holds for the whole log."""
+    """All values for the whole log."""
 
     roles: dict[str, Given] = field(default_factory=dict)
     constants: dict[str, float] = field(default_factory=dict)

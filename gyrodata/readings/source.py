@@ -136,10 +136,12 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 def _known_letters(text: str) -> int:
     """Count the letters beyond ASCII in words of the vocabulary."""
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
+    # A single letter of an alphabet is not a word.
+    words = {word for word in words if len(word) > 1 or word > "\u2e80"}
     return sum(len(word) for word in words if is_word(word)) - 5 * text[:-1].count("\ufffd")
 
 
-# --- tables that are no text: DataFrames and workbooks ------------------------------------------------------------
+# --- tables that are not text: DataFrames, workbooks ------------------------------------------------------------
 
 
 def is_frame(source: object) -> bool:
@@ -376,7 +378,7 @@ def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:
 
 
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
-    """Take I_zz and "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as if it stood in a ``#`` line.
+    """Take I_zz and "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as from a ``#`` line.
 
     Tell whether the row contained nothing else.
     """

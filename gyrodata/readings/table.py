@@ -127,7 +127,7 @@ class TableReader:
         times = self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
-            # A time whose turns nobody tells says nothing; its repeats would count one period several times.
+            # A time without turns is useless; its repeats would count one period several times.
             self._note(times[0], f"is not used: its turns are not given; {min(periods)} is read instead")
             return []
         return [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
@@ -193,7 +193,7 @@ class TableReader:
         spreads = self._spreads(role, chosen, unit, faults)
         spots = [row.spot(chosen.at) for row in self.rows]
         unit = unit or next((one.unit for one in read.values()), "")
-        # A spreadsheet drops zeros at the end: the finest digit anywhere tells how all were read.
+        # A spreadsheet drops zeros at the end: the finest digit in the column shows how all were read.
         finest: dict[str, float] = {}
         for one in read.values():
             if one.step is not None:
@@ -225,7 +225,7 @@ class TableReader:
         faults.add(codes.UNIT_MISSING, message, hint, chosen.cell.place, len(name))
 
     def _read_texts(self, chosen: Chosen, texts: list[str], unit: str | None, faults: Faults) -> dict[str, Quantity]:
-        """Read each text of a column once, and tell in which cells it is wrong."""
+        """Read each text of a column once, and report the wrong cells."""
         role, kind, at = chosen.role, kind_of_role(chosen.role), chosen.at
         read: dict[str, Quantity] = {}
         faulty: dict[str, tuple[str, str, str]] = {}
@@ -280,7 +280,7 @@ class TableReader:
         if chosen.part:
             texts = [match[chosen.part] for text in texts if (match := TWO_READINGS.fullmatch(fold_number(text)))]
         if chosen.role == "mass":
-            # A dash without a position is no weight; in many rows it says "as above".
+            # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
             positions = self._texts(places[0].at) if places else [""] * len(texts)
             dashed = [i for i, text in enumerate(texts) if text and {text, positions[i]} <= BLANKS]
@@ -307,7 +307,7 @@ class TableReader:
         return meant
 
     def _without_colons(self, chosen: Chosen, texts: list[str], faults: Faults) -> dict[str, str]:
-        """Read 10:06 as 10.06 s if another row shows that it is no clock; below a header in s alone, ask."""
+        """Read 10:06 as 10.06 s if another row shows that it is not a clock time; below a header in s only, ask."""
         header = chosen.header.text
         meant = {text: ".".join(text.rsplit(":", 1)) for text in texts if re.fullmatch(_CLOCK, fold_number(text))}
         if stated := re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
@@ -377,7 +377,7 @@ class TableReader:
                 above[i] = last
             elif first is None and is_run[i]:
                 early.append(i)
-        # A value above that could not be read has been told of once: the blank cells below it lack nothing.
+        # An unreadable value above is reported once: the blank cells below it lack nothing.
         filled = [i for i, j in above.items() if is_run[i] and column.values[j] is not None]
         if roles.BY_NAME[role].part in ("spin", "count") and 2 * len(filled) < sum(is_run):
             # If nearly every run has its own, a blank cell was forgotten.
@@ -397,7 +397,7 @@ class TableReader:
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
-        """Add the values that hold for the whole log; name a line whose value no run has, because of a column."""
+        """Add the values for the whole log; report a line that a column replaces."""
         for role, given in self.settings.roles.items():
             column, unit = columns.get(role), given.cell.unit if given.cell else ""
             if column is None and rows:
@@ -435,7 +435,7 @@ class TableReader:
                         break
 
     def _warn_of_rounded_turns(self, turns: Column | None) -> None:
-        """Warn of 0.33, which is no third."""
+        """Warn of 0.33, which is not exactly a third."""
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(texts):
             meant, doubt = lablog.rounded_turns(text)

@@ -97,12 +97,12 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
         texts = [_cell_text(column, run) for run in range(len(readings.runs))]
         once = _without_repeats(texts, column.spots)
         if -1 in column.spots:
-            # What one line gave for the whole log becomes one line again.
+            # A value from a line for the whole log becomes a line again.
             alone = texts[column.spots.index(-1)]
             head.append(f"# {role}: {alone if _read(alone, kind, None) else f'{alone} {column.unit}'}".rstrip())
             texts = ["" if spot == -1 else text for spot, text in zip(column.spots, texts, strict=True)]
         elif part == "load" or (part == "spin" and 2 * once.count("") >= len(texts)):
-            # What was one cell becomes one again; if nearly every run has its own spin, a blank one is an error.
+            # One cell becomes one cell again; if nearly every run has its own spin, a blank one is an error.
             texts = once
         columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in column.spots else []
         common = stated_u(role, readings.uncertainties)
@@ -117,7 +117,7 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
 
 
 def _head(readings: Readings) -> list[str]:
-    """Write the lines above the table, for what holds for the whole log."""
+    """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
     lines |= {f"{PREFIX}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
@@ -188,7 +188,7 @@ _EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
 
 
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
-    """Write a log to fill in: each weight with each spin, a run without a weight, and the first run once more.
+    """Write a log to fill in: each weight with each spin, a run without a weight, and the first run again.
 
     The weights take turns, so that a balance that drifts during the session is no slope in the torque.
 
@@ -230,7 +230,7 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
 
 
 def _in_turn(weights: int, times: int) -> list[int | None]:
-    """Order the runs: each weight so many times, none (None) in the middle, the first once more at the end.
+    """Order the runs: each weight `times` times, none (None) in the middle, the first again at the end.
 
     The second half is the first one backwards, so that the mean place of each weight is near the middle.
     """
@@ -241,7 +241,7 @@ def _in_turn(weights: int, times: int) -> list[int | None]:
 
 
 def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
-    """Write the values of an option in one unit, with at least so many digits."""
+    """Write the values of an option in one unit, with at least `digits` digits."""
     code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
     if not texts:
         raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {_EXAMPLES[kind]}")

@@ -184,12 +184,13 @@ def _brief(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Ite
     if inertia.interval_95 is not None:
         yield (
             "95 % interval: ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
-            "; residual torque M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
+            "; torque without a weight M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),
+            " (included in the fit)",
         )  # fmt: skip
     yield (NO_BALL,) if analysis.ball is None else beside(analysis)
     yield from _to_repeat(analysis)
     for advice in analysis.advice[:1] if not analysis.doubts else ():
-        yield (f"To improve: {advice}",)
+        yield (f"To improve (optional): {advice}",)
 
 
 def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
@@ -215,7 +216,7 @@ def _to_repeat(analysis: Analysis) -> Iterator[Sentence]:
         them = "it is" if len(far) == 1 else "they are"
         yield ("If you have time, repeat ", *named, f": {them} over {FAR:g} u away from the other runs' prediction.")
     if not odd and not far:
-        yield ("No suspected outliers." if analysis.doubts else "No suspected outliers; no run needs repeating.",)
+        yield ("No suspected outliers." if analysis.doubts else "No suspected outliers; you need not repeat any run.",)
 
 
 def _run_place(analysis: Analysis, i: int) -> Sentence:
@@ -236,12 +237,12 @@ def _agreement(analysis: Analysis) -> Sentence:
     if analysis.p is None:
         return ("There are as many unknowns as runs, so nothing shows if they agree",)
     if analysis.runs_disagree:
-        return (*the_runs, " do not agree with one line within the stated uncertainties")
+        return (*the_runs, " do not agree with one straight line within the stated uncertainties")
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
-        return (*the_runs, f" agree with one line{better}")
+        return (*the_runs, f" agree with one straight line{better}")
     if scatter < NOTICEABLE:
-        return (*the_runs, " agree badly with one line")
+        return (*the_runs, " agree badly with one straight line")
     stated: Part = "the log" if time_u is None else Value(time_u, None, values.SECOND, "goodness.time_u")
     times = Number(values.uncertainty_text(scatter), "goodness.scatter")
     return (*the_runs, " scatter ", times, " times as much as the timing uncertainty of ", stated,

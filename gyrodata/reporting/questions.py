@@ -351,6 +351,8 @@ def beside(analysis: Analysis) -> tree.Sentence:
         return (f"I_zz does not agree with the value for the {body}: the difference is ", times,
                 f" times the value for the {body}.")  # fmt: skip
     away = tree.Number(tree.signed(ball.deviation), "ball.deviation")
+    scale = values.inertia_scale(ball.inertia, None)
+    whole = tree.Value(ball.inertia, None, scale, "ball.inertia")
     close = tree.agrees(ball.deviation)
     bore = ""
     if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
@@ -358,7 +360,8 @@ def beside(analysis: Analysis) -> tree.Sentence:
             " A bore along the rod removes mass near the axis, so a ball of the same mass has a little more than "
             "2/5 m r²; the rod and the weights add to it."
         )
+    verdict = "agrees" if close else "does not agree"
     return (
-        f"I_zz {'agrees' if close else 'does not agree'} with the value for the {body}: the difference is ",
-        *relative, " (", away, f" u).{bore}",
+        f"I_zz {verdict} with the value for the {body}, ", whole, ": the difference is ", *relative, " (", away,
+        f" u of the difference).{bore}",
     )  # fmt: skip

@@ -14,7 +14,7 @@ from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_tex
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
-MORE = "More: gyro analyze -v, or the HTML report"
+MORE = "More: gyro analyze LOG -v, or open the HTML report"
 
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
 """Codes of what a single weight lacks."""
@@ -26,7 +26,8 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE}
 def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     """Write what a person reads first: a screen, and where the `rest` is told, or all that needs no picture."""
     whole = report(analysis)
-    top = _indented(sentence_text(line) for line in (*whole.doubts, whole.answer))
+    answer = f"{sentence_text(whole.answer)}   (± u, one standard uncertainty)"
+    top = _indented([*map(sentence_text, whole.doubts), answer])
     blocks = [[f"{whole.name}: {sentence_text(whole.size)}", f"  {sentence_text(whole.read_as)}"]]
     if not verbose:
         blocks.append([*top, *_indented(sentence_text(line) for line in whole.brief), f"  {rest}"])

@@ -225,7 +225,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         return replace(runs, time=longest)
 
     def swept(time: Floats, constant: Floats | float) -> Floats:
-        """Compute the angle swept in a time, NaN if there is no steady precession until then."""
+        """Compute the angle swept in a time, NaN if steady precession is impossible until then."""
         left = decay.left(np.divide(time, constant)[:, None] * _PLACES)
         return time * (rate(runs.spin[:, None] * left) @ _SHARES)
 

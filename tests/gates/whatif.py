@@ -88,9 +88,9 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
             value, u, last = (float(f"{number}e{found[2]}") for number in (found[3], found[4], "0.005"))
             yield Told("one more digit", finer, u, value, last)
     for advice in result["advice"]:
-        if found := re.search(r"^(three times the turns|a balance test).* to (\d+\.?(\d*)) %", advice):
+        if found := re.search(r"^(time three times|a balance test).* to (\d+\.?(\d*)) %", advice):
             changed = stated(text, "# balance_drift: 5 deg in 60 s at 400 rpm")
-            if found[1].startswith("three"):
+            if found[1].startswith("time"):
                 left, b = {run["line"]: run["residual"] for run in result["runs"]}, result["timing_bias"]["value"]
                 # The same errors as before, in times three times as long.
                 add = {line: 2 * (b + residual) for line, residual in left.items()}

@@ -185,10 +185,10 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
     if found.bench:
         yield f"\n{found.bench}\n"
     if found.flags:
-        yield "\nflags, which are no verdicts:\n"
+        yield "\nflags (questions, not verdicts):\n"
     for flag in found.flags:
         who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
-        told = shown(f"{flag.kind}: {who}: {flag.evidence}; chance makes {flag.expected:.2g} in such a class")
+        told = shown(f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}")
         yield f"  {told}\n"
 
 

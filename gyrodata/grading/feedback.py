@@ -63,7 +63,7 @@ def _verdict(grade: Grade) -> str:
         waits = ", ".join(f"{shown(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
         return f"{got} so far; to come: {waits}."
     if grade.status == "not graded":
-        return "Not graded yet; nothing is lost, and somebody will look at it."
+        return "Not graded yet. You have not lost points; an instructor will review it."
     return {"graded": f"{got}.", "on hold": "Your grade is on hold.", "excused": "You are excused."}[grade.status]
 
 
@@ -97,16 +97,16 @@ def _content(grade: Grade) -> dict[str, Any]:
 
 
 def _lead(grade: Grade) -> str:
-    """One warm line that is true of these marks."""
+    """Return one friendly line that is true of these marks."""
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
     if any(one.what == "total" for one in grade.by_hand):
         return "A person has set the total."
     if not short:
-        return "All of it holds: your log, your value and its uncertainty. Well done."
+        return "Full marks: log, value and uncertainty are all consistent. Well done."
     if grade.slips:
-        return "One slip on the way from your runs to the answer is worth finding: see below."
+        return "There is one mistake between your runs and your answer: see below."
     if len(short) == 1:
         one = short[0]
         points = f"{points_text(one.points)} of {points_text(one.out_of)}"
         return f'Only one criterion lost points: "{shown(one.title)}" ({points}).'
-    return "Below is what was found in your own numbers, and where the points went."
+    return "The table shows the findings and the points."

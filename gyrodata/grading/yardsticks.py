@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 Log = TypeVar("Log")
 
 FIT_WORDS = {
-    "through_origin": "a line through the origin",
-    "with_constant": "a line with a constant",
+    "through_origin": "a line without an intercept",
+    "with_constant": "a line with an intercept",
     "mean_of_ratios": "the mean of M/(φ̇ψ̇)",
     "recommended": "the recommended fit",
 }

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
+from documents import ROOT
 
 from gates.__main__ import GATES
 from gates.stored import agree, compare
@@ -21,3 +25,9 @@ def test_texts_agree_if_words_and_seven_digits_do() -> None:
     (changed,) = compare("logs.csv", {"half way": "refused,G999,,"}, accept=False, part=True)
     assert changed.startswith("half way: ")
     assert changed.endswith(" | refused,G999,,")
+
+
+def test_fuzz_command_tries_logs() -> None:
+    line = [sys.executable, str(ROOT / "tests" / "fuzz"), "--count", "3", "--seed", "1"]
+    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, "3 analysis answered" in done.stdout) == (0, True), done.stdout + done.stderr

@@ -54,7 +54,9 @@ def cells(table: str) -> list[list[str]]:
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a line of shell with this environment's ``gyro`` and ``python`` first on the path."""
-    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
+    # The examples run on the installed package.
+    environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
     if shutil.which("gyro", path=str(BIN)) is None:
         command = re.sub(r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command)

@@ -374,11 +374,11 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = _is_unit_of(name, inside)
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
-        if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
-            return split_unit(name)  # "Position (from the centre)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
         if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
             return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
+        if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
+            return split_unit(name)  # "Position (from the centre)"
         said = name_roles(text)[0] if name_roles(name)[0] else not kinds_of(inside)
         if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit

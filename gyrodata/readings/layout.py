@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
+from collections.abc import Collection
 from decimal import Decimal, DecimalException
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -251,6 +252,30 @@ _SAYS_NOTHING = re.compile(
 """Lines whose quantities hold for no run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
 
 
+_TIME_WORDS = {squeeze(word).lower() for word in re.split(r"[\s,]+", vocabulary.words("time", ",")) if len(word) > 2}
+_TIMED = rf"(?i)\b(?:{vocabulary.words('timed', '|')})|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
+"""Verbs of a measurement, and words for a time in languages without blanks between words."""
+_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π))|360\D{0,9}="
+"""What a turn is: "one turn = 360 deg"."""
+
+
+def _turns_stated(whole: str, found: Collection[str]) -> str:
+    """Return the turns that a line states for the times of runs; "" for a line about other turns.
+
+    Such a line names a time, or a mass of a run, or it contains hardly anything else.
+    """
+    turns, parts = turns_in(whole), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
+    if not turns or len(parts) > 1 or re.search(_DEFINITION, whole):
+        return ""
+    words = roles.squeezed_words(re.sub(_QUANTITY, " ", whole))
+    # "Zeiten" and "times" are plurals.
+    timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
+    if "mass" in found or timed or re.search(_TIMED, whole):
+        return turns
+    others = [word for word in words if len(word) > 2 and not roles.is_of_turns(word) and not roles.name_roles(word)[0]]
+    return turns if len(others) < 2 else ""
+
+
 def _said(row: Row, with_time: bool = False) -> dict[str, tuple[str, int]]:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell of each quantity by role; none of which two are told."""
     filled = _filled(row)
@@ -277,7 +302,7 @@ def _said(row: Row, with_time: bool = False) -> dict[str, tuple[str, int]]:
         if role and (roles.from_centre(clause) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
-    turns = turns_in(whole)
+    turns = _turns_stated(whole, found)
     for part in (*row.texts, *re.split(r"[,;،；，]\s+", whole)):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]

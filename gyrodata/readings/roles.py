@@ -533,6 +533,11 @@ def turns_in(header: str) -> str:
     return "" if said == "1" else said
 
 
+def is_of_turns(word: str) -> bool:
+    """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
+    return word in _FILLERS or word in _NUMBERS or bool(re.search(f"{_TURN}|{_ONE_TURN}|{PRECESSION}", word))
+
+
 def part_counted(header: str) -> Fraction:
     """Find the part of a turn that a column of counts counts by its header, as "half turns"; or 1."""
     said = turns_in(header) or words_of_turns(header)  # "turns (half)"

@@ -163,6 +163,11 @@ WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
     [
         ("Three marks on the circle, 120 deg apart", "turns"),
         ("rod horizontal (90 deg to the axis)", "turns"),
+        ("1 turn = 360 deg", "turns"),
+        ("one screw every third of a turn", "turns"),
+        ("counterweight moved by 1/2 turn", "turns"),
+        ("Ventil eine halbe Umdrehung geöffnet", "turns"),
+        ("times at 1/3, 2/3 or 1 turn", "turns"),
         ("Kugelradius r = 5.08 cm", "position"),
         ("R = 5.08 cm (ball)", "position"),
         ("a tape mark 5.0 cm wide", "position"),
@@ -170,8 +175,31 @@ WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
     ],
 )
 def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str, missing: str) -> None:
-    with pytest.raises(LogError, match=f"{missing} is missing"):
-        analyze(f"{line}\n{WITHOUT[missing]}")
+    elsewhere = (f"# {line}\n{WITHOUT[missing]}", f"{WITHOUT[missing]}{line}\n") if missing == "turns" else ()
+    for text in (f"{line}\n{WITHOUT[missing]}", *elsewhere):
+        with pytest.raises(LogError, match=f"{missing} is missing"):
+            analyze(text)
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        f"# each time is for one full turn\n{WITHOUT['turns']}",
+        f"Zeiten für eine Umdrehung\n{WITHOUT['turns']}",
+        f"{WITHOUT['turns']}t is for 1 full precession\n",
+        f"### x = {ARM} cm\n{WITHOUT['position']}",
+        "\n".join(f"{m} g at {x} cm, {f} rpm: one turn took {t} s" for m, x, f, t, _ in ROWS),
+        table().translate(str.maketrans("0123456789", "٠١٢٣٤٥٦٧٨٩")),
+        table("|", rows=[[*row[:3], f"**{row[3]}**", row[4]] for row in ROWS]),
+        table(rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]),
+        table(";", head="Ağırlık (g);Merkezden uzaklık (cm);Hız (dev/dk);Süre (s);Tur sayısı".split(";")).encode(
+            "cp1254"
+        ),
+    ],
+)
+def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
+    text = G_LINE + log if isinstance(log, str) else G_LINE.encode() + log
+    assert is_right(text)
 
 
 @pytest.mark.parametrize("header", ["ruler (cm)", "position from the end (cm)", "thirds of a turn"])

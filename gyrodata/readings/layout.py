@@ -267,7 +267,7 @@ def _turns_stated(whole: str, found: Collection[str]) -> str:
     turns, parts = turns_in(whole), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
     if not turns or len(parts) > 1 or re.search(_DEFINITION, whole):
         return ""
-    words = roles.squeezed_words(re.sub(_QUANTITY, " ", whole))
+    words = {word for word in roles.squeezed_words(re.sub(_QUANTITY, " ", whole)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
     timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
     if "mass" in found or timed or re.search(_TIMED, whole):

@@ -192,7 +192,7 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str,
         table().translate(str.maketrans("0123456789", "٠١٢٣٤٥٦٧٨٩")),
         table("|", rows=[[*row[:3], f"**{row[3]}**", row[4]] for row in ROWS]),
         table(rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]),
-        table(";", head="Ağırlık (g);Merkezden uzaklık (cm);Hız (dev/dk);Süre (s);Tur sayısı".split(";")).encode(
+        table(";", head=["Ağırlık (g)", "Merkezden uzaklık (cm)", "Hız (dev/dk)", "Süre (s)", "Tur sayısı"]).encode(
             "cp1254"
         ),
     ],

@@ -56,7 +56,7 @@ class Evidence(Struct, frozen=True, kw_only=True):
     own: OwnRuns
     reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
     absent_is_zero: bool  # True where a report that is not there costs its points; else a person must look
-    matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, a slip undone
+    matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, after correcting a mistake
     d: float | None = None  # how far from it, as reported [u]
     slips: tuple[Slip, ...] = ()
     carries: bool  # True if own_data charges for a common mistake, so that the reference judges the corrected value
@@ -112,14 +112,14 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     if doubted:
         reason = f"{runs}, with {count_text(len(doubted), 'thing')} to put right: {_listed(doubted)}"
     else:
-        reason = f"{runs}, and nothing in doubt"
+        reason = f"{runs} read without warnings"
     return mark(criterion, criterion.curve.share(len(doubted)), reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     codes = {ASKS[ask] for ask in criterion.asks}
     missing = [diagnostic for diagnostic in evidence.lacks if diagnostic.code in codes]
-    reason = _listed(missing) if missing else "nothing that the lab asks for is missing"
+    reason = _listed(missing) if missing else "nothing required is missing"
     return mark(criterion, criterion.curve.share(len(missing)), reason, {"missing": float(len(missing))})
 
 
@@ -156,7 +156,7 @@ def _scatter_mark(
     share = criterion.curve.share(p if by_p else spread)
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if by_p:
-        reason += f", which {'goes with' if share == 1 else 'is more than'} {words} ({p_text(p)})"
+        reason += f", which {'agrees with' if share == 1 else 'is more than'} {words} ({p_text(p)})"
     return mark(criterion, share, reason, {"p": p, "spread": spread, "factor": factor})
 
 
@@ -209,7 +209,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         if less > share:
             share, detail["slip_cost"] = less, criterion.slip
         words = " or ".join(slip.words for slip in evidence.slips)
-        reason = f"{said}, {times} what your runs give, {own}: one known mistake would explain that: {words}"
+        reason = f"{said}, {times} what your runs give, {own}: one common mistake would explain this: {words}"
     elif d == 0:
         reason = f"{said}, and so do your runs: {own}"
     else:
@@ -238,7 +238,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
         return mark(criterion, None, reason, pending.detail)
     width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
     zeta = abs(value - reference.inertia) / width
-    undone = ", the slip undone," if pending.detail.get("slip") != 1.0 else ""
+    undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
     size, far = zeta, f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
     in_percent = criterion.curve.variable == "percent"
@@ -263,11 +263,11 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     known = known or [evidence.own.yardstick * abs(evidence.own.values[0].value)]
     low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
-    undone = f", {inertia_range_text(u, u)} with the slip undone," if evidence.slips else ""
+    undone = f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
     reason = f"± {inertia_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
     whole = inertia_range_text(low, high)
     if ratio == 1:
-        reason += f" goes with your runs, whose fits give {whole}"
+        reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from msgspec import Struct
@@ -135,33 +135,31 @@ def torque_table(
     measured: Measurements, fit: FitResult, kept: list[int], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    groups = torque_groups(measured)
-    told = _Groups([used or group for used, group in zip(_kept_groups(measured, kept), groups, strict=True)])
-    product = fit.sense * np.abs(measured.product)
-    size = measured.own_relative * np.abs(product)
-    weight = 1 / np.maximum(size, 1e-12) ** 2
-    mean = told.mean(product, weight)
-    alone = np.sqrt(told.sum((weight * size) ** 2)) / told.sum(weight)
-    # A late or early hand moves all of them the same way, each by b/T.
-    hand = measured.timing_bias_u * told.mean(product / measured.time, weight)
+    torques, all_products = [], fit.sense * np.abs(measured.product)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    mean_u = np.sqrt(alone**2 + hand**2 + (scale * mean) ** 2)
-    with np.errstate(all="ignore"):
-        # One run has no spread, and an exact one no chi-square.
-        spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
-        chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
-    chi2 = np.where((told.runs > 1) & np.isfinite(chi2), chi2, np.nan)
-    torques = []
-    for k, group in enumerate(groups):
-        i, runs, scatter = group[0], int(told.runs[k]), or_none(chi2[k])
+    groups = torque_groups(measured)
+    for k, (group, used) in enumerate(zip(groups, _kept_groups(measured, kept), strict=True)):
+        runs = used or group
+        product, time = all_products[runs], measured.time[runs]
+        size = measured.own_relative[runs] * np.abs(product)
+        weight = 1 / np.maximum(size, 1e-12) ** 2
+        mean = float(np.average(product, weights=weight))
+        alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
+        # A late or early hand changes all runs in the same direction, each by b/T.
+        hand = measured.timing_bias_u * np.average(product / time, weights=weight)
+        spread = chi2 = p = None
+        if len(runs) > 1:
+            spread = float(np.std(product, ddof=1))
+            if size.all():
+                chi2 = float(np.sum(((product - mean) / size) ** 2))
+                p = fitting.chi2_tail(chi2, len(runs) - 1)
+        mean_u = math.hypot(alone, hand, scale * mean)
+        of_mean = MeanProduct(mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
+        slope = 2 * math.pi / abs(mean)
+        per_spin = Estimate(slope, slope * mean_u / abs(mean), "s^2/rad")
+        i = group[0]
         load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
-        p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
-        of_mean = MeanProduct(
-            float(mean[k]), float(mean_u[k]), "rad^2/s^2", spread=or_none(spread[k]), p=p, chi2=scatter
-        )
-        slope = 2 * math.pi / abs(of_mean.value)
-        per_spin = Estimate(slope, slope * float(mean_u[k]) / abs(of_mean.value), "s^2/rad")
-        torques.append(Torque(*load, runs, without.get(k), of_mean, per_spin))
+        torques.append(Torque(*load, len(runs), without.get(k), of_mean, per_spin))
     return tuple(torques)
 
 
@@ -202,46 +200,44 @@ class Constancy(Struct, frozen=True):
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    for group, sums in zip(torque_groups(measured), _slope_sums(measured, kept).T, strict=True):
-        exponent, u = map(or_none, _slope(measured, sums))
-        reason = "u from timing and spin of each run, and the hand's bias"
+    for group, used in zip(torque_groups(measured), _kept_groups(measured, kept), strict=True):
+        exponent, torque = _common_exponent(measured, [used]), float(measured.torque[group[0]])
         if exponent is None:
-            reason = "needs two runs with different spins"
-        laws.append(PowerLaw(float(measured.torque[group[0]]), exponent, u, reason))
+            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
+        else:
+            reason = "u from timing and spin of each run, and the hand's bias"
+            laws.append(PowerLaw(torque, exponent.value, exponent.u, reason))
     return tuple(laws)
 
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
     """Exponent of the period against the spin, the same for all torques; None if no torque has different spins."""
-    sums = _slope_sums(measured, kept)
-    sums = sums[:, ~np.isnan(sums).any(axis=0)]
-    if not sums.size:
-        return None
-    value, u = _slope(measured, np.add.reduce(sums, axis=1))
-    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=sums.shape[1])
+    return _common_exponent(measured, _kept_groups(measured, kept))
 
 
-def _slope_sums(measured: Measurements, kept: list[int]) -> Floats:
-    """Sums over each torque's runs from which `_slope` has the slope of ln τ on ln ψ̇, shape (3, torques).
+def _common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
+    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own.
 
-    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the torque's own mean; a late or early hand
-    changes every ln τ by b/T. NaN for a torque without different spins.
+    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's mean; a late or early hand changes
+    every ln τ by b/T.
     """
     spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
-    groups = _kept_groups(measured, kept)
-    differ = [len(group) > 1 and float(np.ptp(spin[group])) >= 0.02 for group in groups]
-    told = _Groups([group if spread else [] for group, spread in zip(groups, differ, strict=True)])
-    weight = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
-    with np.errstate(invalid="ignore"):
-        away = told.from_mean(spin, weight)
-    sums = np.array([told.sum(weight * away * each) for each in (away, period, 1 / measured.time)])
-    return np.where(differ, sums, np.nan)
-
-
-def _slope(measured: Measurements, sums: Floats) -> tuple[float, float]:
-    """Slope of torques that have each a constant of their own, and its standard uncertainty."""
-    across, along, late = sums.tolist()
-    return along / across, math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
+    across = along = late = 0.0
+    torques = 0
+    for group in groups:
+        if len(group) < 2 or np.ptp(spin[group]) < 0.02:
+            continue
+        weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
+        away = weight * (spin[group] - np.average(spin[group], weights=weight))
+        across += float(away @ spin[group])
+        along += float(away @ period[group])
+        late += float(away @ (1 / measured.time[group]))
+        torques += 1
+    if not torques:
+        return None
+    value = along / across
+    u = math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
@@ -250,45 +246,23 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
     None if no torque has two runs, or if timing and spin are exact.
     """
     groups = [group for group in _kept_groups(measured, kept) if len(group) > 1]
-    own, product = measured.own_relative, np.abs(measured.product)
-    if not own.all() or not groups:
+    if not measured.own_relative.all() or not groups:
         return None
-    told = _Groups(groups)
-    weight = 1 / (product * own) ** 2
-    away = told.from_mean(product, weight)
-    count, dof = len(told.index), len(told.index) - len(groups)
-    chi2 = float(np.add.reduce(told.sum(weight * away**2)))
-    scatter = float(np.add.reduce(told.sum(away**2) / told.mean(product, weight) ** 2)) / dof
-    expected = float(np.add.reduce(told.sum(own**2))) / count
+    count = sum(map(len, groups))
+    dof, chi2, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
+    for group in groups:
+        product, own = np.abs(measured.product[group]), measured.own_relative[group]
+        mean = np.average(product, weights=1 / (product * own) ** 2)
+        chi2 += float(np.sum(((product - mean) / (product * own)) ** 2))
+        scatter += float(np.sum((product / mean - 1) ** 2)) / dof
+        expected += float(np.sum(own**2)) / count
     return Constancy(math.sqrt(scatter), math.sqrt(expected), chi2, dof, fitting.chi2_tail(chi2, dof))
 
 
 def _kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
+    """List the runs of each torque that are used."""
     inside = set(kept)
     return [[i for i in group if i in inside] for group in torque_groups(measured)]
-
-
-class _Groups:
-    """Sums over the runs of each torque, all torques at once."""
-
-    def __init__(self, members: Sequence[Sequence[int]]) -> None:
-        self.runs = np.array([len(group) for group in members], dtype=int)
-        self.index = np.array([i for group in members for i in group], dtype=int)
-        self.of = np.repeat(np.arange(len(members)), self.runs)
-
-    def sum(self, values: Floats) -> Floats:
-        """Sum of the values of n runs over those of each torque, shape (torques,)."""
-        return np.asarray(np.bincount(self.of, values[self.index], len(self.runs)), dtype=float)
-
-    def mean(self, values: Floats, weight: Floats) -> Floats:
-        """Weighted mean of each torque, shape (torques,)."""
-        return self.sum(weight * values) / self.sum(weight)
-
-    def from_mean(self, values: Floats, weight: Floats) -> Floats:
-        """Distance of each run from its torque's weighted mean, shape (n,); 0 for runs of none."""
-        away = np.zeros_like(values)
-        away[self.index] = values[self.index] - self.mean(values, weight)[self.of]
-        return away
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------

@@ -39,9 +39,9 @@ class Run(Struct, frozen=True):
     residual_u: float
     """Standard uncertainty expected of it from what this run has alone [s]."""
     studentized_residual: float | None
-    """Time minus what the other runs predict, in standard uncertainties; None where they cannot tell."""
+    """Time minus what the other runs predict, in standard uncertainties; None if they cannot predict it."""
     influence: float
-    """Change of I_zz if this run were left out [kg*m^2]; 0 where it is."""
+    """Change of I_zz if this run were left out [kg*m^2]; 0 if it is left out."""
     flagged: bool
     left_out: bool
     reason: str
@@ -50,7 +50,7 @@ class Run(Struct, frozen=True):
 def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
-    """Put what was read and what was made of it side by side for each run."""
+    """List for each run what was read and what was computed from it."""
     reasons, out = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}, set(left_out)
     read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
@@ -60,19 +60,19 @@ def run_table(
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     everyone = range(len(measured.runs))
     marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
-    # In the order of the fields: names for each of very many runs would take as long as the fit.
+    # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
     return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), *marks))
 
 
 def or_none(value: Floats | float) -> float | None:
-    """Give None for what was not read."""
+    """Return None for NaN, which means that nothing was read."""
     return None if math.isnan(value) else float(value)
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
-    """Say why a run looks odd: which corrections fit it, or how far off it is."""
+    """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
     if outlier.cells:
         return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
     name, time = "time" if measured.timed else "period", measured.time[outlier.index]
@@ -83,7 +83,7 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
 
 
 def load_words(measured: Measurements, index: int) -> str:
-    """Name the load of a run as the log does: "20.00 g at 15.0 cm"."""
+    """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
     if not np.isnan(measured.mass[index]):
         of_mass, of_position = measured.steps_of_load(index)
         mass = as_read(1e3 * measured.mass[index], 1e3 * of_mass)
@@ -125,7 +125,7 @@ class Torque(Struct, frozen=True):
     """[N*m]"""
     runs: int
     without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]; null where they cannot tell it, or of very many."""
+    """I_zz from the runs of the other torques [kg*m^2]; null if undetermined, or for very many torques."""
     product: MeanProduct
     period_per_spin: Estimate
     """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
@@ -185,7 +185,7 @@ class Exponent(Estimate, frozen=True, kw_only=True):
 
 
 class Constancy(Struct, frozen=True):
-    """How far the single φ̇ψ̇ lie from the mean of their torque, all torques together."""
+    """Scatter of the single φ̇ψ̇ about the mean of their torque, for all torques together."""
 
     scatter: float
     """Standard deviation about the means, relative to them [1]."""
@@ -241,7 +241,7 @@ def _common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponen
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
-    """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can show it.
+    """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
     """
@@ -274,7 +274,7 @@ class NamedFit(Struct, frozen=True):
     name: str
     """"recommended", "through_origin" or "with_constant"."""
     inertia: Estimate | None
-    """null where this fit is not possible."""
+    """null if this fit is not possible."""
     constant: Estimate | None
     """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
     note: str
@@ -322,17 +322,17 @@ class Ball(Struct, frozen=True):
     """Compare the measured I_zz with that of the ball or disk in the log."""
 
     mass: float | None
-    """[kg]; None where the log describes a disk only."""
+    """[kg]; None if the log describes only a disk."""
     mass_u: float | None
-    """Standard uncertainty [kg]; None where the log does not state it: taken as exact."""
+    """Standard uncertainty [kg]; None if the log does not state it; then the value is taken as exact."""
     diameter: float | None
-    """[m]; None where the log describes a disk only."""
+    """[m]; None if the log describes only a disk."""
     diameter_u: float | None
-    """Standard uncertainty [m]; None where the log does not state it: taken as exact."""
+    """Standard uncertainty [m]; None if the log does not state it; then the value is taken as exact."""
     solid: float | None
-    """2/5 m r² of the ball without a bore [kg*m^2]; None where the log describes a disk only."""
+    """2/5 m r² of the ball without a bore [kg*m^2]; None if the log describes only a disk."""
     bore: float
-    """What the bore adds to it for the same mass [kg*m^2]."""
+    """Increase by the bore, for the same mass [kg*m^2]."""
     rod: float
     """½ m r² of the rod [kg*m^2]."""
     disk: float
@@ -340,7 +340,7 @@ class Ball(Struct, frozen=True):
     inertia: float
     """All of these together [kg*m^2]."""
     inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]; None where neither the ball's mass nor its diameter has one."""
+    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of the ball has one."""
     difference: float
     """I_zz minus that [kg*m^2]."""
     difference_u: float | None
@@ -354,7 +354,7 @@ class Ball(Struct, frozen=True):
 def compare_with_ball(
     inertia: Estimate, constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
 ) -> Ball | None:
-    """Compare I_zz with that of the ball, its bore, rod and disk; None where the log gives neither ball nor disk."""
+    """Compare I_zz with that of the ball, its bore, rod and disk; None if the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod, disk = (
         physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
@@ -368,7 +368,7 @@ def compare_with_ball(
     diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
-        # Without its depth a bore ends at the centre.
+        # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
         bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
     expected = solid + bore + rod + disk

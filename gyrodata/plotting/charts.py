@@ -75,7 +75,6 @@ _MODELS = {
     "eq. (9)": (BLUE, "o"),
     "eq. (8)": (RED, "s"),
     "mean rate of a release": (PURPLE, "D"),
-    "exact motion of a release": (GREEN, "P"),
     "full motion": ("black", "."),
 }
 """Colour and marker of each model."""

@@ -252,8 +252,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 def _released(truth: Truth, runs: Runs) -> Runs:
     """Time a rod that is let go from rest: it nods, and the stopwatch stops when the rod first comes round."""
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-    start = motion.released(top, runs.spin, runs.pitch)
-    time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
+    time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         _refuse(
             diagnostics.TURNS_NEVER_COMPLETED,

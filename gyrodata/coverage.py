@@ -41,8 +41,8 @@ class Performance(Struct, frozen=True):
     rmse: float | None
     """Root mean square of the relative error of I_zz [1]."""
     coverage_68: float | None
-    """Fraction of the labs whose 68.3 % interval contains the true I_zz [1]: the quantiles of the recommended fit, value
-    ± u of the others; 0.683 if the interval is honest."""
+    """Fraction of the labs whose 68.3 % interval contains the true I_zz [1]: the quantiles of the recommended fit, or
+    value ± u of the others; 0.683 if the interval is honest."""
     coverage_95: float | None
     """The same for the 95 % interval of the recommended fit, 0.950 if it is honest, and for value ± 2u of the others,
     0.954."""
@@ -216,8 +216,8 @@ def _draw(
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
     """Apply a fit to a lab.
 
-    Return the quantiles of the recommended fit, or value − 2u, − u, + 0, + u and + 2u of another fit, shape (5,); NaN if
-    the fit is refused. A line with an intercept needs different torques.
+    Return five ends of intervals, shape (5,): the quantiles of the recommended fit, or value − 2u, − u, + 0, + u and
+    + 2u of another fit. They are NaN if the fit is refused. A line with an intercept needs different torques.
     """
     if name == "recommended":
         with suppress(fitting.NoFit):

@@ -1,7 +1,7 @@
 """From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.
 
-``analyze`` is the front door: a path, standard input, text or a DataFrame in, an `Analysis` out.
-The names below are loaded when they are first used, so that ``gyro --help`` starts at once.
+`analyze` reads a log (a path, an open file, text or a DataFrame) and returns an `Analysis`. The names below are loaded
+when they are first used, so that ``gyro --help`` starts at once.
 """
 
 from __future__ import annotations
@@ -36,31 +36,13 @@ _HOMES = {
 }
 
 __all__ = [
-    "Analysis",
-    "ClassGrades",
-    "Design",
-    "Diagnostic",
-    "GyroError",
-    "InputError",
-    "LineFit",
-    "LogError",
-    "Readings",
-    "Result",
-    "SelfCheck",
-    "Simulation",
-    "Truth",
-    "Uncertainty",
-    "__version__",
-    "analyze",
-    "fit_line",
-    "grade",
-    "read_log",
-    "selfcheck",
-    "simulate",
-]
+    "Analysis", "ClassGrades", "Design", "Diagnostic", "GyroError", "InputError", "LineFit", "LogError", "Readings",
+    "Result", "SelfCheck", "Simulation", "Truth", "Uncertainty", "__version__", "analyze", "fit_line", "grade",
+    "read_log", "selfcheck", "simulate",
+]  # fmt: skip
 
 
-# A checker of types that saw this would take every misspelt name for one that there is.
+# Hidden from type checkers: with it they would accept any attribute name.
 if not TYPE_CHECKING:
 
     def __getattr__(name):

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from gyrodata.analysis import analyze
     from gyrodata.coverage import SelfCheck, selfcheck
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
     from gyrodata.fitting import LineFit, fit_line
     from gyrodata.grading.classroom import ClassGrades, grade
-    from gyrodata.readings import Readings, Uncertainty, read_log
+    from gyrodata.python_api import GyroWarning, analyze, read_log, sample
+    from gyrodata.readings import Readings, Uncertainty
     from gyrodata.results import Analysis, Result
     from gyrodata.simulation import Design, Simulation, Truth, simulate
 
 _HOMES = {
     name: module
     for module, names in {
-        "analysis": "analyze",
         "coverage": "SelfCheck selfcheck",
         "errors": "Diagnostic GyroError InputError LogError",
         "fitting": "LineFit fit_line",
         "grading.classroom": "ClassGrades grade",
-        "readings": "Readings Uncertainty read_log",
+        "python_api": "GyroWarning analyze read_log sample",
+        "readings": "Readings Uncertainty",
         "results": "Analysis Result",
         "simulation": "Design Simulation Truth simulate",
     }.items()
@@ -36,9 +36,9 @@ _HOMES = {
 }
 
 __all__ = [
-    "Analysis", "ClassGrades", "Design", "Diagnostic", "GyroError", "InputError", "LineFit", "LogError", "Readings",
-    "Result", "SelfCheck", "Simulation", "Truth", "Uncertainty", "__version__", "analyze", "fit_line", "grade",
-    "read_log", "selfcheck", "simulate",
+    "Analysis", "ClassGrades", "Design", "Diagnostic", "GyroError", "GyroWarning", "InputError", "LineFit", "LogError",
+    "Readings", "Result", "SelfCheck", "Simulation", "Truth", "Uncertainty", "__version__", "analyze", "fit_line",
+    "grade", "read_log", "sample", "selfcheck", "simulate",
 ]  # fmt: skip
 
 

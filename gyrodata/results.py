@@ -32,6 +32,8 @@ from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from gyrodata.coverage import SelfCheck
+
 DOF_REASON = "u and the interval are quantiles of the posterior distribution, which includes the doubt about the widths"
 
 
@@ -128,7 +130,67 @@ NO_BALL = (
 
 
 class Analysis(Struct, frozen=True, eq=False):
-    """Everything that is said of one log; SI units. Two of them are equal where their JSON is."""
+    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+
+    Attributes
+    ----------
+    name : str
+        Name of the log in messages.
+    sha256 : str
+        SHA-256 of the bytes of the log.
+    options : Options
+        The options of the analysis.
+    readings : Readings
+        The readings of the log, with their cells.
+    measurements : Measurements
+        Measured quantities of each run, with their uncertainty components.
+    fit : FitResult
+        The recommended fit: adjusted times, residuals, covariance and posterior distribution.
+    model : ChosenModel
+        The model that was fitted to the runs, with the reason.
+    outliers : tuple of Outlier
+        Suspected outliers, also those that are in the fit.
+    inertia : Result
+        I_zz [kg*m^2].
+    residual_torque : Result
+        M0 [N*m]: the net torque is m g x + M0.
+    timing_bias : Result
+        b [s]: the reading of the stopwatch is the true time plus b.
+    if_balanced : Estimate or None
+        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques differ.
+    doubts : tuple of Doubt
+        Reasons why I_zz may be wrong by more than its u.
+    p : float or None
+        Probability of a chi-square at least this large; None without degrees of freedom.
+    birge : float or None
+        Birge ratio, √(chi-square/dof) [1]; None without degrees of freedom.
+    fits : tuple of NamedFit
+        The recommended fit and the textbook fits.
+    budget : tuple of Share
+        What each uncertainty component contributes to u(I_zz), the largest first.
+    sensitivity : tuple of Sensitivity
+        I_zz if one reading, setting or assumption were different.
+    effects : tuple of Effect
+        The size of every approximation in this log.
+    power_law : tuple of PowerLaw
+        Exponent of period against spin for each torque.
+    exponent : Exponent or None
+        Exponent of period against spin, of all torques; None if no torque has runs at different spins.
+    constancy : Constancy or None
+        Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
+    ball : Ball or None
+        Comparison with the inertia of the ball; None if the log does not give its mass and diameter.
+    torques : tuple of Torque
+        Mean φ̇ψ̇ of each torque.
+    run_table : tuple of Run
+        Every run with its residual; the same as `runs`.
+    patterns : tuple of Pattern
+        Tests of the residuals for patterns, the least probable first.
+    advice : tuple of str
+        What would improve the next measurement.
+    diagnostics : tuple of Diagnostic
+        Errors, warnings and notes, with code, place and remedy.
+    """
 
     name: str
     sha256: str
@@ -137,38 +199,25 @@ class Analysis(Struct, frozen=True, eq=False):
     measurements: Measurements
     fit: FitResult
     model: ChosenModel
-    """The model that the runs were fitted with."""
     outliers: tuple[Outlier, ...]
-    """Runs that look odd, left out or not."""
     inertia: Result
-    """I_zz [kg*m^2]."""
     residual_torque: Result
-    """M0 [N*m]: the torque is m g x + M0."""
     timing_bias: Result
-    """b [s]"""
     if_balanced: Estimate | None
-    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None where torques differ."""
     doubts: tuple[Doubt, ...]
-    """Why the answer is not to be quoted as it stands."""
     p: float | None
-    """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
-    """√(chi-square/dof)."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
     sensitivity: tuple[Sensitivity, ...]
     effects: tuple[Effect, ...]
     power_law: tuple[PowerLaw, ...]
     exponent: Exponent | None
-    """None where no torque has runs at different spins."""
     constancy: Constancy | None
-    """None where no torque has two runs."""
     ball: Ball | None
-    """None where the log does not give the ball's mass and diameter."""
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
-    """What was looked for in the residuals, the least likely first."""
     advice: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = field(default=())
 
@@ -218,7 +267,17 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {found}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)"))
+        text = _above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)").rstrip("\n")
+        return str(_above("python_api").in_python(text))
+
+    def summary(self) -> str:
+        """Return the answer and the findings as text, the same as ``print(lab)`` shows."""
+        return str(self)
+
+    def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
+        """Simulate this lab many times and count how often its intervals contain I_zz; see `gyrodata.selfcheck`."""
+        checked: SelfCheck = _above("coverage").selfcheck(self, labs, seed)
+        return checked
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures of the report.

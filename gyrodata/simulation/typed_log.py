@@ -52,6 +52,12 @@ class Simulation(Struct, frozen=True, dict=True):
     noise: Mapping[str, Uncertainty]
     seed: int | None
 
+    def __str__(self) -> str:
+        return self.log
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {len(self.runs.time)} runs: I_zz = {self.truth.inertia:g} kg·m²>"
+
     @cached_property
     def readings(self) -> Readings:
         """The readings of the log."""

@@ -20,6 +20,7 @@ BAND: Any = {"color": "#F0E442", "alpha": 0.45, "linewidth": 0, "zorder": 0}
 STYLE: Any = {
     **figures.STYLE,
     "axes.axisbelow": True,
+    "text.hinting": "force_autohint",
     "text.parse_math": True,
     "axes.grid.axis": "both",
     "axes.titlelocation": "left",
@@ -39,7 +40,7 @@ def render_benchmark(benchmark: Benchmark, forms: Sequence[Literal["png", "svg"]
         for name, draw in _DRAWERS.items():
             figure = draw(benchmark)
             figure.supxlabel(benchmark.machine, x=0.01, ha="left", fontsize=6.5, color=GREY)
-            files |= {f"{name}.{form}": figures.save(figure, form) for form in forms}
+            files |= {f"{name}.{form}": figures.save(figure, form, 9) for form in forms}
     return files
 
 

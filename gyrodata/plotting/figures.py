@@ -423,14 +423,14 @@ def render(
     return files
 
 
-def save(figure: Figure, form: Form) -> bytes:
-    """Lay out a figure and return the bytes of its file."""
+def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
+    """Lay out a figure and return the bytes of its file; a PNG of level 9 is smaller than one of level 1, but slow."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     # With the layout as a setting of the figure, `savefig` would draw twice.
     ConstrainedLayoutEngine().execute(figure)
     file = io.BytesIO()
-    options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
+    options: Any = {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 

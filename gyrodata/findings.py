@@ -106,7 +106,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     better = own
     for _turn in range(30):
         top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
-        rate = motion.mean_precession_rate(top, motion.released(top, spin, pitch))
+        rate = motion.mean_precession_rate(top, spin, pitch)
         better = np.abs(own * rate * better * spin / torque)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)

@@ -145,7 +145,7 @@ def _finite(value: Any) -> float | None:
 def _released(torque: float, spin: float, inertia: float, across: float, pitch: float) -> Released:
     top = motion.Top(inertia, across, torque)
     nods = motion.nutation(top, spin, pitch)
-    mean = motion.mean_precession_rate(top, motion.released(top, spin, pitch)) if torque and spin else 0.0
+    mean = motion.mean_precession_rate(top, spin, pitch) if torque and spin else 0.0
     reason = ""
     if spin == 0:
         reason = "mean_rate, nutation_rate, click_error_s: without spin it swings and does not precess"
@@ -422,7 +422,7 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
         "the force. Twice the force moves it twice as fast; twice the spin, half as fast: what spins fast is hard to "
         f"turn, and that is why gyroscopes for navigation are set spinning.{slow}",
         speed=speed,
-        turning_rate=abs(float(motion.mean_precession_rate(top, motion.released(top, spin)))),
+        turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
         torque=torque,
         angle_deg=math.copysign(90.0, spin),
         direction="along the torque: across the force, a quarter turn ahead of it in the sense of the spin"

@@ -42,9 +42,6 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
     }  # fmt: skip
     for panel in done.motion:
         assert panel.winner.error < panel.bound == pytest.approx(0.3 * panel.u)
-        if panel.scene.name == "released":
-            # Elliptic functions agree with the integrated motion, but for the drag and the Earth's rotation.
-            assert next(p.error for p in panel.points if p.method == "exact motion of a release") < 1e-4
         # No model is exact by construction.
         assert min(point.error for point in panel.points[: len(MODELS)]) > 1e-5
 

@@ -34,7 +34,7 @@ def table() -> pd.DataFrame:
 
 
 def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
-    answer = "I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 things to look at"
+    answer = "I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 diagnostics"
     assert repr(lab) == f"<Analysis of air_gyroscope.csv: {answer}>"
     assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
     assert len(str(lab).splitlines()) < 15
@@ -114,7 +114,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
     (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "be above zero"),
     (lambda g: g.grade(3), TypeError, "the path of a folder"),
-    (lambda g: g.selfcheck(SAMPLE), TypeError, "lab.measurements"),
+    (lambda g: g.selfcheck(SAMPLE), TypeError, "result of analyze"),
 ]
 
 

@@ -29,22 +29,16 @@ def selfcheck(
     uncertainties. It applies the recommended fit and those of the textbook to each. If the runs of the log scatter
     more or less than stated, a second table shows labs with this scatter.
     """
-    import time
-
     from gyrodata.analysis import analyze_readings
     from gyrodata.coverage import selfcheck as simulate
-    from gyrodata.measurements import select
     from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     readings = read_log(**source_of(log, name_of(log, stdin)), settings=given[0], mapping=given[1], config=config)
     analysis = analyze_readings(readings)
-    tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
-    kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
-    measured = select(analysis.measurements, kept)
-    done = simulate(measured, time.perf_counter, labs, seed=seed, tilted=tilted, progress=progress_bar(labs))
-    write_out(json_text(done.to_dict()) if form == "json" else done.to_text() + "\n")
+    done = simulate(analysis, labs, seed, progress_bar(labs))
+    write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")
 
 
 def benchmark(

@@ -488,7 +488,7 @@ def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any,
     from gyrodata import motion
 
     top = motion.Top(whole, across, total)
-    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    mean = motion.mean_precession_rate(top, measured.spin, measured.pitch)
     # Without a torque both rates are zero.
     ratio = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
     click = physics.click_error(measured.spin, whole, across)

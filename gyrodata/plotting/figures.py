@@ -419,17 +419,18 @@ def render(
             size = (width, height + more * (len(FIGURES[name].panels) - 1))
             figure = Figure(size, dpi)
             _fill(figure, scene, name)
-            files[name] = _save(figure, form)
+            files[name] = save(figure, form)
     return files
 
 
-def _save(figure: Figure, form: Form) -> bytes:
+def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
+    """Lay out a figure and return the bytes of its file; a PNG of level 9 is smaller than one of level 1, but slow."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     # With the layout as a setting of the figure, `savefig` would draw twice.
     ConstrainedLayoutEngine().execute(figure)
     file = io.BytesIO()
-    options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
+    options: Any = {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 
@@ -452,7 +453,7 @@ def render_earth(latitude: float, times: Sequence[float]) -> bytes:
     with rc_context(STYLE):
         figure = Figure((6.6, 4.2), 150)
         draw_earth(figure.subplots(2, sharex=True), latitude, np.asarray(times, dtype=float))
-        return _save(figure, "png")
+        return save(figure, "png")
 
 
 def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from gyrodata import plotting
+from gyrodata.reporting.content import defaults_used
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.page import report_page
-from gyrodata.reporting.content import defaults_used
 from gyrodata.results import Analysis
 
 TOLD = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))

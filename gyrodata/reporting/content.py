@@ -11,22 +11,8 @@ from gyrodata import changes, diagnostics, effects
 from gyrodata.measurements import SOURCES, torque_groups
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
-from gyrodata.reporting import questions, values
-from gyrodata.reporting.elements import (
-    Block,
-    Cell,
-    Head,
-    Numbers,
-    Part,
-    Picture,
-    Report,
-    Section,
-    Sentence,
-    Styled,
-    Text,
-    say,
-    table,
-)
+from gyrodata.reporting import elements, questions, values
+from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 from gyrodata.tables import turn_words
 
@@ -69,7 +55,7 @@ REFERENCES = (
 """Sources of the method."""
 
 
-def report(analysis: Analysis) -> Report:
+def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
     size = say("{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque"))
@@ -89,7 +75,7 @@ def report(analysis: Analysis) -> Report:
     )
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     top, brief = tuple(_top(n)), tuple(_brief(n))
-    return Report(analysis.name, size, _read_as(n), tuple(_doubts(analysis)), answer, top, brief, sections)
+    return elements.Report(analysis.name, size, _read_as(n), tuple(_doubts(analysis)), answer, top, brief, sections)
 
 
 # --- the first screen --------------------------------------------------------------------------------------------
@@ -119,12 +105,9 @@ def _read_as(n: Numbers) -> Sentence:
 def _doubts(analysis: Analysis) -> Iterator[Sentence]:
     """List the reasons why the answer is not reliable."""
     for i, doubt in enumerate(analysis.doubts):
-        if i:
-            yield say("{}{}.", Styled("Also: ", "warn"), doubt.words)
-        else:
-            end = "" if doubt.remedy.endswith("?") else "."
-            first = Styled("Do not rely on this answer: ", "warn")
-            yield say("{}{}. Find the cause: {}{}", first, doubt.words, doubt.remedy, end)
+        start = Styled("Also: " if i else "Do not rely on this answer: ", "warn")
+        remedy = f" Find the cause: {doubt.remedy}{'' if doubt.remedy.endswith('?') else '.'}" if i == 0 else ""
+        yield say("{}{}.{}", start, doubt.words, remedy)
 
 
 def residual_torque(n: Numbers) -> Sentence:
@@ -133,7 +116,7 @@ def residual_torque(n: Numbers) -> Sentence:
     return say("residual torque M0 = {} (net torque = applied torque + M0)", m0)
 
 
-def _top(n: Numbers) -> Iterator[Block]:
+def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     if first := [_diagnostic(n, i) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]:
         yield Text(tuple(first))
@@ -147,7 +130,7 @@ def _top(n: Numbers) -> Iterator[Block]:
     if analysis.timing_bias.u:
         facts.append(say("timing bias b = {}", n.value("timing_bias.value", values.SECOND)))
     yield Text(tuple(facts), "facts")
-    yield Text((say("Every ± is one standard uncertainty u, which includes the scatter of the runs."),), "small")
+    yield paragraph("Every ± is one standard uncertainty u, which includes the scatter of the runs.", kind="small")
 
 
 def _brief(n: Numbers) -> Iterator[Sentence]:
@@ -170,19 +153,18 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
 
 def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
-    table = n.analysis.run_table
-    odd = [i for i, run in enumerate(table) if run.flagged]
-    far = [i for i, run in enumerate(table) if not run.flagged and abs(run.studentized_residual or 0.0) > FAR]
+    runs = n.analysis.run_table
+    odd = [i for i, run in enumerate(runs) if run.flagged]
+    far = [i for i, run in enumerate(runs) if not run.flagged and abs(run.studentized_residual or 0.0) > FAR]
     for i in odd[:FEW]:
-        yield say("Suspected outlier: {}. Check it, or repeat the run.", _odd_run(n, i))
+        fate, reason = _fate(n.analysis, i), runs[i].reason
+        yield say("Suspected outlier: {}, {}: {}. Check it, or repeat the run.", _run_place(n, i), fate, reason)
     if len(odd) > FEW:
         yield say(f"{len(odd) - FEW} more suspected outliers are marked in the table of runs.")
     if far:
         named = [part for i in far[:FEW] for part in say(", {}", _run_place(n, i))][1:]
-        them = "it is" if len(far) == 1 else "they are"
-        yield say(
-            f"If you have time, repeat {{}}: {them} over {FAR:g} u away from the other runs' prediction.", tuple(named)
-        )
+        words = "If you have time, repeat {}: the other runs predict a time that differs by more than {} u."
+        yield say(words, tuple(named), f"{FAR:g}")
     if not odd and not far:
         more = "." if n.analysis.doubts else "; you need not repeat any run."
         yield say(f"No suspected outliers{more}")
@@ -190,10 +172,6 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
 
 def _run_place(n: Numbers, i: int) -> Sentence:
     return say("run {} (line {})", n.number(f"runs.{i}.run"), n.number(f"runs.{i}.line"))
-
-
-def _odd_run(n: Numbers, i: int) -> Sentence:
-    return say("{}, {}: {}", _run_place(n, i), _fate(n.analysis, i), n.analysis.run_table[i].reason)
 
 
 def _fate(analysis: Analysis, i: int) -> str:
@@ -218,7 +196,7 @@ def _agreement(n: Numbers) -> Sentence:
     if scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
     timed = analysis.measurements.time_u is not None
-    stated: Part = n.value("goodness.time_u", values.SECOND) if timed else "the log"
+    stated: elements.Part = n.value("goodness.time_u", values.SECOND) if timed else "the log"
     words = "{} scatter {} times as much as the timing uncertainty of {}; u already includes this"
     return say(words, runs, n.scatter("goodness.scatter"), stated)
 
@@ -248,10 +226,7 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
         return (say(f"All torques are equal, so the answer depends on {by}."),)
     usual = "If the ball is balanced as in step 2, I_zz = {}; a usual imbalance, 5 % of the torque, changes it by 5 %."
     decide = "All torques are equal. To decide, write {}, add a balance test, or time a run without an added mass."
-    return (
-        say(usual, n.value("if_balanced.value", n.inertia)),
-        say(decide, Styled("# balanced: yes", "code")),
-    )
+    return say(usual, n.value("if_balanced.value", n.inertia)), say(decide, Styled("# balanced: yes", "code"))
 
 
 def _fit_quality(n: Numbers) -> Sentence:
@@ -269,15 +244,14 @@ def _fit_quality(n: Numbers) -> Sentence:
 # --- runs, uncertainty, advice -----------------------------------------------------------------------------------
 
 
-def _runs(n: Numbers) -> Iterator[Block]:
+def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis, second = n.analysis, values.SECOND
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
-    yield Text((say("Suspected outliers:" if odd else "No suspected outliers; all runs are in the fit."),))
-    if odd:
-        yield Text(tuple(_odd_run(n, i) for i in odd), "list")
+    marked = "The remarks in the table explain the suspected outliers."
+    yield paragraph(marked if odd else "No suspected outliers; all runs are in the fit.")
     yield Picture("residuals", FIGURES["residuals"].caption)
     group_of = {i: g for g, group in enumerate(torque_groups(analysis.measurements)) for i in group}
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[elements.Cell, ...]] = []
     for i, (run, note) in enumerate(zip(analysis.run_table, analysis.readings.notes, strict=True)):
         at = f"runs.{i}"
         remark = say("{}: {}", Styled(_fate(analysis, i), "strong"), run.reason) if run.flagged else ()
@@ -303,12 +277,11 @@ def _runs(n: Numbers) -> Iterator[Block]:
         *(Head("turns", number), Head("period τ", second), Head("φ̇ψ̇", values.PRODUCT)),
         *(Head("residual", values.IN_U), Head("remark", wrap=0.2)),
     )
-    yield table(
-        heads, rows, "The residual is the time minus the time that the other runs predict, in units of u", odd=odd
-    )
+    caption = "The residual is the time minus the time that the other runs predict, in units of u"
+    yield table(heads, rows, caption, odd=odd)
 
 
-def _budget(n: Numbers) -> Iterator[Block]:
+def _budget(n: Numbers) -> Iterator[elements.Block]:
     budget = n.analysis.budget
     rows = [
         (
@@ -327,9 +300,9 @@ def _budget(n: Numbers) -> Iterator[Block]:
         Head("shared by", wrap=0.35),
     )
     caption = "Uncertainty components with their shares of the variance u² of I_zz, the largest first"
-    yield table(heads, rows, caption) if rows else Text((say("The log states no uncertainty."),))
+    yield table(heads, rows, caption) if rows else paragraph("The log states no uncertainty.")
     if assumed := defaults_used(n.analysis):
-        yield Text((say("The log does not state these uncertainties, so default values are used:"),))
+        yield paragraph("The log does not state these uncertainties, so default values are used:")
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
 
 
@@ -341,11 +314,9 @@ def defaults_used(analysis: Analysis) -> list[str]:
     return used
 
 
-def _advice(analysis: Analysis) -> tuple[Block, ...]:
-    if not analysis.advice:
-        return (Text((say("No single change would help much."),)),)
-    words = say("Each line is computed for this log, the largest gain first.")
-    return (Text((words,)), Text(tuple((advice,) for advice in analysis.advice), "numbered"))
+def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
+    advice = tuple((one,) for one in analysis.advice)
+    return (Text(advice, "numbered") if advice else paragraph("No single change would help much."),)
 
 
 # --- details -----------------------------------------------------------------------------------------------------
@@ -356,29 +327,25 @@ def _answer_band(n: Numbers) -> tuple[float, float]:
     return value - u, value + u
 
 
-def _sensitivity(n: Numbers) -> tuple[Block, ...]:
+def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     cases = n.analysis.sensitivity
-    rows: list[tuple[Cell, ...]] = [(say("no change"), n.value("inertia.value", n.inertia), None)]
+    rows: list[tuple[elements.Cell, ...]] = [(say("no change"), n.value("inertia.value", n.inertia), None)]
     dots: list[tuple[float, float] | None] = [(n.analysis.inertia.value, n.analysis.inertia.u or 0.0)]
     for i, case in enumerate(cases):
-        value: Cell = say("no answer")
+        value: elements.Cell = say("no answer")
         if case.inertia is not None:
             value = n.value(f"sensitivity.{i}.inertia.value", n.inertia)
         shift = None if case.deviation is None else n.shift(f"sensitivity.{i}.deviation")
         rows.append((say("{}", case.words), value, shift))
         dots.append(None if case.inertia is None else (case.inertia.value, case.inertia.u or 0.0))
-    heads = (
-        Head("if"),
-        Head("I_zz", n.inertia, dots=tuple(dots), band=_answer_band(n)),
-        Head("shift", values.IN_U),
-    )
+    heads = Head("if"), Head("I_zz", n.inertia, dots=tuple(dots), band=_answer_band(n)), Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u. The bars are ± u, the band is that of the answer"
     return (table(heads, rows, caption, main=0),) if cases else ()
 
 
-def _fits(n: Numbers) -> Iterator[Block]:
+def _fits(n: Numbers) -> Iterator[elements.Block]:
     fits = n.analysis.fits
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[elements.Cell, ...]] = []
     for i, fit in enumerate(fits):
         at, away, intercept = f"fits.{i}", None, None
         if fit.deviation is not None and fit.difference is not None:
@@ -394,17 +361,14 @@ def _fits(n: Numbers) -> Iterator[Block]:
         Head("intercept −M0", n.torque),
         Head("from recommended", values.NUMBER),
     )
-    caption = (
-        "The recommended fit, and the two straight lines of the textbook. The bars are ± u, the band is that of the "
-        "recommended fit"
-    )
+    caption = "The recommended fit, and the lines of the textbook. The bars are ± u, the band is the recommended fit"
     yield table(heads, rows, caption, main=0)
     yield Text(tuple(say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note) for fit in fits), "list")
 
 
-def _effects(n: Numbers) -> tuple[Block, ...]:
+def _effects(n: Numbers) -> tuple[elements.Block, ...]:
     model = n.analysis.model
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[elements.Cell, ...]] = []
     for i, effect in enumerate(n.analysis.effects):
         size = None
         if effect.size is not None:
@@ -415,15 +379,8 @@ def _effects(n: Numbers) -> tuple[Block, ...]:
         if verdict == "left out" and (effect.size or 0.0) > effects.DROP_ONE:
             verdict = "left out, and not small"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
-        rows.append(
-            (
-                say("{}", EFFECT_NAMES.get(effect.effect, effect.effect)),
-                change,
-                size,
-                say(verdict),
-                say("{}", effect.reason),
-            )
-        )
+        name = EFFECT_NAMES.get(effect.effect, effect.effect)
+        rows.append((say("{}", name), change, size, say(verdict), say("{}", effect.reason)))
     heads = (
         Head("effect", wrap=0.2),
         Head("change of I_zz", values.PERCENT),
@@ -436,9 +393,9 @@ def _effects(n: Numbers) -> tuple[Block, ...]:
     return (Text((words,)), table(heads, rows, "Change of I_zz if the effect is ignored, in % and in units of u"))
 
 
-def _diagnostics(n: Numbers) -> tuple[Block, ...]:
+def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
     found = [_diagnostic(n, i) for i in range(len(n.analysis.diagnostics))]
-    return (Text(tuple(found), "list") if found else Text((say("None."),)),)
+    return (Text(tuple(found), "list") if found else paragraph("None."),)
 
 
 def _diagnostic(n: Numbers, i: int) -> Sentence:
@@ -451,23 +408,20 @@ def _diagnostic(n: Numbers, i: int) -> Sentence:
     return say("{}{}: {}{}", code, place, found.message, f"; {found.hint}" if found.hint else "")
 
 
-def _method(n: Numbers) -> Iterator[Block]:
+def _method(n: Numbers) -> Iterator[elements.Block]:
     left_out = any(run.left_out for run in n.analysis.run_table)
     fitted = say(
         "I_zz, the residual torque M0 and the timing bias b were fitted to all readings of the {}{} at once, by "
         f"{questions.MODEL_NAMES[n.analysis.model.name]}: least squares with errors in every reading (Gauss-Helmert "
-        "model; its simplest case is a straight line with errors in both coordinates, York and others 2004). An error "
-        "that runs share, such as that of the ruler or of the hand, is one unknown for all of them. Unknown sizes of "
-        "errors are marginalised: the factor by which the runs scatter more or less than stated (Thompson and Ellison "
-        "2011), and the imbalance of the ball. I_zz is the median of the posterior distribution, u is half of its "
-        "68.3 % interval, and the 95 % interval goes from its 2.5 % to its 97.5 % quantile. The terms are those of the "
-        "GUM.",
+        "model). An error that runs share, for example of the ruler, is one unknown for all of them. Unknown sizes of "
+        "errors are marginalised: the factor by which the runs scatter more or less than stated, and the imbalance of "
+        "the ball. I_zz is the median of the posterior distribution, u is half of its 68.3 % interval, and the 95 % "
+        "interval goes from its 2.5 % to its 97.5 % quantile.",
         n.count("/input.rows", "run"),
         ", without those marked as left out," if left_out else "",
     )
     cite = say(
-        "{}gyrodata, version {}: moment of inertia of an air gyroscope from its precession, method as above; log {}, "
-        "its SHA-256 as below.",
+        "{}gyrodata, version {}: moment of inertia of an air gyroscope from its precession; log {} with its SHA-256.",
         Styled("To cite: ", "strong"),
         n.number("/tool.version"),
         n.number("/input.name"),
@@ -477,7 +431,7 @@ def _method(n: Numbers) -> Iterator[Block]:
     yield Text(tuple((line,) for line in REFERENCES), "list")
 
 
-def _provenance(n: Numbers) -> tuple[Block, ...]:
+def _provenance(n: Numbers) -> tuple[elements.Block, ...]:
     analysis = n.analysis
     units = {
         "acceleration": values.FREE_FALL,
@@ -485,15 +439,12 @@ def _provenance(n: Numbers) -> tuple[Block, ...]:
         "length": values.METRE,
         "mass": values.KILOGRAM,
     }
-    facts: dict[str, Part] = {"gyrodata": n.number("/tool.version"), "log": analysis.name}
+    facts: dict[str, elements.Part] = {"gyrodata": n.number("/tool.version"), "log": analysis.name}
     facts["SHA-256 of the log"] = Styled(analysis.sha256, "code")
-    for key, value in asdict(analysis.options).items():
-        text = "none" if value is None else str(value)
-        if isinstance(value, bool):
-            text = "yes" if value else "no"
-        elif isinstance(value, Mapping):
-            text = ", ".join(f"{one} = {item}" for one, item in value.items()) or "none"
-        facts[f"option {key}"] = text
+    for key, option in asdict(analysis.options).items():
+        if option:
+            pairs = ", ".join(f"{one} = {text}" for one, text in option.items()) if isinstance(option, Mapping) else ""
+            facts[f"option {key}"] = pairs or ("yes" if option is True else option)
     for key, value in n.find("constants").items():
         scale = units[kind_of_role(key)]
         facts[f"constant {key}"] = n.number(f"constants.{key}", f"{value / scale.size:.6g}", scale)
@@ -501,5 +452,5 @@ def _provenance(n: Numbers) -> tuple[Block, ...]:
     return (_pairs(facts),)
 
 
-def _pairs(facts: Mapping[str, Part]) -> Text:
+def _pairs(facts: Mapping[str, elements.Part]) -> Text:
     return Text(tuple(say("{}: {}", key.replace("_", " "), value) for key, value in facts.items()), "list")

@@ -36,11 +36,7 @@ class Number(Struct, frozen=True):
         text = self.between.join(texts)
         if self.exponent:
             text = f"({text}) × {values.ten_to(self.exponent)}"
-        if not unit or not str(self.scale):
-            return text
-        if self.scale.exponent:
-            return f"({text}) × {self.scale}" if "±" in text else f"{text} × {self.scale}"
-        return f"{text} {self.scale}"
+        return values.with_unit(text, self.scale) if unit else text
 
     def __str__(self) -> str:
         return self.write(self.shown)
@@ -61,8 +57,6 @@ class Mark(Struct, frozen=True):
 
     group: int
     """Index of the torque."""
-    torque: float
-    """The sort key in a table [N*m]."""
 
     def __str__(self) -> str:
         return ""
@@ -161,6 +155,11 @@ class Text(Struct, frozen=True):
     def is_list(self) -> bool:
         """Return whether the sentences are the items of a list."""
         return self.kind in ("list", "numbered", "facts")
+
+
+def paragraph(words: str, *parts: Part | Sentence, kind: str = "") -> Text:
+    """Return a paragraph of one sentence; see `say`."""
+    return Text((say(words, *parts),), kind)
 
 
 class Picture(Struct, frozen=True):
@@ -302,7 +301,7 @@ class Numbers:
         """Show the load of a torque, or the torque if the log gives no load."""
         analysis, place = self.analysis, f"torques.{group}"
         torque, runs = analysis.torques[group], torque_groups(analysis.measurements)[group]
-        mark = Mark(group, torque.torque)
+        mark = Mark(group)
         left_out = ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
         if torque.torque == 0:
             return say("{}no weight{}", mark, left_out)

@@ -79,7 +79,7 @@ def report_page(
         lstrip_blocks=True,
     )
     room.filters |= {"sentence": write.sentence, "cell": write.cell, "typeset": _typeset, "draw": _draw}
-    room.filters |= {"sort_key": _sort_key, "kind": lambda block: type(block).__name__}
+    room.filters["kind"] = lambda block: type(block).__name__
     kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
     images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
     title = f"{plain(whole.answer)} – {analysis.name}"
@@ -133,12 +133,6 @@ class _Writer:
         if isinstance(cell, Number):
             return self.number(cell, unit=False)
         return self.sentence(cell) if cell else Markup("–" * bool(head.scale))
-
-
-def _sort_key(cell: Cell) -> Markup:
-    """Write the attribute by which a table sorts the names of torques."""
-    marks = [part for part in cell if isinstance(part, Mark)] if isinstance(cell, tuple) else []
-    return Markup(f' data-value="{marks[0].torque!r}"' if marks else "")
 
 
 def _typeset(text: str) -> Markup:

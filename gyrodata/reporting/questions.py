@@ -6,20 +6,8 @@ import re
 from collections.abc import Iterator
 
 from gyrodata.plotting import FIGURES
-from gyrodata.reporting import values
-from gyrodata.reporting.elements import (
-    Block,
-    Cell,
-    Head,
-    Numbers,
-    Picture,
-    Section,
-    Sentence,
-    Styled,
-    Text,
-    say,
-    table,
-)
+from gyrodata.reporting import elements, values
+from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
 from gyrodata.results import Analysis
 from gyrodata.tables import turn_words
 
@@ -90,11 +78,11 @@ def _agrees(deviation: float | None) -> bool:
     return deviation is not None and abs(deviation) <= AGREES
 
 
-def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Block]:
+def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[elements.Block]:
     """Answer (d): the slope of the torque against φ̇ψ̇."""
     analysis, m0 = n.analysis, n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
-    yield Text((say("M + M0 = I_zz φ̇ψ̇ with I_zz = {}", n.value("inertia.value", n.inertia)),), "result")
+    yield paragraph("M + M0 = I_zz φ̇ψ̇ with I_zz = {}", n.value("inertia.value", n.inertia), kind="result")
     balance = ""
     if m0.u:
         shown = "shows no imbalance" if _agrees(m0.value / m0.u) else "was not perfectly balanced"
@@ -116,7 +104,7 @@ def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Block
     yield Text((say("{} {}.", agreement, quality), law))
 
 
-def _period(n: Numbers) -> Iterator[Block]:
+def _period(n: Numbers) -> Iterator[elements.Block]:
     """Answer (a): the period against the spin."""
     words = "No torque has runs at two different spins, so the runs do not show how the period depends on the spin."
     if n.analysis.exponent:
@@ -126,7 +114,7 @@ def _period(n: Numbers) -> Iterator[Block]:
                 "At each torque the period is proportional to the spin: the runs are on a straight line through zero. "
                 "A smaller torque gives a steeper line."
             )
-    yield Text((say(words),))
+    yield paragraph(words)
     yield Picture("period", FIGURES["period"].caption)
     per_spin = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
     rows = [
@@ -142,7 +130,7 @@ def _period(n: Numbers) -> Iterator[Block]:
     yield table(heads, rows, "The period for each 100 rpm of spin")
 
 
-def _exponents(n: Numbers) -> Iterator[Block]:
+def _exponents(n: Numbers) -> Iterator[elements.Block]:
     """Answer (b): the exponent of the period against the spin."""
     whole, laws = n.analysis.exponent, n.analysis.power_law
     derived = say(
@@ -152,18 +140,18 @@ def _exponents(n: Numbers) -> Iterator[Block]:
     yield Text((derived,))
     if whole is None:
         words = "No torque has runs at two different spins, so the log does not determine the exponent n of τ ∝ ψ̇ⁿ."
-        yield Text((say(words),))
+        yield paragraph(words)
         return
     everything = n.value("exponent.value")
-    yield Text((say("τ ∝ ψ̇ⁿ with n = {}", everything),), "result")
+    yield paragraph("τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     words = "The exponent agrees with 1 ({} away): the period is proportional to the spin, as in eq. (9)."
     if not _agrees(whole.deviation):
         words = (
             "The exponent does not agree with 1 ({} away), the value of eq. (9). Check each torque, and the suspected "
             "outliers."
         )
-    yield Text((say(words, n.shift("exponent.deviation")),))
-    rows: list[tuple[Cell, ...]] = []
+    yield paragraph(words, n.shift("exponent.deviation"))
+    rows: list[tuple[elements.Cell, ...]] = []
     for i, law in enumerate(laws):
         known = law.exponent is not None
         value = n.value(f"power_law.{i}.exponent") if known else None
@@ -176,7 +164,7 @@ def _exponents(n: Numbers) -> Iterator[Block]:
     yield table((Head("load"), exponents, Head("remark", wrap=0.45)), rows, caption, main=len(rows) - 1)
 
 
-def _product(n: Numbers) -> Iterator[Block]:
+def _product(n: Numbers) -> Iterator[elements.Block]:
     """Answer (c): φ̇ψ̇ at one torque."""
     found = n.analysis.constancy
     sentence = say("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.")
@@ -193,7 +181,7 @@ def _product(n: Numbers) -> Iterator[Block]:
         )
     yield Text((sentence,))
     yield Picture("product", FIGURES["product"].caption)
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[tuple[elements.Cell, ...]] = []
     for i, group in enumerate(n.analysis.torques):
         at = f"torques.{i}.product"
         rows.append(
@@ -219,14 +207,14 @@ def _product(n: Numbers) -> Iterator[Block]:
     yield table(heads, rows, caption)
 
 
-def _meaning(n: Numbers) -> Iterator[Block]:
+def _meaning(n: Numbers) -> Iterator[elements.Block]:
     """Answer (e): what the slope is, and what the dimensions of the ball give."""
     words = (
         "The slope is the moment of inertia about the rod of everything that spins: ball, rod and weight. A mass "
         "resists a change of its speed; in the same way I_zz resists a change of the spin. The larger I_zz is, the "
         "slower the same torque turns the axis."
     )
-    yield Text((say(words),))
+    yield paragraph(words)
     ball = n.analysis.ball
     if ball is None:
         ask = (
@@ -234,7 +222,7 @@ def _meaning(n: Numbers) -> Iterator[Block]:
             "cannot detect a wrong unit in a whole column."
         )
         lines = (Styled(f"# ball_{one}", "code") for one in ("mass: 4.10 ± 0.01 kg", "diameter: 10.16 ± 0.01 cm"))
-        yield Text((say(ask, *lines),), "small")
+        yield paragraph(ask, *lines, kind="small")
         return
     exact = " (assumed exact: the log gives no uncertainty)" if ball.inertia_u is None else ""
     whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
@@ -249,29 +237,11 @@ def _meaning(n: Numbers) -> Iterator[Block]:
             whole,
         )
     yield Text(((*described, *compare_with_ball(n)),))
-    rows: list[tuple[Cell, ...]] = [(say("measured"), n.value("inertia.value", n.inertia))]
-    names = {
-        "solid": "solid ball, 2/5 m r²",
-        "bore": "its bore, for the same mass",
-        "rod": "rod, ½ m r²",
-        "disk": "disk, ½ m r²",
-    }
-    # A single part is in the row of the whole, with its u.
-    single = ball.inertia in (ball.solid, ball.disk)
-    rows += [
-        (say(words), n.value(f"ball.{key}", n.inertia))
-        for key, words in names.items()
-        if n.find(f"ball.{key}") and not single
-    ]
-    name = names["solid"] if ball.inertia == ball.solid else names["disk"] if single else "all parts in the log"
-    rows.append((say(name), n.value("ball.inertia", n.inertia)))
-    rows.append((say("difference"), n.value("ball.difference", n.inertia)))
-    yield table(
-        (Head("moment of inertia"), Head("value", n.inertia)),
-        rows,
-        "The measured value, and the value from the dimensions in the log",
-        main=0,
-    )
+    names = {"solid": "solid ball", "bore": "bore, for the same mass", "rod": "rod", "disk": "disk"}
+    found = [key for key in names if n.find(f"ball.{key}")]
+    if len(found) > 1:
+        items = [say("{}: {}", names[key], n.value(f"ball.{key}", n.inertia)) for key in found]
+        yield Text(tuple(items), "list")
 
 
 def compare_with_ball(n: Numbers) -> Sentence:
@@ -306,7 +276,7 @@ def compare_with_ball(n: Numbers) -> Sentence:
     )
 
 
-def _by_hand(n: Numbers) -> Iterator[Block]:
+def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     """Compute I_zz from the first run that has a load and is in the fit, step by step in SI units."""
     analysis, measured = n.analysis, n.analysis.measurements
     i = min(
@@ -345,10 +315,10 @@ def _by_hand(n: Numbers) -> Iterator[Block]:
         say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", moment, product, n.value(f"{at}.inertia", n.inertia)),
     )
     first = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
-    yield Text((say(first, n.number(f"{at}.run"), n.number(f"{at}.line")),))
+    yield paragraph(first, n.number(f"{at}.run"), n.number(f"{at}.line"))
     yield Text(steps, "list")
     last = (
         "A single run is affected by its reading errors, by M0 and by b. The fit uses all runs together, by "
         f"{MODEL_NAMES[analysis.model.name]}, and determines M0 and b together with I_zz = {{}}."
     )
-    yield Text((say(last, n.value("inertia.value", n.inertia)),))
+    yield paragraph(last, n.value("inertia.value", n.inertia))

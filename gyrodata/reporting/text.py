@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
@@ -29,7 +30,7 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     ----------
     analysis : Analysis
     verbose : bool
-        True for the full report: everything but figures, and the diagnostics, which have their own place.
+        True for the full report: everything up to the diagnostics, which are printed elsewhere, but no figures.
     rest : str
         Last line of the short form, which says where the rest is.
 
@@ -41,10 +42,10 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     top = [*map(plain, whole.doubts), f"{plain(whole.answer)}   (± u, one standard uncertainty)"]
     top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
-    for section in whole.sections if verbose else ():
-        lines = [f"  {line}" for block in section.blocks for line in _block(block)]
-        if lines and section.anchor != "diagnostics":
-            blocks.append([section.title, *lines])
+    sections = itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ())
+    for one in sections:
+        lines = (f"  {line}" for block in one.blocks for line in _block(block))
+        blocks += [[one.title, *lines]] if one.blocks else []
     return _joined(blocks)
 
 

@@ -119,14 +119,18 @@ def power_of_ten(value: float) -> tuple[float, str]:
     return 10.0**exponent, ten_to(exponent)
 
 
+def with_unit(number: str, scale: Scale) -> str:
+    """Add the unit to a number: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
+    if scale.exponent:
+        return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
+    return f"{number} {scale}".rstrip()
+
+
 @lru_cache(maxsize=1024)
 def inertia_text(value: float, u: float | None) -> str:
     """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
     scale = inertia_scale(value, u)
-    number = number_text(value, u, scale.size)
-    if not scale.exponent:
-        return f"{number} {scale}"
-    return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
+    return with_unit(number_text(value, u, scale.size), scale)
 
 
 def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:

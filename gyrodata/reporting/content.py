@@ -339,7 +339,7 @@ def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
         rows.append((say("{}", case.words), value, shift))
         dots.append(None if case.inertia is None else (case.inertia.value, case.inertia.u or 0.0))
     heads = Head("if"), Head("I_zz", n.inertia, dots=tuple(dots), band=_answer_band(n)), Head("shift", values.IN_U)
-    caption = "I_zz after one change; the shift is in units of u. The bars are ± u, the band is that of the answer"
+    caption = "I_zz after one change; the shift is in units of u."
     return (table(heads, rows, caption, main=0),) if cases else ()
 
 
@@ -361,7 +361,7 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         Head("intercept −M0", n.torque),
         Head("from recommended", values.NUMBER),
     )
-    caption = "The recommended fit, and the lines of the textbook. The bars are ± u, the band is the recommended fit"
+    caption = "The recommended fit, and the lines of the textbook."
     yield table(heads, rows, caption, main=0)
     yield Text(tuple(say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note) for fit in fits), "list")
 

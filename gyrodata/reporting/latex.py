@@ -60,12 +60,12 @@ def latex_report(analysis: Analysis) -> str:
     blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # An unreliable answer is not bold.
     bold = "" if whole.doubts else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
-    said = _sentence(whole.answer).replace(answer, r"\Izz{}")
-    blocks.append(rf"{{\Large{bold} {said}\par}}")
+    blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
     blocks += map(_block, whole.top)
     for section in whole.sections:
         blocks += [rf"\section*{{{escape(section.title)}}}", *map(_block, section.blocks)]
-    return _PREAMBLE.replace("ANSWER", answer) + "\n\n".join([*blocks, "\\end{document}\n"])
+    body = "\n\n".join([*blocks, "\\end{document}\n"]).replace(answer, r"\Izz{}")
+    return _PREAMBLE.replace("ANSWER", answer) + body
 
 
 def _block(block: Block) -> str:
@@ -146,7 +146,7 @@ _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆�
 _TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
 _FORMULA = re.compile(
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
-    rf"(?:[ =/+()0-9.]*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:[0-9]+(?:\.[0-9]+)?)?"
+    rf"(?:[ =/+()|0-9.]*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
 )
 """Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz ψ̇ / (M + M0"""
 

@@ -160,7 +160,7 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     dots = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in laws]
     dots.append((whole.value, whole.u or 0.0))
     exponents = Head("exponent n", values.NUMBER, dots=tuple(dots), band=(1.0, 1.0))
-    caption = "Exponent of each torque, and one for all. The bars are ± u, the line is n = 1"
+    caption = "Exponent of each torque, and one for all"
     yield table((Head("load"), exponents, Head("remark", wrap=0.45)), rows, caption, main=len(rows) - 1)
 
 

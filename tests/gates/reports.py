@@ -2,9 +2,9 @@
 
 `numbers.txt` contains the numbers of 30 logs that matter: I_zz, M0, b, goodness, fits, budget, effects, sensitivity,
 torques, power laws, codes and places of diagnostics, advice; and a digest of each of the other parts. `printed.txt`
-contains what ``gyro analyze -v`` and ``gyro check`` print for eight logs. A short digest of each section is stored for
-Markdown and LaTeX: their numbers are those of the JSON, and their words those of the text; and for what other commands
-print, and for what ``gyro check --fix`` writes of one log in eight.
+contains what ``gyro analyze -v`` prints for one log, and ``gyro check`` for eight. A short digest of each section is
+stored for other texts, Markdown and LaTeX: their numbers are those of the JSON, and their words those of the text; and
+for what other commands print, and for what ``gyro check --fix`` writes of one log in eight.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def mended(path: Path, log: Log) -> str:
 def gate_printed(accept: bool = False, part: bool = False) -> Found:
     """Compare text, Markdown, LaTeX and the words of ``gyro check`` for eight logs, or for two; and other commands.
 
-    Of the last four logs, of Markdown, LaTeX and other commands a digest of each section is stored.
+    Of other texts than the first, of Markdown, LaTeX and other commands a digest of each section is stored.
     """
     known, table = every_log(), {}
     with tempfile.TemporaryDirectory() as folder:
@@ -141,11 +141,12 @@ def gate_printed(accept: bool = False, part: bool = False) -> Found:
 
         for name in SHOWN[: 2 if part else None]:
             path.write_bytes(known[name].data)
-            for form, command in list(COMMANDS.items())[: None if name == SHOWN[0] else -1]:
+            # LaTeX of the first four logs, and CSV of the first.
+            for form, command in list(COMMANDS.items())[: None if name == SHOWN[0] else -1 - (name in SHOWN[4:])]:
                 text = shown(f"{command} {path}")
                 if form in ("markdown", "latex"):
                     text = digests(text, r"^(?=## |\\(?:sub)?section)")
-                elif form == "text" and name in SHOWN[4:]:
+                elif form == "text" and name != SHOWN[0]:
                     text = digests(text, r"\n\n")
                 table[f"{name}, {form}"] = text
         path.write_bytes(known[SHOWN[0]].data)

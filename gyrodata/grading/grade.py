@@ -418,7 +418,7 @@ def not_graded(
         name=submission.name,
         why=why,
         out_of=rubric.points,
-        marks=tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria),
+        marks=tuple(mark(criterion, "not judged", {}, None) for criterion in rubric.criteria),
         look=(late.reason,) if late.look else (),
         reported={},
         own={},

@@ -13,13 +13,14 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeVar
 
 import numpy as np
-from msgspec import Meta, Struct, defstruct, field
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from gyrodata import fitting
+from gyrodata.diagnostics import RUBRIC_KEY_UNKNOWN
 from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
@@ -29,6 +30,7 @@ from gyrodata.readings.roles import CONSTANTS
 from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
+from gyrodata.toml_table import nearest as nearest_word
 from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
@@ -248,47 +250,33 @@ Bench = Mapping[str, tuple[str, Uncertainty | None]]
 """By the key of a line: as written, and an uncertainty as understood."""
 
 
-class _Bench(Struct, frozen=True):
-    """``[bench]``: constants of the apparatus; uncertainties, or the class itself."""
-
-    source: Literal["class"] | None = field(default=None, name="from")
-
-    def __post_init__(self) -> None:
-        self.stated()
-
-    def stated(self) -> Bench:
-        """Read each value as a line of a log is read."""
-        found: dict[str, tuple[str, Uncertainty | None]] = {}
-        for key in BENCH:
-            text = getattr(self, key)
-            if text is None:
-                continue
-            try:
-                if key in APPARATUS:
-                    read_settings([], [Given(key, text, key, None)], Faults(""), True)
-                found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
-            except InputError as error:
-                raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=key) from None
-            except (UnitError, CellError) as error:
-                raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=key) from None
-        return found
+def read_bench(lines: Mapping[str, str]) -> Bench:
+    """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
+    found: dict[str, tuple[str, Uncertainty | None]] = {}
+    for key, text in lines.items():
+        path = ("bench", key)
+        if key == "from":
+            continue
+        if key not in BENCH:
+            hint = nearest_word(key, BENCH)
+            raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
+        try:
+            if key in APPARATUS:
+                read_settings([], [Given(key, text, key, None)], Faults(""), True)
+            found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
+        except InputError as error:
+            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
+        except (UnitError, CellError) as error:
+            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
+    return found
 
 
-_SAMPLES = {key: "1 %" if key in UNCERTAINTIES else "101.6 mm" for key in BENCH}
-BenchTable = defstruct(
-    "BenchTable",
-    [(key, Annotated[str, Meta(examples=[sample])] | None, None) for key, sample in _SAMPLES.items()],
-    bases=(_Bench,),
-    frozen=True,
-    forbid_unknown_fields=True,
-)
-
-
-def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, tuple[str, ...]]:
-    """Read a log, with what is known of the bench if it states nothing itself; say what was added: "u_time 0.3 s"."""
+def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings, Answers, tuple[str, ...]]:
+    """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
     readings, answers = submission.read()
+    bench = read_bench(lines)
     own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
-    own |= {"g"} if "latitude" in own else set()  # which g follows from
+    own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
     constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
     if constants:
         readings, answers = submission.read(constants)

@@ -181,7 +181,8 @@ def test_missing_value_waits_unless_the_rubric_says_zero() -> None:
 
 
 def test_station_without_a_reference_waits_for_a_person() -> None:
-    elsewhere = replace(BY_REFERENCE, references={"bench a": BY_REFERENCE.references["all"]})
+    stations = {"bench a": (BY_REFERENCE.reference or {})["all"]}
+    elsewhere = replace(BY_REFERENCE, reference=stations)
     for station in ("# station: 8\n", ""):
         waiting = grade(station + report(), elsewhere)
         assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)

@@ -249,7 +249,7 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
                 raise UnfitError(message, "give each criterion its own id", path=("criterion", at, "id"))
             if one.check == "reference" and self.reference is None:
                 message = f'criterion "{one.id}" compares with a reference, but none is given'
-                hint = 'add [reference] with from = "class", or [reference.3] with inertia = "4.44e-3 kg m^2", u = "1 %"'
+                hint = 'add [reference] with from = "class", or [reference.3] with inertia and u'
                 raise UnfitError(message, hint, diagnostics.RUBRIC_PARTS_CONTRADICT, ("criterion", at))
         late = self.late or LateRule()
         deductions: dict[Path, str | float] = {("late", "beyond"): late.beyond, ("late", "marked"): late.marked or 0.0}

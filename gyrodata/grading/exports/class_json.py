@@ -1,4 +1,4 @@
-"""The grades as JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one for each student."""
+"""Write the grades as JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one for each student."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class ClassInput(Struct):
 
 
 class ClassSummary(Struct):
-    """How many are graded, and their points."""
+    """The number of graded students, and their points."""
 
     graded: int
     not_graded: int
@@ -41,15 +41,15 @@ class FlaggedLogs(Struct):
     kind: str
     students: tuple[str, ...]
     previous: tuple[str, ...]
-    """Keys of earlier logs that it is about."""
+    """Keys of earlier logs in it."""
     evidence: str
     p: float
     expected: float
-    """How many such flags chance makes in an honest class of this size."""
+    """Number of such flags that is expected by chance in an honest class of this size."""
 
 
 class AbsentPerson(Struct):
-    """One who handed in nothing."""
+    """A student without a submission."""
 
     student: str
     name: str
@@ -61,11 +61,11 @@ class Student(ShownGrade, frozen=True, kw_only=True):
 
     flags: tuple[str, ...]
     ids: Mapping[str, str]
-    """What the platform calls the student."""
+    """The student's identifiers on the platform."""
 
 
 class GradesDocument(Struct, kw_only=True):
-    """What ``gyro grade --format json`` says of a class: all quantities are SI, times seconds."""
+    """The document of ``gyro grade --format json``: all quantities are SI, times seconds."""
 
     schema: Literal["gyro.grades/1"] = "gyro.grades/1"
     tool: Tool = Tool()
@@ -85,9 +85,9 @@ class GradesDocument(Struct, kw_only=True):
 
 
 def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None) -> Iterator[str]:
-    """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
+    """Write the grades of a class as one JSON object, in pieces with one student each, for a class may be large.
 
-    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student is on a line.
+    `changes`: Differences from the table of an earlier run, if they were asked for.
     """
     rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
     head = GradesDocument(
@@ -100,7 +100,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
         scatters=dict(sorted(found.scatters.items())),
         absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
         slips=found.slips,
-        flags=tuple(convert(flag, FlaggedLogs, from_attributes=True) for flag in found.flags),
+        flags=convert(found.flags, tuple[FlaggedLogs, ...], from_attributes=True),
         changes=None if changes is None else tuple(changes),
         diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
     )
@@ -111,7 +111,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
 
 
 def grade_lines(found: ClassGrades) -> Iterator[str]:
-    """Write one JSON object for each student, one a line."""
+    """Write one JSON object for each student, one per line."""
     for grade in found.grades:
         line = {"schema": "gyro.grade/1", "tool": Tool(), **to_json(_student(found, grade))}
         yield encode(line).decode() + "\n"

@@ -48,18 +48,18 @@ def flag_copies(logs: Logs) -> list[Flag]:
     grids, useful = _grids(logs), _useful(logs)
     blocks = np.split(np.arange(len(logs.keys)), range(BLOCK, len(logs.keys), BLOCK))
     found = [_compare(logs, grids, useful, block) for block in blocks]
-    rows = _both_ways(np.concatenate([one for one, _ in found], axis=1), logs)
-    spins = _both_ways(np.concatenate([one for _, one in found], axis=1), logs)
+    rows, spins = (_both_ways(np.concatenate(some, axis=1)) for some in zip(*found, strict=True))
+    # The stronger evidence is told.
+    rows = {pair: p for pair, p in rows.items() if p <= spins.get(pair, 1.0)}
     flags, joined = flag_pairs("shared rows", rows, logs, _tell_rows)
-    others = [pair for pair in spins if joined[pair[1]] != joined[pair[2]]]
-    return flags + flag_pairs("same spins", others, logs, _tell_spins)[0]
+    spins = {(one, other): p for (one, other), p in spins.items() if joined[one] != joined[other]}
+    return flags + flag_pairs("same spins", spins, logs, _tell_spins)[0]
 
 
-def _both_ways(found: Floats, logs: Logs) -> list[tuple[float, int, int]]:
-    """Return probability and numbers of the pairs that are rare from both logs; `found`: log, other log, p."""
-    p = {(first, second): one for first, second, one in found.T.tolist()}
-    both = [(max(one, p[j, i]), int(i), int(j)) for (i, j), one in p.items() if i < j and (j, i) in p]
-    return [one for one in both if one[0] <= ALLOWED / logs.pairs]
+def _both_ways(found: Floats) -> dict[tuple[int, int], float]:
+    """Return the probability of each pair that is rare from both logs; `found`: log, other log, probability."""
+    p = {(int(first), int(second)): one for first, second, one in found.T.tolist()}
+    return {(i, j): max(one, p[j, i]) for (i, j), one in p.items() if i < j and (j, i) in p}
 
 
 def _same_number(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from typing import Literal, get_args
 
 from msgspec import Struct
@@ -41,15 +41,15 @@ PAIRS_TOLD = 3  # number of pairs of a group whose evidence is written
 
 
 def flag_pairs(
-    kind: Kind, pairs: Iterable[tuple[float, int, int]], logs: Logs, tell: Callable[[Logs, int, int], str]
+    kind: Kind, pairs: Mapping[tuple[int, int], float], logs: Logs, tell: Callable[[Logs, int, int], str]
 ) -> tuple[list[Flag], list[int]]:
     """Make one flag of all pairs that are connected: five copies of one log are one finding, not ten.
 
-    `pairs`: Probability and numbers of two logs. Returns the flags, and for each log the number of the log that
+    `pairs`: Probability by the numbers of two logs. Returns the flags, and for each log the number of the log that
     represents its group.
     """
     head = list(range(len(logs.keys)))
-    ordered, joining = sorted(pairs), []
+    ordered, joining = sorted((p, *pair) for pair, p in pairs.items()), []
     for _, first, second in ordered:
         if head[first] != head[second]:
             joining.append((first, second))

@@ -14,7 +14,7 @@ from gyrodata.diagnostics import NOTE_MAY_CHANGE_READING
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.late import points_of
-from gyrodata.grading.rubric import ASKS, Criterion
+from gyrodata.grading.rubric import ASKS, Criterion, Rubric
 from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
@@ -52,22 +52,26 @@ class Mark(Struct, frozen=True):
 class Evidence(Struct, frozen=True, kw_only=True):
     """Everything that the criteria look at."""
 
+    rubric: Rubric
     analysis: Analysis
     lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
     reported: Reported | None  # I_zz as reported, its value in SI; None if there is none
-    absent_is_zero: bool  # True if a missing report costs its points; otherwise a person must look
     matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
     d: float | None = None  # distance of the report, as reported, from that fit [u]
     slips: tuple[Slip, ...] = ()
-    carries: bool  # True if own_data charges for a common mistake, so that the reference judges the corrected value
-    files: tuple[str, ...] = ()  # names of all submitted files
+    files: tuple[str, ...]  # names of all submitted files
     bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
 
     @property
     def factor(self) -> float:
         """The factor of a common mistake on I_zz; 1 without one."""
         return self.slips[0].factor if self.slips else 1.0
+
+    @property
+    def correction(self) -> float:
+        """The factor, if own_data charges for the mistake and the reference judges the corrected value; else 1."""
+        return self.factor if any(one.check == "own_data" for one in self.rubric.criteria) else 1.0
 
     @property
     def given(self) -> tuple[Reported, float, OwnValue]:
@@ -81,12 +85,14 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.reported
     if criterion.check in ("own_data", "reference", "uncertainty", "units"):
         if reported is None or reported.value is None:
-            reason = "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
             if reported is not None:
-                reason = f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
-            return mark(criterion, reason, {}, 0.0 if evidence.absent_is_zero else None)
+                return mark(
+                    criterion, f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}", {}, None
+                )
+            reason = "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+            return mark(criterion, reason, {}, 0.0 if evidence.rubric.no_report == "zero" else None)
         # A common mistake has cost its points already.
-        value = reported.value / (evidence.factor if evidence.carries else 1.0)
+        value = reported.value / evidence.correction
         if criterion.limits is not None and not criterion.limits[0] <= abs(value) <= criterion.limits[1]:
             low, high = (inertia_text(end, None) for end in criterion.limits)
             reason = (
@@ -224,7 +230,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.given
-    factor = evidence.factor if evidence.carries else 1.0
+    factor = evidence.correction
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
     # that say nothing about I_zz would agree with any value.

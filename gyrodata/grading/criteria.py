@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from sys import intern
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
-from msgspec.structs import force_setattr
 
-from gyrodata.diagnostics import NOTE_MAY_CHANGE_READING
+from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.late import points_of
-from gyrodata.grading.rubric import ASKS, Criterion, Rubric
 from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
 if TYPE_CHECKING:
+    from gyrodata.grading.rubric import Criterion, Rubric
     from gyrodata.results import Analysis
 
 Detail = Mapping[str, float | str | None]
@@ -37,11 +35,6 @@ class Mark(Struct, frozen=True):
     reason: str  # what was found, to the student
     detail: Detail  # the numbers that the points follow from
     rule: str  # what earns all points and what earns none; "" if something else decided
-
-    def __post_init__(self) -> None:
-        # A class keeps one copy of the words that its marks share.
-        for name in ("criterion", "title", "check", "reason", "rule"):
-            force_setattr(self, name, intern(getattr(self, name)))
 
     @property
     def waits(self) -> bool:
@@ -83,24 +76,13 @@ class Evidence(Struct, frozen=True, kw_only=True):
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
     reported = evidence.reported
-    if criterion.check in ("own_data", "reference", "uncertainty", "units"):
-        if reported is None or reported.value is None:
-            if reported is not None:
-                return mark(
-                    criterion, f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}", {}, None
-                )
-            reason = "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-            return mark(criterion, reason, {}, 0.0 if evidence.rubric.no_report == "zero" else None)
-        # A common mistake has cost its points already.
-        value = reported.value / evidence.correction
-        if criterion.limits is not None and not criterion.limits[0] <= abs(value) <= criterion.limits[1]:
-            low, high = (inertia_text(end, None) for end in criterion.limits)
-            reason = (
-                f"{inertia_text(reported.value, None)} is not between {low} and {high}: nothing on a lab "
-                "bench has such a moment of inertia, so nothing can be built on it"
-            )
-            return mark(criterion, reason, {"value": reported.value}, 0.0)
-    return JUDGES[criterion.check](criterion, evidence)
+    if criterion.check in OF_REPORT and (reported is None or reported.value is None):
+        share = 0.0 if reported is None and evidence.rubric.no_report == "zero" else None
+        reason = "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        if reported is not None:
+            reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
+        return mark(criterion, reason, {}, share)
+    return KINDS[criterion.check].judge(criterion, evidence)
 
 
 def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan) -> Mark:
@@ -122,7 +104,7 @@ def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None 
 def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
     # A note costs nothing: students who write down what went wrong do the right thing.
-    doubted = [one for one in read if one.severity == "warning" and one.code != NOTE_MAY_CHANGE_READING]
+    doubted = [one for one in read if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING]
     runs = count_text(len(evidence.analysis.run_table), "run")
     reason = f"{runs} read without warnings"
     if doubted:
@@ -136,9 +118,9 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     return mark(criterion, reason, {"missing": float(len(missing))})
 
 
-def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
-    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in diagnostics[:most]]
-    return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
+def _listed(found: list[Diagnostic], most: int = 3) -> str:
+    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in found[:most]]
+    return "; ".join(told) + (f"; and {len(found) - most} more" if len(found) > most else "")
 
 
 USUAL = "the usual uncertainties of such readings"
@@ -321,14 +303,65 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
     return step, step * 10.0 ** max(0, steps + 1 - digits)
 
 
-JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {
-    "log": _log,
-    "procedure": _procedure,
-    "own_data": _own_data,
-    "reference": _reference,
-    "uncertainty": _uncertainty,
-    "units": _units,
-    "constancy": _constancy,
-    "files": _files,
-    "manual": _manual,
+# --- all criteria -------------------------------------------------------------------------------------------
+
+
+class Kind(NamedTuple):
+    """What all criteria with the same check have in common."""
+
+    judge: Callable[[Criterion, Evidence], Mark]
+    title: str
+    full: str  # default condition for all points
+    zero: str  # default condition for no points
+    keys: tuple[str, ...] = ("full", "zero")  # keys that such a criterion may have besides id, check, points and title
+    variables: tuple[str, ...] = ()  # other variables that a condition may contain
+
+
+OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz
+
+KINDS: dict[str, Kind] = {
+    "log": Kind(_log, "The log can be read", "warnings <= 0", "warnings >= 4"),
+    "procedure": Kind(
+        _procedure, "The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")
+    ),
+    "own_data": Kind(
+        _own_data, "I_zz follows from your own runs", "d <= 0.3", "d >= 3", ("full", "zero", "slip"), ("percent",)
+    ),
+    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 2", "z >= 5", variables=("percent",)),
+    "uncertainty": Kind(
+        _uncertainty, "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", variables=("stated",)
+    ),
+    "units": Kind(_units, "Unit and digits", "faults <= 0", "faults >= 2"),
+    "constancy": Kind(
+        _constancy, "φ̇ψ̇ is constant for each torque", "p >= 0.001", "p <= 0.000001", variables=("spread",)
+    ),
+    "files": Kind(_files, "A plot is handed in", "files >= 1", "files <= 0"),
+    "manual": Kind(_manual, "Judged by a person", "", "", ()),
 }
+"""By the word after check in a rubric."""
+
+MEANINGS = {
+    "warnings": "the number of things to put right",
+    "missing": "the number of things that are missing",
+    "d": "the distance from the nearest fit of your own runs, in units of its u",
+    "z": "the distance from the reference, in standard uncertainties",
+    "percent": "the distance in percent",
+    "stated": "1 if an uncertainty is stated, else 0",
+    "files": "the number of pictures and PDFs beside the log",
+    "ratio": "your u over that of your fits",
+    "faults": "the number of faults",
+    "p": "the chance of such a scatter",
+    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
+}
+"""Meaning of each variable in a condition, for students."""
+
+ASKS = {
+    "weights": diagnostics.TOO_FEW_WEIGHTS,
+    "runs": diagnostics.TOO_FEW_RUNS,
+    "spins": diagnostics.SPINS_TOO_CLOSE,
+    "unloaded": diagnostics.NO_UNLOADED_RUN,
+    "times": diagnostics.TIMES_TOO_SHORT,
+    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
+    "odd_runs": diagnostics.OUTLIER,
+}
+"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""

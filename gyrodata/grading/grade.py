@@ -24,7 +24,7 @@ from gyrodata.grading import criteria, slips, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import judge_lateness
-from gyrodata.grading.rubric import ASKS, Rubric
+from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.slips import Slip
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, read_reported
@@ -172,7 +172,7 @@ def grade_submission(
         if mistake is not None:
             readings = slips.corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
-        asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
+        asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())

@@ -20,66 +20,10 @@ from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import asdict, force_setattr
 
 from gyrodata import diagnostics
+from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
 from gyrodata.grading.late import Deduction, LateRule, points_of
 from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, read_bench, station_key
-from gyrodata.quantities import parse_quantity
 from gyrodata.toml_table import Number, Path, Text, TomlFile, UnfitError
-from gyrodata.units import UnitError
-
-Check = Literal["log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual"]
-
-
-class Kind(NamedTuple):
-    """What all criteria with the same check have in common."""
-
-    title: str
-    full: str  # default condition for all points
-    zero: str  # default condition for no points
-    keys: tuple[str, ...] = ("full", "zero")  # keys that such a criterion may have besides id, check, points and title
-    variables: tuple[str, ...] = ()  # other variables that a condition may contain
-
-
-KINDS: dict[Check, Kind] = {
-    "log": Kind("The log can be read", "warnings <= 0", "warnings >= 4"),
-    "procedure": Kind("The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")),
-    "own_data": Kind(
-        "I_zz follows from your own runs", "d <= 0.3", "d >= 3", ("full", "zero", "slip", "gate"), ("percent",)
-    ),
-    "reference": Kind("I_zz agrees with the reference", "z <= 2", "z >= 5", ("full", "zero", "gate"), ("percent",)),
-    "uncertainty": Kind(
-        "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", ("full", "zero", "gate"), ("stated",)
-    ),
-    "units": Kind("Unit and digits", "faults <= 0", "faults >= 2"),
-    "constancy": Kind("φ̇ψ̇ is constant for each torque", "p >= 0.001", "p <= 0.000001", variables=("spread",)),
-    "files": Kind("A plot is handed in", "files >= 1", "files <= 0"),
-    "manual": Kind("Judged by a person", "", "", ()),
-}
-
-MEANINGS = {
-    "warnings": "the number of things to put right",
-    "missing": "the number of things that are missing",
-    "d": "the distance from the nearest fit of your own runs, in units of its u",
-    "z": "the distance from the reference, in standard uncertainties",
-    "percent": "the distance in percent",
-    "stated": "1 if an uncertainty is stated, else 0",
-    "files": "the number of pictures and PDFs beside the log",
-    "ratio": "your u over that of your fits",
-    "faults": "the number of faults",
-    "p": "the chance of such a scatter",
-    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
-}
-"""Meaning of each variable in a condition, for students."""
-
-ASKS = {
-    "weights": diagnostics.TOO_FEW_WEIGHTS,
-    "runs": diagnostics.TOO_FEW_RUNS,
-    "spins": diagnostics.SPINS_TOO_CLOSE,
-    "unloaded": diagnostics.NO_UNLOADED_RUN,
-    "times": diagnostics.TIMES_TOO_SHORT,
-    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
-    "odd_runs": diagnostics.OUTLIER,
-}
-"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""
 
 ACCEPTED = tuple(FIT_WORDS)
 """Fits of a student's own runs that a rubric may accept."""
@@ -151,18 +95,17 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     """One criterion, as the rubric states it; keys that are not given have the defaults of `KINDS`."""
 
     id: Text  # unique; the column of the grades
-    check: Check
+    check: Literal[*KINDS]  # type: ignore[valid-type]
     points: Number
     title: Text = ""
     full: ConditionText = ""
     zero: ConditionText = ""
     slip: Deduction | None = None  # deduction for a common mistake
-    gate: Annotated[tuple[str, str], Meta(examples=[["1e-6 kg m^2", "100 kg m^2"]])] | None = None
     asks: Annotated[tuple[Literal[*ASKS], ...], Meta(min_length=1)] = ()  # type: ignore[valid-type]
 
     def __post_init__(self) -> None:
         kind = KINDS[self.check]
-        for key in ("full", "zero", "slip", "gate", "asks"):
+        for key in ("full", "zero", "slip", "asks"):
             if getattr(self, key) and key not in kind.keys:
                 message = f'"{key}" is not known in a criterion with check = "{self.check}"'
                 raise _unfit(message, "delete this line", key, diagnostics.RUBRIC_KEY_UNKNOWN)
@@ -173,7 +116,6 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         if self.curve.variable == "stated" and self.title == kind.title:
             force_setattr(self, "title", "An uncertainty is stated")
         points_of(self.slip or 0.0, self.points, ("slip",))
-        self.limits  # noqa: B018 (raises for a gate that cannot be used)
 
     @cached_property
     def curve(self) -> Curve:
@@ -206,20 +148,6 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         name = self.curve.variable
         text = f"all points for {self.full}, none for {self.zero}; {name}: {MEANINGS.get(name, '')}"
         return text.replace("<=", "≤").replace(">=", "≥").replace("..", " to ")
-
-    @cached_property
-    def limits(self) -> tuple[float, float] | None:
-        """Ends of the gate [kg*m^2]: a reported I_zz outside earns no points here."""
-        if self.gate is None:
-            return None
-        try:
-            low, high = (parse_quantity(end, "inertia") for end in self.gate)
-            if low < high:
-                return low, high
-            problem = "the first is not below the second"
-        except UnitError as error:
-            problem = str(error)
-        raise UnfitError(f"gate: {problem}", 'write gate = ["1e-6 kg m^2", "100 kg m^2"]', path="gate")
 
 
 class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Literal
 
-from msgspec import Struct, convert
+from msgspec import Struct
 
 from gyrodata.errors import DiagnosticJson
 from gyrodata.grading.classroom import ClassGrades, CriterionFigures
 from gyrodata.grading.exports import Change
+from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade
 from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.reporting.data import json_text
@@ -33,19 +34,6 @@ class ClassSummary(Struct):
     not_graded: int
     mean: float | None
     median: float | None
-
-
-class FlaggedLogs(Struct):
-    """Logs that look copied or invented; not a verdict."""
-
-    kind: str
-    students: tuple[str, ...]
-    previous: tuple[str, ...]
-    """Keys of earlier logs in it."""
-    evidence: str
-    p: float
-    expected: float
-    """Number of such flags that is expected by chance in an honest class of this size."""
 
 
 class AbsentPerson(Struct):
@@ -78,7 +66,7 @@ class GradesDocument(Struct, kw_only=True):
     scatters: Mapping[str, BenchScatter]
     absent: tuple[AbsentPerson, ...]
     slips: Mapping[str, list[str]]
-    flags: tuple[FlaggedLogs, ...]
+    flags: tuple[Flag, ...]
     changes: tuple[Change, ...] | None
     diagnostics: tuple[DiagnosticJson, ...]
     students: tuple[Student, ...] = ()
@@ -100,7 +88,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
         scatters=dict(sorted(found.scatters.items())),
         absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
         slips=found.slips,
-        flags=convert(found.flags, tuple[FlaggedLogs, ...], from_attributes=True),
+        flags=found.flags,
         changes=None if changes is None else tuple(changes),
         diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
     )

@@ -124,10 +124,7 @@ class Logs:
     """
 
     def __init__(
-        self,
-        prints: Mapping[str, Fingerprint],
-        partners: Iterable[frozenset[str]],
-        previous: Mapping[str, Fingerprint],
+        self, prints: Mapping[str, Fingerprint], partners: Iterable[frozenset[str]], previous: Mapping[str, Fingerprint]
     ) -> None:
         students, number = sorted(prints), len(prints) + len(previous)
         self.keys = [*students, *sorted(previous)]

@@ -78,7 +78,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     reported = evidence.reported
     if criterion.check in OF_REPORT and (reported is None or reported.value is None):
         share = 0.0 if reported is None and evidence.rubric.no_report == "zero" else None
-        reason = "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        reason = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
         if reported is not None:
             reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
         return mark(criterion, reason, {}, share)
@@ -108,7 +108,7 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     runs = count_text(len(evidence.analysis.run_table), "run")
     reason = f"{runs} read without warnings"
     if doubted:
-        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to put right: {_listed(doubted)}"
+        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
@@ -136,7 +136,7 @@ def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
     products = [group.product for group in evidence.analysis.torques if group.torque]
     spreads = [one.spread / abs(one.value) for one in products if one.spread is not None]
     if not spreads:
-        return mark(criterion, "no torque has two runs, so nothing shows whether φ̇ψ̇ is constant", {}, 0.0)
+        return mark(criterion, "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant", {}, 0.0)
     words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
     if any(one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")) for one in evidence.bench):
         words = "the uncertainties that the rubric gives your bench"
@@ -171,7 +171,7 @@ PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", "
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
-    found = f"{count_text(pictures, 'file')} with room for a plot"
+    found = f"{count_text(pictures, 'file')} that may show a plot"
     reason = found if pictures else "no picture and no PDF that could show a plot"
     return mark(criterion, reason, {"files": float(pictures)})
 
@@ -204,7 +204,7 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
         words = " or ".join(slip.words for slip in evidence.slips)
         reason = f"{said}, {times} what your runs give, {own}: one common mistake would explain this: {words}"
     elif d == 0:
-        reason = f"{said}, and so do your runs: {own}"
+        reason = f"{said}, which agrees with your runs: {own}"
     else:
         reason = f"{said}; your runs give {own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
     return mark(criterion, reason, detail, share)
@@ -246,7 +246,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         reason = f'"{reported.text}" {"states" if stated else "does not state"} an uncertainty'
         return mark(criterion, reason, {"stated": float(stated)})
     if reported.u is None:
-        return mark(criterion, "no uncertainty is reported; write it behind the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
+        return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
     u = reported.u / abs(evidence.factor)
     known = [one.u for one in own.values if one.u]
     known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
@@ -265,7 +265,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         mean = next((one.u for one in own.values if one.name == "mean_of_ratios"), None)
         runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
         if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
-            reason += "; it is the scatter of single runs, and that of their mean is √n times smaller"
+            reason += "; this is the scatter of single runs; the uncertainty of their mean is √n times smaller"
     return mark(criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
 
 
@@ -277,7 +277,7 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
         # ± 0.102 with k = 2 is u = 0.051.
         u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
     if u_digits > 2:
-        faults.append(f"the uncertainty has {u_digits} digits: one or two say all that is known")
+        faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
     low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
         # A ± that was divided by its k has as many digits as before; its last place is at most that of the first digit
@@ -290,8 +290,8 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
                 f"the value's last digit is {which} than that of its uncertainty: round both to the same place"
             )
     elif reported.step and not reported.u_step and high < (reported.u or evidence.own.yardstick * abs(value)) / 150:
-        faults.append("the value has more digits than its uncertainty lets it have")
-    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit, and as many digits as it should'
+        faults.append("the value has more digits than its uncertainty justifies")
+    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and the right number of digits'
     return mark(criterion, reason, {"faults": float(len(faults))})
 
 
@@ -341,16 +341,16 @@ KINDS: dict[str, Kind] = {
 """By the word after check in a rubric."""
 
 MEANINGS = {
-    "warnings": "the number of things to put right",
+    "warnings": "the number of things to correct",
     "missing": "the number of things that are missing",
     "d": "the distance from the nearest fit of your own runs, in units of its u",
     "z": "the distance from the reference, in standard uncertainties",
     "percent": "the distance in percent",
     "stated": "1 if an uncertainty is stated, else 0",
-    "files": "the number of pictures and PDFs beside the log",
+    "files": "the number of pictures and PDFs next to the log",
     "ratio": "your u over that of your fits",
     "faults": "the number of faults",
-    "p": "the chance of such a scatter",
+    "p": "the probability of such a scatter by chance",
     "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
 }
 """Meaning of each variable in a condition, for students."""

@@ -365,11 +365,11 @@ def _looks(evidence: Evidence) -> list[str]:
     found = []
     # Two mistakes with the same factor cost the same: nothing needs a decision.
     if any(abs(slip.factor / evidence.factor - 1) > slips.SAME for slip in evidence.slips):
-        kinds = ", ".join(slip.kind for slip in evidence.slips)
-        found.append(f"several known slips explain the reported I_zz equally well: {kinds}")
+        words = " or ".join(slip.words for slip in evidence.slips)
+        found.append(f"several mistakes explain the reported I_zz equally well: {words}")
     if evidence.d is not None and evidence.d > FAR and not evidence.slips:
         found.append(
-            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no known slip explains it"
+            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"
         )
     return found
 
@@ -415,7 +415,7 @@ def _why_not(error: Exception) -> str:
         return f"the submission cannot be read: {error.strerror or type(error).__name__}"
     if not isinstance(error, GyroError):
         # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
-        return f"the analysis broke on these numbers ({type(error).__name__}: {error})"
+        return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
     told = f"the log cannot be {'analysed' if isinstance(error, LogError) else 'read'}"
     faults = [one for one in error.diagnostics if one.severity == "error"]
     if faults:

@@ -78,7 +78,7 @@ def fill_book(
         graded = grade.status == "graded" and grade.points is not None
         points, written = grade.points or 0.0, two_decimals(grade.points).replace(".", mark)
         if not rows:
-            skipped.append((student, f"is in no row of the {book.noun}"))
+            skipped.append((student, f"is not in the {book.noun}"))
         elif not graded:
             skipped.append((student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
         for row in rows:
@@ -86,7 +86,7 @@ def fill_book(
             there = read_number(before)
             same = graded and there == points
             if not same and there is not None and known is not None and two_decimals(there) not in known:
-                skipped.append((student, f"has {before}, set by hand, which stays: see {TODO}"))
+                skipped.append((student, f"has {before}, set by hand, which is kept: see {TODO}"))
                 by_hand.append((student, two_decimals(there)))
                 continue
             why = layout.why_refused(row, points) if graded else ""
@@ -95,7 +95,7 @@ def fill_book(
             if why or not graded:
                 continue
             if same and layout.skips_same:
-                skipped.append((student, f"has {before} in Moodle already: Moodle passes over the grade"))
+                skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
             else:
                 if not same and not _EMPTY.fullmatch(before):
                     changed.append((student, before, written))
@@ -154,11 +154,11 @@ class _Columns:
             names = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
             found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
         if len(found) != 1:
-            shown = listing([self.head[at] for at in titles]) or "none with a number behind its title"
-            asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
+            shown = listing([self.head[at] for at in titles]) or "none with a number after its title"
+            asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
             hint = f"make the assignment in {lms.title()} first, and export again"
             if titles:
-                hint = f"give the number behind its title with --assignment; or {hint}"
+                hint = f"give the number after its title with --assignment; or {hint}"
             message = f"has {asked}; its assignments are: {shown}"
             raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, message, hint)
         ((self.grade, match),) = found.items()  # column of the grades
@@ -251,7 +251,7 @@ class _Moodle:
         if self.sheet.value(row, self.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
-            return f"has {points:g} points, more than the maximum grade {most:g}: Moodle passes over it"
+            return f"has {points:g} points, more than the maximum grade {most:g}: Moodle skips it"
         return ""
 
 

@@ -120,7 +120,7 @@ def _test(mark: Mark) -> dict[str, Any]:
     if mark.points is None:
         output, status = f"Not judged ({mark.out_of:g} points): {mark.reason}", {}
     elif mark.check == "log" and mark.detail.get("warnings"):
-        output = f"Things to put right, listed above: {mark.detail['warnings']:g}"
+        output = f"Things to correct, listed above: {mark.detail['warnings']:g}"
     return {
         "name": mark.title,
         "score": mark.points or 0.0,

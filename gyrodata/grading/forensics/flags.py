@@ -84,7 +84,7 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof) if scatter.size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
             evidence = (
-                f"its {scatter.times} times lie within {scatter.size:.2g} s of straight lines in the spin, "
+                f"its {scatter.times} times are within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "
                 "or more"
             )

@@ -308,7 +308,7 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
         patch.setattr("gyrodata.grading.exports.gradescope.distributions", lambda name: ())
-        assert hint_of(gyro(*words), "G768").startswith("install it, python3 -m pip install . in its folder")
+        assert hint_of(gyro(*words), "G768").startswith("install it with python3 -m pip install . in its folder")
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0
 
@@ -336,7 +336,7 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     given = words
     if named:
         done, _ = grade(words)
-        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+        assert hint_of(done, "G753").startswith("give the number after its title with --assignment")
         given += f" --assignment {found(named, done.stderr)}"
     assert_filled(given, POINTS)
     for fault, code, says in faulty:

@@ -184,7 +184,7 @@ def test_approximations_are_complete() -> None:
 def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
     told = [[f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"] for key, kind in SOURCES.items()]
     assert marked("statistics", "sources") == told
-    kinds, tables = [], schema.rubric_schema()["$defs"]
+    kinds, tables = [], schema.json_schema("rubric")["$defs"]
     for name in tables["_File"]["properties"]["criterion"]["items"]["discriminator"]["mapping"]:
         keys = tables[name]["properties"]
         title, full, zero = (keys.get(key, {}).get("default") for key in ("title", "full", "zero"))

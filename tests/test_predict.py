@@ -86,7 +86,7 @@ NUMBERS = [
     (f"{ROD} --spin 0rpm", "released.greatest_sag", math.pi / 2, 1e-9),
     # Eqs. (7) integrated for tilted rods.
     *(
-        (f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --mass 60g --position 15cm --g '9.8 m/s^2' --spin {rpm}rpm --pitch {pitch}deg",
+        (f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --g '9.8 m/s^2' --spin {rpm}rpm --pitch {pitch}deg",
          place, value, 1e-4)
         for pitch, rpm, rate, sag in ((60, 144, 7.108, 6.346), (80, 108, 2.564, 12.626), (-70, 144, 11.674, 1.9242))
         for place, value in (("released.nutation_rate", rate), ("released.sag", math.radians(sag)))

@@ -106,7 +106,7 @@ def _read(log: str | None) -> _Numbers:
 
 @predict.command(
     short_help="Steady precession, and a rod that is released or upright.",
-    epilog=example_of("gyro predict precession --mass 60g --position 15cm", "--spin 400rpm --pitch 10deg"),
+    epilog=example_of("gyro predict precession --mass 60g", "--position 15cm --spin 400rpm --pitch 10deg"),
 )
 def precession(
     inertia: InertiaOption = None,

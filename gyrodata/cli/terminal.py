@@ -50,8 +50,9 @@ class Door(TyperGroup):
                 code = _report([_usage_error(error)], InputError.exit_code)
             else:
                 code = _report([fault(error)], FAULT)
-        if standalone or code:
+        if standalone:
             sys.exit(code)
+        return code
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Print the help if there are no arguments."""

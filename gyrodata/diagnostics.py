@@ -1,6 +1,7 @@
-"""Every diagnostic by name: its code, which never changes, and its severity. `diagnostics.toml` contains the texts.
+"""The names, codes and severities of all diagnostics. `diagnostics.toml` contains their texts.
 
-gyro prints the code, such as G454, so that users can look it up. The source text uses the name.
+gyro prints the code, such as G454, so that users can search for it; a code never changes. The source text uses the
+name.
 """
 
 from __future__ import annotations

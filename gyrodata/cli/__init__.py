@@ -1,4 +1,4 @@
-"""The commands: the only place that prints, writes and exits. Heavy modules are imported inside them."""
+"""The commands: only this package prints and exits. Commands import heavy modules when they run."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from gyrodata.cli.terminal import Door, refuse, write_out
 
 
 class _Kind(Struct, frozen=True):
-    """A command before anything of it is loaded."""
+    """The description of a command that is not loaded yet."""
 
     module: str
     short: str = ""
-    """Its line in ``gyro --help``; none if it is not for people."""
+    """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
 
 
@@ -98,7 +98,7 @@ _MEANT = {
 
 @cache
 def _load(name: str) -> Any:
-    """Make a command of its function, or of its own commands."""
+    """Import the module of a command, and return the command."""
     kind = _COMMANDS[name]
     found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
     if not isinstance(found, typer.Typer):

@@ -466,7 +466,7 @@ Upright rod with this spin
 Balanced gyroscopes at latitude {latitude:angle}, seen from the ground
 {why}
 
-  residual torque {drift_torque:.3g} N·m turns a level rod as fast as the Earth rotates, at {spin:rate}
+  residual torque {drift_torque:small_torque} turns a level rod as fast as the Earth rotates, at {spin:rate}
 
 {pole}: started along the Earth's axis; east: started level. Azimuth: from north through east.
 {table}
@@ -513,13 +513,15 @@ A force of {force:.4g} N at right angles to the rod, {length:.4g} m from the cen
 
 
 class _Quantities(string.Formatter):
-    """Formats of quantities for people: ``{spin:rate}`` and ``{pitch:angle}``."""
+    """Formats of quantities for people, such as ``{spin:rate}`` and ``{pitch:angle}``."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if format_spec == "rate":
             return f"{value / RPM:.4g} rpm ({value:.4g} rad/s)"
         if format_spec == "angle":
             return f"{math.degrees(value):.4g}° ({value:.3g} rad)"
+        if format_spec == "small_torque":
+            return f"{1e3 * value:.3g} mN·m"
         if format_spec == "percent":
             return f"{100 * value:.2g} %"
         return format(value, format_spec)

@@ -65,7 +65,7 @@ class Lab:
 
     def graded(self, *students: str, what: str = "points") -> list[Any]:
         document = json.loads(self.read("grades.json"))
-        jsonschema.validate(document, schema.grades_schema())
+        jsonschema.validate(document, schema.json_schema("grades"))
         return [one[what] for one in document["students"] if one["student"] in students]
 
     @property

@@ -61,9 +61,6 @@ MAX_SPREADS = 10
 FARTHEST = 2.0
 """The curve of `_bent` continues as a straight line beyond this."""
 
-SMALL, LARGE = 0.04, 0.14
-"""Small and large values of u/I_zz."""
-
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
 
@@ -221,11 +218,6 @@ def integrate(
             high = high + 4.0
     mean, variance, covariance = parts.moments()
     mean, variance, covariance = mean.reshape(3, -1), variance.reshape(3, -1), covariance.reshape(-1)
-    # The same prior within a part; not for a small u (exact readings give the exact answer), nor for a large one.
-    square = (variance[0] / ended**2) ** 2
-    within = lean * square / (square + SMALL**4) / (1 + square / LARGE**4)
-    mean[0] += within * variance[0]
-    mean[1] += within * covariance
     # From M0 over I_zz^bend to M0.
     value, slope = _bent(mean[0], ended, bend)
     inertia = np.maximum(value, 1e-3 * ended)

@@ -122,7 +122,7 @@ def refit(lab: Lab, case: Case) -> Estimate | None:
     if case.measured is None:
         return None
     try:
-        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths, lab.fit)
+        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths)
     except fitting.NoFit:
         return None
     return fit.inertia

@@ -169,7 +169,7 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
 
 def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto", lab.fit)
+    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
 
@@ -178,11 +178,8 @@ ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out where the log does not tell enough, and count towards all that is."""
 
 
-def choose_model(measured: Measurements, model: Model, near: FitResult | None = None) -> ChosenModel:
-    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for.
-
-    `near` is a fit of a similar log.
-    """
+def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+    """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one."""
     tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
     released = measured.motion == "released"
     if model != "auto":
@@ -194,7 +191,7 @@ def choose_model(measured: Measurements, model: Model, near: FitResult | None = 
     if simplest == fullest:
         return simplest
     try:
-        runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED, near=near)
+        runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # It is unknown what could be left out.

@@ -182,7 +182,6 @@ def fit(
     *,
     tilted: bool = False,
     left_out: Collection[int] = (),
-    near: FitResult | None = None,
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -200,9 +199,6 @@ def fit(
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
         Runs that are not used; their times are still predicted.
-    near : FitResult, optional
-        A fit of a similar log. The fit begins there and is three times as fast; it gives the same I_zz, but M0 and b
-        at fixed widths, and no budget.
 
     Returns
     -------
@@ -215,27 +211,15 @@ def fit(
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    if near is not None and (widths or measured.sense.all()):
-        at = near.widths if widths is None else widths
-        inertia, residual_torque = near.adjusted.unknowns[:2].tolist()
-        sense = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
-        width = lightest_torque(measured, kept) if at.residual_torque is None else at.residual_torque
-        start = Start(inertia, max(-width, min(residual_torque, width)))
-        problem = Problem(measured, tilted).with_scatter(at.scatter)
-        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.ASTRAY, near.adjusted)
-        begun = [_result(adjusted, sense, Widths(at.scatter, width), adjusted.chi2)]
-    else:
-        begun = _by_sign(measured, tilted, kept)
+    begun = _by_sign(measured, tilted, kept, widths or AS_STATED)
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
-    results = [_integrated(measured, one, near) for one in begun]
+    results = [_integrated(measured, one) for one in begun]
     results.sort(key=lambda pair: -pair[1].evidence)
     first, answer = results[0]
     several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
     if len(several) > 1:
         first, answer = replace(first, two_signs=True), posterior.mixed(several)
-    if near is not None:
-        return replace(first, inertia=_estimate(answer.quantiles(1)[0], UNITS[0]), posterior=answer)
     best, residual, bias = map(_estimate, answer.quantiles(3), UNITS)
     contradicted = None
     if measured.balance_test is not None:
@@ -254,14 +238,15 @@ def fit(
     )
 
 
-def _by_sign(measured: Measurements, tilted: bool, kept: Floats) -> list[FitResult]:
-    """Fit with the stated widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
+def _by_sign(measured: Measurements, tilted: bool, kept: Floats, widths: Widths) -> list[FitResult]:
+    """Fit at fixed widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
     if measured.sense[kept > 0].all():
-        return [_as_stated(measured, adjustment.assume_sense(measured, 1.0), tilted, kept)]
+        return [_at_widths(measured, adjustment.assume_sense(measured, 1.0), tilted, kept, widths)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
-            signed.append((sign, _as_stated(measured, adjustment.assume_sense(measured, sign), tilted, kept)))
+            sense = adjustment.assume_sense(measured, sign)
+            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths)))
         except NoFit:
             # M0 may not be able to have this sign.
             if sign < 0 and not signed:
@@ -276,19 +261,21 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
-    """Adjust the runs with the stated widths."""
-    width = lightest_torque(measured, kept)
-    problem, factor = Problem(measured, tilted), 1.0
+def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths) -> FitResult:
+    """Adjust the runs at fixed widths."""
+    factor, width = widths.scatter, widths.residual_torque
+    width = lightest_torque(measured, kept) if width is None else width
+    problem = Problem(measured, tilted)
     start = adjustment.first_guess(measured, sense, kept)
+    start = replace(start, residual_torque=max(-width, min(start.residual_torque, width)))
     try:
-        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.FACTOR)
+        adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are infinite, because their errors are
         # proportional, or that M0 cancels all torques. Larger errors of single runs and a small M0 prevent this.
         start = adjustment.robust_start(measured, sense, kept)
-        factor = max(1.0, adjustment.misfit(measured, start, kept))
-        if factor > 1:
+        factor = max(factor, adjustment.misfit(measured, start, kept))
+        if factor > widths.scatter:
             width = 0.1 * width
         adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY)
     # A prior without information is not a datum: neither its term nor its degree of freedom counts.
@@ -321,23 +308,21 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
     )
 
 
-def _integrated(measured: Measurements, begun: FitResult, near: FitResult | None) -> tuple[FitResult, Posterior]:
+def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Posterior]:
     """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
     found = _integrate_at(measured, begun)
-    if near is not None and near.posterior is not None and found.is_similar(near.posterior):
-        return begun, found
     scatter, width = found.typical_widths()
     start = Start(*found.middle()[:2].tolist())
     problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
     try:
-        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR, begun.adjusted)
+        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
         return begun, found
     result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
-    return result, _integrate_at(measured, result, found)
+    return result, _integrate_at(measured, result)
 
 
-def _integrate_at(measured: Measurements, result: FitResult, near: Posterior | None = None) -> Posterior:
+def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
     adjusted, inertia = result.adjusted, result.inertia.value
     lightest = lightest_torque(measured, adjusted.kept)
@@ -356,7 +341,7 @@ def _integrate_at(measured: Measurements, result: FitResult, near: Posterior | N
     )
     tested = None if measured.balance_test is None else measured.balance_test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
+    return posterior.integrate(conditions, scale, times_stated(measured), tested).times(unit)
 
 
 def _estimate(ends: Floats, unit: str) -> Estimate:
@@ -531,7 +516,6 @@ def fit_model(
     chosen: ChosenModel,
     left_out: Collection[int] = (),
     widths: Widths | None = None,
-    near: FitResult | None = None,
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a model: correct the runs with the result of the fit, until both agree.
 
@@ -541,7 +525,7 @@ def fit_model(
         The runs; earlier corrections are removed first.
     chosen : ChosenModel
         The model.
-    left_out, widths, near
+    left_out, widths
         As for `fit`.
 
     Returns
@@ -559,15 +543,14 @@ def fit_model(
     bare = runs = replace(measured, slowing=None, sources=sources)
 
     def fitted(widths: Widths | None) -> FitResult:
-        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out, near=near)
+        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
 
     if not is_corrected(runs, chosen):
         return runs, fitted(widths)
-    on_the_way = AS_STATED if near is None else near.widths
-    result, close = (fitted(AS_STATED), 1e-10) if near is None else (near, 1e-7)
+    result = fitted(AS_STATED)
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
-        result = fitted(on_the_way)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=close, atol=0):
+        result = fitted(AS_STATED)
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
-    return runs, result if widths == on_the_way else fitted(widths)
+    return runs, result if widths == AS_STATED else fitted(widths)

@@ -74,9 +74,6 @@ FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 with a test, over the largest one without."""
 
-SIMILAR = 0.1, 0.3
-"""Largest changes of the logarithms of s and of the width of M0 between similar logs."""
-
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """Quantiles: the ends of the 95 % interval and of the 68 % interval, and the median."""
 
@@ -152,16 +149,8 @@ class Posterior(Struct, frozen=True):
         widths = np.log(self.width[nearest][order])
         return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))
 
-    def is_similar(self, other: Posterior) -> bool:
-        """Return whether s and the width of M0 are similar enough that I_zz is the same to 0.01 u."""
-        factors = self.typical(self.factor) / other.typical(other.factor)
-        widths = self.typical(self.width) / other.typical(other.width)
-        return abs(math.log(factors)) < SIMILAR[0] and abs(math.log(widths)) < SIMILAR[1]
 
-
-def integrate(
-    conditions: Conditions, scale: float, stated: bool, tested: float | None = None, near: Posterior | None = None
-) -> Posterior:
+def integrate(conditions: Conditions, scale: float, stated: bool, tested: float | None = None) -> Posterior:
     """Compute the posterior: every s and w with a weight for its agreement with the runs.
 
     Parameters
@@ -173,12 +162,10 @@ def integrate(
         Whether the log states the uncertainty of its times.
     tested : float, optional
         Width of M0 from a balance test [unit of M0].
-    near : Posterior, optional
-        The posterior of similar runs: its range of s is used first.
     """
     widths, prior = balance_prior(scale, tested)
     reduced = _reduce(conditions)
-    low, high = ENDS if near is None else np.log(near.factor[[0, -1]])
+    low, high = ENDS
     for turn in range(MAX_SPREADS):
         logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
         factor = np.exp(logarithm)

@@ -174,10 +174,16 @@ def _plain_mean_spin(lab: Lab) -> Iterator[EffectCase]:
 def _dry_friction(lab: Lab) -> Iterator[EffectCase]:
     start, end = lab.measured.spin_start, lab.measured.spin_end
     if lab.measured.spin_readings == 2 and start is not None and end is not None:
-        words, spin = "a viscous decay is assumed, as of an air film; this is for dry friction", lab.measured.spin
+        spin, drag = lab.measured.spin, lab.measured.drag
+        words = "a viscous decay is assumed, as of an air film; this is for dry friction"
+        if drag is not None:
+            words = (
+                f"the readings give the exponent {drag.exponent:.1f} ± {drag.u_exponent:.1f}; this is for dry friction"
+            )
         in_u = any(one.name == "decay_exponent" and one.relative.any() for one in lab.measured.sources)
         words += "; u includes the uncertainty of the law" if in_u else ""
-        changed = {"spin": spin / (1 + physics.decay_law_doubt(start, end))}
+        mean = physics.harmonic_mean_spin(start, end, physics.VISCOUS if drag is None else drag.exponent)
+        changed = {"spin": spin * physics.harmonic_mean_spin(start, end, 0.0) / mean}
         yield _effect(lab, words, {"sized": not in_u, "in_u": in_u}, changed)
 
 

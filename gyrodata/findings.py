@@ -427,6 +427,24 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
         yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
 
 
+def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the drag, and whether friction is negligible."""
+    measured, drag = seen.measured, seen.measured.drag
+    if drag is None or not seen.readings.spin_down:
+        return
+    torque, longest = seen.fit.inertia.value * drag.rate * drag.spin, int(np.argmax(measured.time))
+    fall = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = fall**2 / 24
+    words = (
+        f"the spin falls by 1/e in {1 / drag.rate:.0f} s at {drag.spin / RPM:.0f} rpm, as by a drag torque of "
+        f"{1e3 * torque:.2g} mN·m. It falls by {100 * fall:.2g} % in the longest run, which changes I_zz by "
+        f"{100 * size:.1g} % if the spin is read at the midpoint"
+    )
+    small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
+    hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
+    yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
+
+
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
@@ -592,8 +610,8 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
-    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell, _direction,
-    _digits, _model, _unusual, _body,
+    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
+    _spin_falls, _direction, _digits, _model, _unusual, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 

@@ -185,7 +185,7 @@ def tilt_bias(
 # --- a spin that falls while it is timed ----------------------------------------------------------------------
 
 
-def _sinhc(x: Any) -> Any:
+def sinhc(x: Any) -> Any:
     """sinh(x)/x; its series where that is 0/0."""
     near = np.abs(x) < 1e-4
     safe = np.where(near, 1.0, x)
@@ -202,7 +202,7 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
     """
     half = np.log(np.divide(start, end)) / 2
     share = np.multiply(exponent, half)
-    return np.multiply(start, np.exp(-half)) * _sinhc(half - share) / _sinhc(share)
+    return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
 
 
 def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:

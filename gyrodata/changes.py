@@ -207,13 +207,17 @@ def _release(lab: Lab) -> Iterator[EffectCase]:
     released = lab.chosen.released
     if lab.measured.motion == "steady":
         words = "steady, as the log says; this is for a rod released from rest"
+    elif released and lab.measured.motion is None and not lab.chosen.asked:
+        words = "a release with a light push is assumed, because the log does not say how the rod was started"
     elif released:
         words = f"the mean rate of a rod released from rest is used{_asked(lab)}"
     elif lab.measured.motion is None:
         words = 'assumed steady; this is for a rod released from rest ("# motion: released" in the log)'
     else:
         words = f"assumed steady{_asked(lab)}"
-    case = _effect(lab, words, {"kept": released, "without": released})
+    case = _effect(
+        lab, words, {"kept": released, "without": released}, _NOTHING if released else {"motion": "released"}
+    )
     yield replace(case, chosen=replace(lab.chosen, released=not released))
 
 

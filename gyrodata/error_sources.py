@@ -40,7 +40,7 @@ DECAY_TIME, DECAY_SPREAD = 1000.0, math.log(2)
 """Time [s] in which the spin falls by 1/e if the log does not show it, and the standard deviation of its logarithm. The
 13 runs of a published air ball (Heidelberg) have 714 to 1315 s, with a median of 1047 s."""
 
-LATE = 1.5
+LATE = 2.0
 """How long after the midpoint of a run the spin is read [s]: a judgement."""
 
 NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
@@ -86,8 +86,8 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "spin_delay": SourceKind(
         "spin",
-        Uncertainty(1.5),
-        f"{LATE:g} s late ± 1.5 s, in a spin that falls by 1/e in {DECAY_TIME:g} s, within a factor of 2",
+        Uncertainty(1.7),
+        f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {DECAY_TIME:g} s, within a factor of 2",
         "all runs (the same habit)",
         'a spin-down in the log, such as "# spin_down: 612 rpm to 540 rpm in 120 s"',
         words="delay of the spin reading while the ball slows down",
@@ -145,8 +145,8 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "position_zero": SourceKind(
         "position",
-        Uncertainty(0.0005),
-        "0.5 mm",
+        Uncertainty(0.001),
+        "1 mm",
         "all runs (one ruler, one zero)",
         "the ruler's zero twice as well known (measure the arm from both ends)",
         words="ruler's zero",

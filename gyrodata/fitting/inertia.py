@@ -369,13 +369,17 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """Split u²(I_zz) by source, the largest first; the shares add up to u² [kg²*m⁴].
 
     The answer is linear in every standardised error, so the squares add up. Scatter above the stated uncertainties has
-    a row of its own.
+    a row of its own. The factor s itself is uncertain, which widens the errors of single runs.
     """
     adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
     variances = (adjusted.slopes * problem.independent) ** 2 @ (gain[:count] ** 2 / adjusted.independent_variance)
-    excess = float(variances.sum()) * (1 - 1 / max(result.scatter, 1.0) ** 2)
-    variances /= max(result.scatter, 1.0) ** 2
+    single = float(variances.sum())
+    if single > adjustment.NEGLIGIBLE * u**2:
+        wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
+        variances *= 1 + wider / single
+    stated = variances / max(result.scatter, 1.0) ** 2
+    excess, variances = float((variances - stated).sum()), stated
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
@@ -391,10 +395,6 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     ):
         if gain[row]:
             shares.append((name, True, words, abs(float(gain[row]))))
-    stated = excess + math.fsum(own**2 for *_, own in shares)
-    if excess > adjustment.NEGLIGIBLE * stated:
-        # The uncertainty of the scatter widens the tails too.
-        excess += max(0.0, u**2 - stated)
     if excess > 0:
         shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
     total = math.fsum(own**2 for *_, own in shares)
@@ -441,7 +441,8 @@ def is_corrected(measured: Measurements, chosen: ChosenModel) -> bool:
 def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> Measurements:
     """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
 
-    Runs of a released rod also get two sources of error: the phase of the nutation at the last button press, and I.
+    Runs of a released rod also get sources of error: the phase of the nutation at the last button press, and I. If the
+    log does not say how the rod was started, a push of the hand is a source as well.
     """
     inertia, residual_torque = near.inertia.value, near.residual_torque.value
     across = adjustment.transverse_inertia(measured)
@@ -454,7 +455,8 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
         with np.errstate(divide="ignore", invalid="ignore"):
             steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if chosen.released:
-            runs = _released(measured, steady, total, whole, across)
+            is_stated = chosen.asked or measured.motion is not None
+            runs = _released(measured, steady, total, whole, across, is_stated)
         else:
             with np.errstate(divide="ignore", invalid="ignore"):
                 runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
@@ -468,14 +470,25 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     return replace(runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor))
 
 
-def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats) -> Measurements:
+OF_RELEASE = ("nutation", "release", "habit", "push")
+"""Sources that a released rod adds."""
+
+PART_RELEASED, PART_U = 0.5, 0.4
+"""Part of the effect of a release, and its standard uncertainty, if the log does not say how the rod was started: a rod
+that gets a push of the share k of the steady rate shows (1 − k)² of it."""
+
+
+def _released(
+    measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats, is_stated: bool
+) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
     from gyrodata import motion
 
     top = motion.Top(whole, across, total)
     mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
     # Without a torque both rates are zero.
-    ratio = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
+    effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
+    part = 1.0 if is_stated else PART_RELEASED
     click = physics.click_error(measured.spin, whole, across)
     own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
     nothing = np.zeros(len(total))
@@ -484,12 +497,19 @@ def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any,
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
     sources = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
     # The reduction of the mean rate is proportional to the square of I.
-    doubt = 2 * next(sources, default) * np.abs(ratio - 1)
-    more = (
+    doubt = 2 * next(sources, default) * part * np.abs(effect)
+    more = [
         Source("nutation", "time", own, click / math.sqrt(2), nothing, "", True, "its phase at the last click"),
         Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),
-    )
-    return replace(measured, slowing=ratio, sources=(*measured.sources, *more))
+    ]
+    if not is_stated:
+        push = PART_U * np.abs(effect)
+        # One half of the variance is the habit of the hand, the other half differs from run to run.
+        more += [
+            Source(name, "turns", groups, nothing, push / math.sqrt(2), shared_by, True, "half of the effect ± 40 %")
+            for name, groups, shared_by in (("habit", every, "all runs (the same hand)"), ("push", own, ""))
+        ]
+    return replace(measured, slowing=1 + part * effect, sources=(*measured.sources, *more))
 
 
 def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:
@@ -531,7 +551,7 @@ def fit_model(
     Returns
     -------
     Measurements
-        The corrected runs; of a released rod, with two more sources of error.
+        The corrected runs; of a released rod, with more sources of error.
     FitResult
 
     Raises
@@ -539,7 +559,7 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = tuple(source for source in measured.sources if source.name not in ("nutation", "release"))
+    sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
     bare = runs = replace(measured, slowing=None, sources=sources)
 
     def fitted(widths: Widths | None) -> FitResult:

@@ -38,14 +38,11 @@ TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55
 UNBALANCED = 6.0
 """Factor on the usual scale if the log says that the ball is not balanced."""
 
-SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.75), 0.05
-"""Standard deviation of ln s, and the share of its wide tail, if ``u_time`` is a default …"""
+SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.0)
+"""Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
-SPREAD_STATED, TAIL_STATED = math.log(1.15), 0.15
-"""… and if the log states it."""
-
-TAIL = math.log(5.0)
-"""Scale of the wide tail of ln s, a Cauchy distribution."""
+SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)
+"""Share and scale of the wide tails of ln s, a Cauchy distribution."""
 
 STEPS = 20
 """Number of factors s."""
@@ -243,12 +240,9 @@ def doubt_of_widths(stated: bool) -> float:
 
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
-    spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)
-    near = (1 - tail) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
-    far = tail / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
-    if stated:
-        # Stated uncertainties are often too small, and rarely too large.
-        far = np.where(factor > 0, 2 * far, 0.0)
+    spread = SPREAD_STATED if stated else SPREAD_DEFAULT
+    near = (1 - SHARE_OF_TAIL) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
+    far = SHARE_OF_TAIL / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
     return cast(Floats, np.log(near + far))
 
 

@@ -162,7 +162,7 @@ def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, d
         return [_source("spin_delay", every, nothing, np.full(len(spin), late * rate), delay_default)]
     if read_once(used) and drag is not None:
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
-        words = f"1.5 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
+        words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
         return [
             _source("spin_delay", every, nothing, delay.absolute * drag.at(spin), delay_default, words),
             _source("decay_exponent", every, nothing, by_law, law_default),

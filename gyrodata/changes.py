@@ -17,7 +17,16 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Widths
-from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, torque_groups
+from gyrodata.measurements import (
+    SOURCES,
+    WHOLE,
+    Measurements,
+    Source,
+    measure,
+    select,
+    torque_groups,
+    total_spin_excess,
+)
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words
@@ -201,6 +210,14 @@ def _tilt(lab: Lab) -> Iterator[EffectCase]:
         pitch = np.full(len(lab.measured.runs), LEVEL_TO)
         case = _effect(lab, "no pitch in the log; this is for 2° off level", {"without": False}, {"pitch": pitch})
     yield replace(case, chosen=replace(lab.chosen, tilted=not tilted))
+
+
+def _tachometer(lab: Lab) -> Iterator[EffectCase]:
+    measured = lab.measured
+    if measured.tachometer is None and measured.pitch.any():
+        words = 'it follows the rod; this is for one that stands still ("# tachometer: still" in the log)'
+        spin = measured.spin - total_spin_excess(lab.fit.sense, measured.turns, measured.time, measured.pitch)
+        yield _effect(lab, words, {"without": False}, {"spin": spin})
 
 
 def _release(lab: Lab) -> Iterator[EffectCase]:
@@ -432,6 +449,7 @@ CHANGES = (
     Change("spin_decay", "falling spin, plain mean of start and end", "effect", _plain_mean_spin),
     Change("decay_law", "law by which the spin falls", "effect", _dry_friction),
     Change("tilt", "tilted rod, eq. (9) for eq. (8)", "effect", _tilt),
+    Change("tachometer", "tachometer that stands still", "effect", _tachometer),
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),

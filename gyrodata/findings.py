@@ -514,6 +514,12 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
             words = f"{key} has no effect: the tilt is so small that eq. (9), for a level rod, is used"
             hint = "--model steady takes the tilt into account"
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
+    held = next((effect for effect in seen.effects if effect.effect == "tachometer"), None)
+    if held is not None and held.bias is not None and (held.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
+        off = f"{100 * abs(held.bias):.2g} % {'lower' if held.bias > 0 else 'higher'}"
+        words = f"if the tachometer stood still, and did not follow the tilted rod, I_zz is {off}"
+        hint = 'write "# tachometer: follows" or "# tachometer: still"'
+        yield readings.diagnose(codes.TACHOMETER_NOT_TOLD, words, hint)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
     if release is None or release.bias is None or measured.motion is not None or seen.lab.chosen.asked:
         return

@@ -95,6 +95,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """+1 counterclockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
+    tachometer: str | None = None
+    """"still", or "follows" the rod; None if the log does not say."""
     added: Floats | float = 0.0
     """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
     latitude: float | None = None
@@ -194,6 +196,8 @@ def measure(readings: Readings) -> Measurements:
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
     pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
+    if readings.tachometer == "still":
+        spin = spin - total_spin_excess(sense, turns, time, np.nan_to_num(pitch))
     transverse = None
     if "transverse_inertia" in columns:
         transverse = values_of(columns["transverse_inertia"])
@@ -228,6 +232,7 @@ def measure(readings: Readings) -> Measurements:
         diagnostics=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
+        tachometer=readings.tachometer,
         precession_sense=np.nan_to_num(values_of(columns["precession_sense"]))
         if "precession_sense" in columns
         else None,
@@ -244,6 +249,11 @@ def measure(readings: Readings) -> Measurements:
     diagnostics.extend(_find_unheard(readings, measurements, timing))
     diagnostics.extend(_find_copies(readings, measurements, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
+
+
+def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats) -> Floats:
+    """Compute what a tachometer that stands still reads in excess of the spin [rad/s]: φ̇ sin(pitch), shape (n,)."""
+    return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
 
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
@@ -472,8 +482,11 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
+        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
+        elif base in ("turns", "angle") and whole:
+            why = "whole turns end where they began, so no mark is sighted"
         elif any(
             as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
             for role in read & set(columns)

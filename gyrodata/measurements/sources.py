@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
@@ -26,7 +26,7 @@ from gyrodata.error_sources import (
 )
 from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
-from gyrodata.readings import Column, Reading, Readings, rounded_turns
+from gyrodata.readings import Column, Reading, Readings, rounded_turns, stated_u
 from gyrodata.units import Uncertainty
 
 
@@ -88,7 +88,7 @@ def list_sources(
     used = spin_columns(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     sources = [
-        *_timing_sources(columns, timing, time, turns),
+        *_timing_sources(readings, timing, time, turns),
         _source(
             "spin",
             groups,
@@ -174,9 +174,9 @@ def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, d
     return []
 
 
-def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
+def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
     """Errors of the times, or of the rates given instead, and of the angles timed."""
-    every = np.arange(len(time))
+    columns, every = readings.columns, np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
         absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
@@ -186,19 +186,27 @@ def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats,
     )
     sources = [_source("time", every, absolute, relative, default)]
     if timing.role == "time":
-        sources += _sighting_sources(columns, turns)
+        sources += _sighting_sources(readings, turns)
     return sources
 
 
-def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Source]:
-    """Error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
-    column = columns["turns"] if "turns" in columns else columns["angle"]
+def is_part(turns: Floats) -> Any:
+    """Return which runs end where they did not begin; only these need a mark to sight the rod against."""
+    return np.abs(turns - np.round(turns)) > WHOLE
+
+
+def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
+    """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
+    column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
-    part = np.abs(turns - np.round(turns)) > WHOLE
+    part = is_part(turns)
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
     relative, default = np.zeros(len(turns)), part.copy()
+    of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
-        absolute[i], relative[i], default[i] = u.absolute / per_turn, u.relative, False
+        # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
+        ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
+        absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
     rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))

@@ -144,6 +144,8 @@ class Readings(Struct, frozen=True, dict=True):
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
     spin_down : tuple of tuple
         Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+    tachometer : str or None
+        "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
         "released" from rest, or "steady"; None where the log does not say.
     balanced : bool or None
@@ -180,6 +182,7 @@ class Readings(Struct, frozen=True, dict=True):
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     spin_down: tuple[tuple[float, float, float], ...] = ()
+    tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None

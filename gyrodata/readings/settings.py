@@ -57,6 +57,7 @@ class Settings(Struct):
     balance_tilt: tuple[float, ...] | None = None
     balance_drift: tuple[float, ...] | None = None
     spin_down: tuple[Fall, ...] = ()
+    tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None
@@ -206,6 +207,10 @@ def _nearest(key: str) -> list[str]:
 
 
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
+    "tachometer": (
+        {word: word for word in roles.TACHOMETERS},
+        'write "follows" (it was turned with the rod) or "still" (it was held in one place)',
+    ),
     "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
     "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
     "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import changes, effects, fitting, physics
 from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.effects import DROP_ONE, FALLEN, STEEP, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
@@ -73,13 +73,6 @@ def count_findings(
     words = f"the weights contradict each other with the turns as written; the runs of {words}"
     hint = "write the number of timed turns in each row: I_zz depends on which counts are correct"
     return [readings.diagnose(codes.TURNS_OF_WEIGHTS_WRONG, words, hint, *cell)]
-
-
-STEEP = math.radians(45)
-"""A rod that sags by more than this hits the cup of the air bearing …"""
-
-FALLEN = math.radians(52)
-"""… and from this sag on there is no answer: without a fit, the sag is known only to some degrees."""
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -245,8 +238,31 @@ CONTRADICTING = 10.0
 OTHER_LAW = 4.0
 """An exponent at least this many u from 1 means another law; its u includes the remaining scatter of the runs."""
 
+EXPLAINED = 0.01
+"""Another motion explains the scatter if chi-square is more probable than this with it."""
+
 NO_ACCIDENT = 0.001
 """If the scatter of the runs has a smaller probability, they do not follow the law within their uncertainties."""
+
+
+def _other_motion(seen: Seen) -> str:
+    """Return the beginning of a hint if another motion of the rod explains how the runs deviate; "" if not."""
+    measured, chosen = seen.measured, seen.lab.chosen
+    if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
+        return ""
+    for motion, words in (("released", "was released from rest"), ("steady", "was guided until it precessed steadily")):
+        if measured.motion == motion:
+            continue
+        try:
+            model = replace(chosen, released=motion == "released")
+            other = replace(measured, motion=motion)
+            _, fit = fitting.fit_model(other, model, seen.lab.left_out, fitting.AS_STATED)
+        except fitting.NoFit:
+            continue
+        p = fitting.chi2_tail(fit.chi2, fit.dof)
+        if p > EXPLAINED:
+            return f'if the rod {words}, the runs agree (p = {p:.1g}): write "# motion: {motion}". If not, '
+    return ""
 
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
@@ -263,14 +279,17 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        hint = f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        hint = (
+            _other_motion(seen)
+            + f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        )
         yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
     elif seen.p is not None and seen.p < NO_ACCIDENT:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
         words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}; u already includes this"
-        hint = f"check for a wrong run or a late stopwatch; {state_it}"
+        hint = _other_motion(seen) + f"check for a wrong run or a late stopwatch; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint)
 
 
@@ -319,7 +338,7 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
         words = f"the period is proportional to the spin to {power}"
         late = "a stopwatch that is late in every run, or wrong turns in the short runs"
         drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
-        hint = "check for " + (late if far < 0 else drag)
+        hint = _other_motion(seen) + "check for " + (late if far < 0 else drag)
         yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
 
 
@@ -389,6 +408,7 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
     words, hint = pattern_words(first)
+    hint = _other_motion(seen) + hint
     p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
     words = f"{words} ({p}, after {len(seen.patterns)} tests)"
     agrees = first.name == "agreement"
@@ -425,6 +445,24 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
         words = f"run {measured.runs[i]}: the spin {fell}; likely causes: something rubs, or a reading is wrong"
         hint = "check both readings of the spin, or repeat the run"
         yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
+
+
+def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the drag, and whether friction is negligible."""
+    measured, drag = seen.measured, seen.measured.drag
+    if drag is None or not seen.readings.spin_down:
+        return
+    torque, longest = seen.fit.inertia.value * drag.rate * drag.spin, int(np.argmax(measured.time))
+    fall = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = fall**2 / 24
+    words = (
+        f"the spin falls by 1/e in {1 / drag.rate:.0f} s at {drag.spin / RPM:.0f} rpm, as by a drag torque of "
+        f"{1e3 * torque:.2g} mN·m. It falls by {100 * fall:.2g} % in the longest run, which changes I_zz by "
+        f"{100 * size:.1g} % if the spin is read at the midpoint"
+    )
+    small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
+    hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
+    yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
@@ -476,10 +514,23 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
             words = f"{key} has no effect: the tilt is so small that eq. (9), for a level rod, is used"
             hint = "--model steady takes the tilt into account"
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
+    held = next((effect for effect in seen.effects if effect.effect == "tachometer"), None)
+    if held is not None and held.bias is not None and (held.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
+        off = f"{100 * abs(held.bias):.2g} % {'lower' if held.bias > 0 else 'higher'}"
+        words = f"if the tachometer stood still, and did not follow the tilted rod, I_zz is {off}"
+        hint = 'write "# tachometer: follows" or "# tachometer: still"'
+        yield readings.diagnose(codes.TACHOMETER_NOT_TOLD, words, hint)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
-    if release is None or measured.motion is not None or release.kept or seen.contradicts_itself:
+    if release is None or release.bias is None or measured.motion is not None or seen.lab.chosen.asked:
         return
-    if release.bias is not None and (release.size or 0.0) > DROP_ONE:
+    off = f"{100 * abs(release.bias):.2g} % {'higher' if release.bias > 0 else 'lower'}"
+    if release.kept:
+        words = (
+            "the log does not say how the rod was started: gyro assumes that it was released with a light push. If it "
+            f"was guided until it precessed steadily, I_zz is {off}"
+        )
+        yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
+    elif (release.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
         off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
         words = f"if the rod was released from rest, and not guided until it precessed steadily, I_zz is {off}"
         yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
@@ -592,8 +643,8 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
-    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell, _direction,
-    _digits, _model, _unusual, _body,
+    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
+    _spin_falls, _direction, _digits, _model, _unusual, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 

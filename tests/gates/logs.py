@@ -110,6 +110,7 @@ def outcome(log: Log) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", gyrodata.GyroWarning)
             analysis = log.analyze()
     except gyrodata.GyroError as error:
         word = "refused" if isinstance(error, gyrodata.LogError) else "unreadable"

@@ -1,7 +1,6 @@
-"""The journal of a class: a line for each grade as soon as it is there, and what it rests on.
+"""The journal of a class: a line for each grade as soon as it is made, with its inputs.
 
-A run that is stopped at any point has lost nothing that was done, and the next one grades only what has changed,
-and can say why.
+A run that is stopped at any point loses no grade. The next run grades only what has changed, and can say why.
 """
 
 from __future__ import annotations
@@ -14,54 +13,52 @@ from typing import Literal
 from msgspec import Struct, field
 
 from gyrodata import __version__
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import add_to, telling, write_whole
-from gyrodata.errors import Diagnostic
 from gyrodata.grading.grade import Grade, from_json, to_json
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 
-JOURNAL = "journal.ndjson"  # next to the grades
+JOURNAL = "journal.ndjson"  # in the folder of the grades
 
 
-class Basis(Struct, frozen=True):
-    """The inputs of a grade; if they are the same, so is the grade."""
+class Entry(Struct, frozen=True, kw_only=True):
+    """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
 
-    submission: str  # digest of what was handed in, by whom, and when
-    rubric: str  # digest of all in the rubric but its references
-    reference: str  # digest of all in it
+    submission: str  # digest of the files, of the student, and of the time
+    rubric: str  # digest of the rubric without its references
+    reference: str  # digest of the whole rubric
     tool: str  # version of gyrodata
-    desk: str = ""  # what a person typed in for what was handed in
-
-
-class Entry(Basis, frozen=True, kw_only=True):
-    """One line: a grade before the class as a whole was looked at, and what it rests on."""
-
+    desk: str = ""  # the value that a person typed in for the submission
     schema: Literal["gyro.journal/1"] = "gyro.journal/1"
     grade: Grade
     lost: str = ""
-    """Why the run itself lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
+    """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
     figures: Mapping[str, str] = field(default_factory=dict)
-    """What each figure that was drawn shows, in words, by its name."""
+    """What each figure shows, in words, by the name of the figure."""
     seen: Mapping[str, str] = field(default_factory=dict)
-    """Digest of the submission that each line of the desk was written for."""
+    """For each line of the desk, the digest of the submission for which it was written."""
 
-    def why_again(self, basis: Basis) -> str:
-        """Say why the submission is graded again if its grade now rests on `basis`; "" if this grade is still right."""
-        for part in ("submission", "rubric", "reference", "desk"):
-            if getattr(self, part) != getattr(basis, part):
-                return f"the {part} changed"
-        if self.tool != basis.tool:
-            return f"gyrodata changed from {self.tool} to {basis.tool}"
+    def why_again(self, inputs: Mapping[str, str]) -> str:
+        """Say why the submission is graded again with these inputs; "" if the grade is still right."""
+        for name, value in inputs.items():
+            if (before := getattr(self, name)) != value:
+                return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
         return f"lost last time: {self.lost}" if self.lost else ""
 
 
-def basis_of(item: Submission, rubric: Rubric, reported: str) -> Basis:
-    """Say what the grade of a submission rests on; `reported`: what a person typed in for it."""
+def inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str]:
+    """Give the inputs of a grade, as fields of `Entry`; `reported` is what a person typed in."""
     counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
-    told = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
-    handed_in = hashlib.sha256(told.encode("utf-8", "replace")).hexdigest()
-    return Basis(handed_in, rubric.judged, rubric.digest, __version__, reported)
+    text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
+    return {
+        "submission": digest,
+        "rubric": rubric.judged,
+        "reference": rubric.digest,
+        "desk": reported,
+        "tool": __version__,
+    }
 
 
 class Journal:
@@ -70,34 +67,23 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.damaged = 0  # lines that cannot be read, as after a power cut
-        self.lines = 0  # all lines; a run that was stopped may leave two of one student
+        self.lines = 0  # a run that was stopped may leave two lines of one student
         self.torn = False  # the last line has no end
 
     def read(self) -> dict[str, Entry]:
-        """Give the entries by student; of several the last one counts."""
+        """Return the entries by student; of several the last one counts."""
         entries: dict[str, Entry] = {}
         with telling(self.path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            try:
-                data = self.path.read_bytes()
-            except FileNotFoundError:
-                return {}
-        self.torn = data != b"" and not data.endswith(b"\n")
-        lines = data.splitlines()
+            data = self.path.read_bytes() if self.path.exists() else b""
+        self.torn, lines = data[-1:] not in (b"", b"\n"), data.splitlines()
         self.lines = len(lines)
         for line in lines:
             try:
                 entry = from_json(line, Entry)
+                entries[entry.grade.student] = entry
             except (ValueError, RecursionError):
                 self.damaged += 1
-            else:
-                entries[entry.grade.student] = entry
         return entries
-
-    def lost_lines(self) -> Diagnostic:
-        """Say that lines could not be read."""
-        count = "1 line" if self.damaged == 1 else f"{self.damaged} lines"
-        message = f"{count} of the journal cannot be read; what was there was graded again"
-        return Diagnostic.of(JOURNAL_LINES_LOST, message, file=self.path.name)
 
     def add(self, entry: Entry) -> None:
         """Write a line at the end, at once."""

@@ -1,4 +1,4 @@
-"""Names of files: what each says, whose names a class has, and a pattern of one's own."""
+"""The names of the files of a class: which student each file is from, by platform or by a pattern of the user."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import GyroError, InputError, printable, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
+from gyrodata.grading.submissions.archives import Listing
 from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_log
 
@@ -22,26 +23,83 @@ class ParsedName(Struct, frozen=True):
     """The information in the name of one file."""
 
     student: str  # key of the student or group
-    name: str  # as to be shown
-    ids: Mapping[str, str]  # the platform's own: "canvas", "moodle", "username", …
-    file: str  # as the student named it, folders in the submission included; "" for a receipt of the platform
-    stem: str  # name under which the platform takes a feedback file back
+    name: str  # to be shown
+    ids: Mapping[str, str]  # of the platform: "canvas", "moodle", "username", …
+    file: str  # name that the student gave, with folders in the submission; "" for a receipt of the platform
+    stem: str  # name under which the platform accepts a feedback file
     late: bool = False  # marked late by the platform
-    submitted: str | None = None  # time stamp, ISO 8601 where it is a date
+    submitted: str | None = None  # time stamp, ISO 8601 if it is a date
     attempt: int | None = None  # number, if the name contains one
-    late_seconds: float | None = None  # time after the due date [s], negative before it; None where none is told
+    late_seconds: float | None = None  # time after the due date [s], negative before it; None if unknown
     members: tuple[str, ...] = ()  # keys of all in a group
 
 
+Named = dict[str, ParsedName | None]
+
 _IDS = ("moodle", "canvas", "canvas_anonymous", "username", "gradescope", "email")
 
+_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
+"""Endings of files in a flat folder that are no student's."""
 
-def _match(name: str, lms: str) -> re.Match[str] | None:
-    return next(filter(None, (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
+
+def name_all(files: Listing, lms: str, pattern: str | None, packed: bool) -> tuple[str, Named, list[ParsedName]]:
+    """Find out which platform named the files, and read each name.
+
+    Parameters
+    ----------
+    files : Listing
+        The class.
+    lms : str
+        A platform, or "auto".
+    pattern : str or None
+        A regular expression of the user instead.
+    packed : bool
+        True for a zip, which usually contains the folder that was packed.
+
+    Returns
+    -------
+    tuple
+        The platform; what each name says, None for a file of no student; and students with an empty folder.
+    """
+    names = list(files.sizes)
+    if pattern is not None:
+        own = _read_pattern(pattern)
+        matches = {name: own.search(name) for name in names}
+        return (
+            "pattern",
+            {name: _take_apart(one) if one and one["student"] else None for name, one in matches.items()},
+            [],
+        )
+    firsts = {name.partition("/")[0] for name in (*names, *files.folders)}
+    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+    for below in dict.fromkeys(("", outer)) if lms != "folder" else ():
+        inner = {name: name.removeprefix(below) for name in names}
+        counts = Counter(next((one for one in NAMED if PLATFORMS[one].match(name)), None) for name in inner.values())
+        seen, exported = lms, EXPORT in inner.values()
+        if lms == "auto":
+            seen = "gradescope" if exported else max(NAMED, key=counts.__getitem__)
+        found = {
+            name: match and _take_apart(match)
+            for name, match in ((n, PLATFORMS[seen].match(o)) for n, o in inner.items())
+        }
+        if any(found.values()) if lms != "auto" else exported or counts[seen] * 2 >= max(counts.total(), 1):
+            return seen, found, []
+    if lms in NAMED:
+        return lms, dict.fromkeys(names), []
+    # The only folder is that of the class if it contains logs of several students, else that of its only student.
+    logs = [name.removeprefix(outer) for name in names if is_log(name)]
+    people = {name.partition("/")[0] if "/" in name else _flat_key(name) for name in logs if "/" in name or packed}
+    below = outer if len(people) > 1 else ""
+    inner = {name: name.removeprefix(below) for name in names}
+    in_folders = any("/" in own for own in [one for one in inner.values() if is_log(one)] or inner.values())
+    folders = [one.removeprefix(below) for one in files.folders if one.startswith(below)]
+    students = [shown(one.rstrip("/")) for one in folders if one.count("/") == 1]
+    empty = [ParsedName(student, student, {"folder": student}, "", student) for student in students]
+    return "folder", {name: _of_folder(own, in_folders) for name, own in inner.items()}, empty
 
 
-def read_pattern(text: str) -> re.Pattern[str]:
-    """Check a pattern of the user's own: a group ``student``, and any of the others that `read_own_name` looks at."""
+def _read_pattern(text: str) -> re.Pattern[str]:
+    """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
         pattern = re.compile(text)
@@ -54,20 +112,8 @@ def read_pattern(text: str) -> re.Pattern[str]:
     return pattern
 
 
-def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
-    """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
-    match = pattern.search(name)
-    return _take_apart(match) if match is not None and match["student"] else None
-
-
-def read_name(name: str, lms: str) -> ParsedName | None:
-    """Read a name below the class as one platform writes it; None if it does not."""
-    match = _match(name, lms)
-    return None if match is None else _take_apart(match)
-
-
 def _take_apart(match: re.Match[str]) -> ParsedName:
-    """Say what the groups of a match are; the file of a pattern of the user's own needs none."""
+    """Read the groups of a match; in a pattern of the user, the file needs no group."""
     groups = {kind: text for kind, text in match.groupdict().items() if text}
     kind = next(kind for kind in ("student", *_IDS) if kind in groups)
     key = f"anon_{shown(groups[kind])}" if kind == "canvas_anonymous" else shown(groups[kind])
@@ -82,7 +128,7 @@ def _take_apart(match: re.Match[str]) -> ParsedName:
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     return ParsedName(
         key,
-        # Moodle calls everybody so where nobody is named.
+        # In anonymous submissions, Moodle calls everybody so.
         f"{person} {key}" if person == "Participant" else person or key,
         ids,
         groups.get("file", file if kind == "student" else ""),
@@ -93,102 +139,47 @@ def _take_apart(match: re.Match[str]) -> ParsedName:
     )
 
 
-# --- whose names the files of a class have ------------------------------------------------------------------
-
-
-_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
-"""Endings of what stands beside the files of a flat folder and is no student's."""
-
-
-def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bool) -> tuple[str, str]:
-    """Tell whose names they are and below which folder, with a ``/`` at its end, they stand.
-
-    A zip (`packed`) as a rule holds the folder that was packed.
-    """
-    firsts = {name.partition("/")[0] for name in (*names, *folders)}
-    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
-    for below in dict.fromkeys(("", outer)):
-        inner = [name.removeprefix(below) for name in names]
-        # Return the platform of most of the names, at least half of them.
-        counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in inner)
-        seen = "gradescope" if EXPORT in inner else max(NAMED, key=counts.__getitem__)
-        if lms == "auto" and (EXPORT in inner or counts[seen] * 2 >= max(counts.total(), 1)):
-            return seen, below
-        if lms in NAMED and any(read_name(name, lms) for name in inner):
-            return lms, below
-    if lms in NAMED:
-        return lms, ""
-    return "folder", _class_folder(names, outer, packed)
-
-
-def _class_folder(names: list[str], outer: str, packed: bool) -> str:
-    """Return whether a folder is that of the class, with logs of several students, or of its only student."""
-    logs = [name.removeprefix(outer) for name in names if is_log(name)]
-    people = {name.partition("/")[0] for name in logs if "/" in name}
-    if packed:
-        people |= {_flat_key(name) for name in logs if "/" not in name}
-    return outer if len(people) > 1 else ""
-
-
-def name_all(names: list[str], lms: str, below: str) -> dict[str, ParsedName | None]:
-    """Read each name as `whose_names` found; None for a file of no student."""
-    inner = {name: name.removeprefix(below) for name in names}
-    if lms == "folder":
-        nested = {"/" in own for own in inner.values() if is_log(own)} or {"/" in own for own in inner.values()}
-        in_folders = True in nested
-        return {name: _fit_folder(own, in_folders) for name, own in inner.items()}
-    return {name: read_name(own, lms) for name, own in inner.items()}
-
-
-def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
-    """Read a name of a class with a folder, or where there are none with a file, for each student."""
+def _of_folder(name: str, in_folders: bool) -> ParsedName | None:
+    """Read a name of a class with a folder for each student, or with a file for each."""
     first, slash, rest = name.partition("/")
-    if in_folders:
-        student = shown(first) or "_"
-        return ParsedName(student, student, {"folder": student}, rest, student) if slash else None
-    if slash or ending(name) in _NO_SUBMISSION:
+    if bool(slash) != in_folders or (not slash and ending(name) in _NO_SUBMISSION):
         return None
-    student = _flat_key(name)
-    return ParsedName(student, student, {"folder": student}, name, student)
+    student = (shown(first) or "_") if slash else _flat_key(name)
+    return ParsedName(student, student, {"folder": student}, rest or name, student)
 
 
 def _flat_key(name: str) -> str:
-    """Key of a student with a file of their own: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
+    """Return the key of a student with a file: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
     stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
     stem = re.sub(r" ?\([0-9]{1,2}\)$", "", stem)
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
-
-
-# --- whose a file is where its own name cannot tell: Blackboard's, with a _ in a user name -------------------
 
 
 _FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
 
 
 def people_by_receipts(named: Mapping[str, ParsedName], read: Callable[[str], bytes]) -> dict[str, ParsedName]:
-    """Tell who handed in each file, and so who has which user name and full name.
+    """Find the user name and the full name of each student in names of Blackboard, where user names may contain a _.
 
-    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
-    what follows the assignment's name, which all files share.
+    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without a receipt, the user name is
+    behind the name of the assignment, which all files share.
     """
-    (shape,) = PLATFORMS["blackboard"].shapes
-    matches = {name: match for name in named if (match := shape.fullmatch(name.rpartition("/")[2]))}
-    owners = {name: match["owner"] for name, match in matches.items()}
-    told: dict[str, tuple[str, str]] = {}
-    for name in (name for name, match in matches.items() if not match["file"]):
+    matches = {name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named}
+    owners = {name: match["owner"] for name, match in matches.items() if match}
+    known: dict[str, tuple[str, str]] = {}
+    for name, owner in owners.items():
         with suppress(GyroError):
-            line = _FIRST_LINE.match(read(name).decode("utf-8-sig", "replace").replace("\r", "\n"))
-            # A receipt is text that anybody can write: the user name must be the one in the file's name.
-            if line and owners[name].endswith(f"_{line[2]}"):
-                told[owners[name]] = shown(line[2]), shown(line[1])
+            text = "" if named[name].file else read(name).decode("utf-8-sig", "replace").replace("\r", "\n")
+            line = _FIRST_LINE.match(text)
+            # Anybody can write such a text: the user name must be the one in the name of the file.
+            if line and owner.endswith(f"_{line[2]}"):
+                known[owner] = shown(line[2]), shown(line[1])
     distinct = set(owners.values())
     prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
     shared = prefix.rpartition("_")[0]
-    for owner in distinct - told.keys():
-        user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
-        told[owner] = user, user
     people = {}
     for name, owner in owners.items():
-        user, full = told[owner]
+        user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
+        user, full = known.get(owner, (user, user))
         people[name] = replace(named[name], student=user, name=full, ids={"username": user})
     return people

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import difflib
 import json
 import re
@@ -86,17 +85,13 @@ class TomlFile:
             where = f" in [{'.'.join(part for part in path if isinstance(part, str))}]" if path else ""
             hint = f"did you mean {close[0]}?" if close else "take it out"
             return self.fault(RUBRIC_KEY_UNKNOWN, (*path, field[2]), f'"{field[2][:60]}" is not known{where}', hint)
-        code, shown = RUBRIC_VALUE_CANNOT_BE_USED, json.dumps(value, default=str, ensure_ascii=False)
-        hint = _how(key, known) if steps else getattr(kind, "HINT", "")
-        if isinstance(value, dt.date | dt.time):
-            shown = str(value)
-        elif isinstance(value, str) and message.startswith("Invalid"):
-            shown = f'"{value[:60]}"'
+        code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(key, known) if steps else getattr(kind, "HINT", "")
+        if isinstance(value, str) and message.startswith("Invalid"):
             words = [json.loads(word) for word in known.get(key, ())]
+            code = CRITERION_KIND_UNKNOWN if key == "check" else code
             hint = nearest(value, words[0] if words and isinstance(words[0], list) else words)
-            if key == "check":
-                return self.fault(CRITERION_KIND_UNKNOWN, path, f"there is no check {shown}", hint)
-        return self.fault(code, path, f"{key} = {shown[:62]} cannot be used", hint)
+        shown = json.dumps(value, default=str, ensure_ascii=False)
+        return self.fault(code, path, f"{key} = {shown[:60]} cannot be used", hint)
 
     def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
         """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
@@ -50,61 +50,46 @@ def in_workers(
     tasks : sequence
         The arguments of `work`, one at a time.
     workers : int
-        Number of processes. With 0, or if no process can be started, everything is done in this process, where nothing
-        stops a task that hangs.
+        Number of processes. With 0 everything is done in this process, and nothing stops a task that hangs.
     limit : float
         Time for one task [s].
     cluster : Executor, optional
         Does the work instead, on other machines; it is left open.
     """
-    if not tasks:
-        return
-    lost: list[Task] = []
-    try:
-        if cluster is not None:
-            yield from _attempt(cluster, work, tasks, limit, lost)
-        elif workers:
-            with _pool(min(workers, len(tasks))) as pool:
-                yield from _attempt(pool, work, tasks, limit, lost)
-    except OSError:
-        workers = 0
     if not workers and cluster is None:
         for task in tasks:
             yield task, _do(work, task, 0.0)
+        return
+    lost: list[Task] = []
+    with nullcontext(cluster) if cluster is not None else _pool(min(workers, len(tasks)) or 1) as pool:
+        futures = {}
+        for task in tasks:
+            try:
+                futures[pool.submit(_do, work, task, limit)] = task
+            except BrokenProcessPool:
+                lost.append(task)
+        for future in as_completed(futures):
+            answer: Answer | Failed
+            try:
+                answer = future.result()
+            except BrokenProcessPool:
+                lost.append(futures[future])
+                continue
+            except (Exception, CancelledError) as error:  # a cluster lost its worker or its scheduler
+                answer = Failed(f"its worker was lost ({type(error).__name__})")
+            yield futures[future], answer
     # A process that dies ends the whole pool. The task that killed it is found by halves: the others are done again,
     # and a task that ends its process when it is the only one is not.
-    elif len(lost) == len(tasks) == 1:
+    if len(lost) == len(tasks) == 1:
         yield lost[0], Failed("its process ended without an answer, perhaps for want of memory")
-    else:
-        for half in (lost[: len(lost) // 2], lost[len(lost) // 2 :]):
+    elif lost:
+        for half in filter(None, (lost[: len(lost) // 2], lost[len(lost) // 2 :])):
             yield from in_workers(work, half, workers, limit)
-
-
-def _attempt(
-    pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task], limit: float, lost: list[Task]
-) -> Iterator[tuple[Task, Answer | Failed]]:
-    """Send the tasks to a pool and give their answers; add the tasks to `lost` if the pool breaks."""
-    futures = {}
-    for task in tasks:
-        try:
-            futures[pool.submit(_do, work, task, limit)] = task
-        except BrokenProcessPool:
-            lost.append(task)
-    for future in as_completed(futures):
-        task, answer = futures[future], None
-        try:
-            answer = future.result()
-        except BrokenProcessPool:
-            lost.append(task)
-            continue
-        except (Exception, CancelledError) as error:  # a cluster lost its worker or its scheduler
-            answer = Failed(f"its worker was lost ({type(error).__name__})")
-        yield task, answer
 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Executor]:
-    """Start processes that ignore Ctrl-C, and end them all, even during a task; OSError if none can be started."""
+    """Start processes that ignore Ctrl-C, and end them all, even during a task."""
     others = multiprocessing.active_children()
     # A forked process has loaded all code already. Only on Linux is it safe to fork.
     pool = ProcessPoolExecutor(

@@ -16,6 +16,7 @@ from typer import Argument, Option
 from gyrodata import diagnostics
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
 from gyrodata.disk import alone_in, telling, write_whole
+from gyrodata.errors import Diagnostic
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from gyrodata.grading.exports import Change
     from gyrodata.grading.exports.gradebooks import Filled
     from gyrodata.grading.forensics import Fingerprint
-    from gyrodata.grading.journal import Journal
 
 
 SHOWN = 20  # changes that are printed; with --dry-run all of them
@@ -45,9 +45,11 @@ def grade(
     attempts: Annotated[Literal["newest", "oldest"], Option(
         "--attempts", help="Which of several is graded.")] = "newest",
     out: Annotated[Path | None, Option(
-        "--out", "-o", metavar="DIR", help="Folder for the grades. Default: NAME-grades, for --format text only.")] = None,
-    workers: Annotated[int | None, Option("--workers", min=0, max=256, help="Processes; 0: only this one, where nothing "
-                                          "stops a submission that hangs. Default: one for each processor.")] = None,
+        "--out", "-o", metavar="DIR", help="Folder for the grades. Default: NAME-grades, for --format text only."
+    )] = None,
+    workers: Annotated[int | None, Option("--workers", min=0, max=256, help="Processes; 0: only this one, where "
+                                          "nothing stops a submission that hangs. Default: one for each processor.")
+                      ] = None,
     cluster: Annotated[str | None, Option(
         "--cluster", metavar="ADDRESS", help="Dask scheduler that grades on other machines.")] = None,
     timeout: Annotated[float, Option("--timeout", metavar="SECONDS", min=0.1, help="Time for one submission.")] = 30.0,
@@ -88,63 +90,71 @@ def grade(
         refuse(diagnostics.NOTHING_TO_GRADE, message, "give the class, a folder or a zip")
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
-    from gyrodata.grading import output
-    from gyrodata.grading.classroom import GradingOptions, grade_class
-    from gyrodata.grading.journal import JOURNAL, Journal
+    from gyrodata.grading import classroom, ledger, output, submissions
+    from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import read_rubric
-    from gyrodata.grading.submissions import find_submissions
     from gyrodata.workers import count_workers
 
     judged = read_rubric(*_rubric(rubric))
-    submissions = find_submissions(path.absolute(), lms, pattern, attempts)
-    book = None if gradebook is None else output.Gradebook(_read(gradebook), gradebook.name, assignment)
+    found = submissions.find_submissions(path.absolute(), lms, pattern, attempts)
+    first = found.items[0]
+    filled: dict[str, Filled] = {}
+    book = None if gradebook is None else (_read(gradebook), gradebook.name, assignment)
     if book is not None:
-        book.try_out(submissions, judged)
-    # Decisions are used too if the grades are only printed.
+        # A gradebook that cannot be filled stops gyro before the class is graded.
+        output.fill_gradebook(*book, [not_graded(first, judged, "not yet")], {first.student: first.ids})
     listed = roster or gradebook
-    people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
-    desk = output.find_desk(folder or _usual_folder(path.resolve()), people.who_is_meant(submissions), judged)
-    complain(submissions.diagnostics, quiet)
+    people = Roster() if listed is None else read_roster(_read(listed), listed.name, found)
+    # Decisions are used too if the grades are only printed.
+    decisions, desk = (folder or _usual_folder(path.resolve())) / ledger.DESK, ledger.NO_DESK
+    if decisions.exists():
+        desk = ledger.read_desk(_read(decisions), people.who_is_meant(found), judged)
+    complain(found.diagnostics, quiet)
     target = None if dry_run else folder
-    options = GradingOptions(
+    options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
         cluster=_executor_of(cluster) if cluster else None,
-        journal=None if folder is None else Journal(folder / JOURNAL),
+        journal=None if folder is None else folder / classroom.JOURNAL,
         keep=not dry_run,
         figures=target / output.FIGURES if target is not None and figures else None,
-        progress=None if quiet else progress_bar(len(submissions.items), time.monotonic, "graded "),
+        progress=None if quiet else progress_bar(len(found.items), time.monotonic, "graded "),
     )
-    years = _earlier(previous or [])
-    lost: Sequence[str] = ()
-    filled: dict[str, Filled] = {}
+    years, lost = _earlier(previous or []), list[str]()
     with ExitStack() as at_work:
         if target is not None:
             with telling(target, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
                 at_work.enter_context(alone_in(target, private=True))
         try:
-            found = grade_class(submissions, judged, options, years, desk, people)
-            changes = output.changes_in(folder, found) if folder is not None else ()
+            grades = classroom.grade_class(found, judged, options, years, desk, people)
+            changes = output.changes_in(folder, grades) if folder is not None else ()
             if book is not None:
-                ours = output.totals_from_here(folder, desk, found.names) if folder is not None else None
-                filled[book.filled_name] = book.fill(found.grades, found.ids, ours)
+                ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
+                filled = output.fill_gradebook(*book, grades.grades, grades.ids, ours)
             if not quiet:
-                tell(*_summary(found, options.journal), *_changes(changes, dry_run), *_filled(filled))
+                tell(*_summary(grades), *_changes(changes, dry_run), *_filled(filled))
             if target is not None:
-                waiting = output.write_results(found, target, filled)
-                bar = None if quiet else progress_bar(len(found.grades), time.monotonic, "feedback ")
-                lost, changed = output.write_feedback(found, target, options.figures, bar)
+                waiting = output.write_results(grades, target, filled)
+                bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
+                lost, changed = output.write_feedback(grades, target, options.figures, bar)
                 tell(*lost, *changed)
                 if not quiet:
-                    open_lines = f"; {_count(waiting, 'line')} for you in {target / 'desk-todo.csv'}" if waiting else ""
-                    tell(f"grades: {target / output.TABLE}{open_lines}", f"class: {target / 'class.html'}")
+                    lines = f"; {_count(waiting, 'line')} for you in {target / ledger.TODO}" if waiting else ""
+                    tell(f"grades: {target / output.TABLE}{lines}", f"class: {target / 'class.html'}")
         except KeyboardInterrupt:
             kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
             raise typer.Exit(130) from None
-    _print(found, changes if dry_run else None, form)
-    raise typer.Exit(1 if (found.count("not graded") or lost) and not exit_zero else 0)
+    from gyrodata.grading.exports.class_json import grade_lines, grades_document
+
+    if form in ("text", "csv"):
+        write_out(grades.summary if form == "text" else grades.table)
+    else:
+        json = grades_document(grades, changes if dry_run else None) if form == "json" else grade_lines(grades)
+        for part in json:
+            write_out(part)
+    raise typer.Exit(1 if (grades.count("not graded") or lost) and not exit_zero else 0)
 
 
 def autograde(
@@ -193,14 +203,14 @@ def _executor_of(address: str) -> Executor:
 
 def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
     """Read the logs of earlier years from the journals next to their grades."""
-    from gyrodata.grading.journal import JOURNAL, Journal
+    from gyrodata.grading.classroom import JOURNAL, read_journal
 
     found: dict[str, Fingerprint] = {}
     for year in years:
         path = year / JOURNAL if year.is_dir() else year
         _read(path)
         name = path.resolve().parent.name if path.name == JOURNAL else path.stem
-        entries = Journal(path).read().items()
+        entries = read_journal(path)[0].items()
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             message = f'--previous "{year}" holds no log that could be compared'
@@ -258,17 +268,6 @@ def _usual_folder(home: Path) -> Path:
 # --- output ---------------------------------------------------------------------------------------------------
 
 
-def _print(found: ClassGrades, changes: Sequence[Change] | None, form: Form) -> None:
-    from gyrodata.grading.exports.class_json import grade_lines, grades_document
-
-    if form in ("text", "csv"):
-        parts = iter([found.summary if form == "text" else found.table])
-    else:
-        parts = grades_document(found, changes) if form == "json" else grade_lines(found)
-    for part in parts:
-        write_out(part)
-
-
 def _count(number: int, what: str) -> str:
     from gyrodata.reporting.values import count_text
 
@@ -285,7 +284,7 @@ def _grouped(pairs: Sequence[tuple[str, str]], most: int) -> Iterator[tuple[str,
     yield from ((reason, len(people), listing(people, most)) for reason, people in reasons.items())
 
 
-def _summary(found: ClassGrades, journal: Journal | None) -> Iterator[str]:
+def _summary(found: ClassGrades) -> Iterator[str]:
     """Say who was graded in this run, and why."""
     again = [(why, found.names[student]) for student, why in found.again.items()]
     yield from (f"graded {number} ({why}): {names}" for why, number, names in _grouped(again, 5))
@@ -295,9 +294,9 @@ def _summary(found: ClassGrades, journal: Journal | None) -> Iterator[str]:
         yield f"{_count(waiting, 'line')} {'waits' if waiting == 1 else 'wait'} in desk.csv for a value"
     if found.desk.left:
         yield f"desk.csv: {_count(len(found.desk.left), 'line')} without a value, left as gyro has it"
-    if journal is not None and journal.damaged:
-        message = f"{_count(journal.damaged, 'line')} of the journal cannot be read; what was there was graded again"
-        yield f"{journal.path.name}: note {diagnostics.JOURNAL_LINES_LOST}: {message}"
+    if found.damaged:
+        message = f"{_count(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
+        yield str(Diagnostic.of(diagnostics.JOURNAL_LINES_LOST, message, file="journal.ndjson"))
 
 
 def _changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:

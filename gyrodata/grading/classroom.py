@@ -1,4 +1,4 @@
-"""A class, from submissions to grades: each grade is kept as soon as it is made.
+"""A class, from submissions to grades: each grade is kept in the journal as soon as it is made.
 
 The story: grades whose inputs have not changed are taken from the journal. Workers make the others, and each is
 written into the journal as it comes. When all are there, the class is its own reference, and its logs are compared.
@@ -7,6 +7,7 @@ Nothing depends on the order, on the number of workers, or on how often the run 
 
 from __future__ import annotations
 
+import hashlib
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,22 +15,24 @@ from concurrent.futures import Executor
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
+from typing import Literal
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import __version__, disk
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
-from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.journal import Entry, Journal, inputs_of
 from gyrodata.grading.ledger import NO_DESK, Desk
 from gyrodata.grading.roster import Roster
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
 from gyrodata.workers import Failed, in_workers
+
+JOURNAL = "journal.ndjson"  # in the folder of the grades
 
 FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
 
@@ -42,7 +45,7 @@ class GradingOptions(Struct, frozen=True):
     workers: int = 1  # processes
     limit: float = 30.0  # time for one submission [s]; an ordinary one takes a hundredth
     cluster: Executor | None = None  # grades on other machines instead
-    journal: Journal | None = None  # the file of earlier grades and of those of this run
+    journal: Path | None = None  # the file of earlier grades and of those of this run
     keep: bool = True  # False: the journal is only read
     figures: Path | None = None  # folder for the figures of each student; None: none are drawn
     progress: Callable[[int], None] | None = None  # receives the number of grades that are made
@@ -111,7 +114,7 @@ def grade_class(
         again in the next run.
     """
     items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    made, again = _entries(items, rubric, options or GradingOptions(), desk)
+    made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     settled, references, scatters = settle(placed, rubric)
     settled = tuple(
@@ -130,6 +133,7 @@ def grade_class(
         scatters=scatters,
         flags=flags,
         again=again,
+        damaged=damaged,
         desk=desk,
         roster=roster,
         figures={student: one.figures for student, one in made.items() if one.figures},
@@ -137,19 +141,72 @@ def grade_class(
     )
 
 
+# --- the journal: a line for each grade, with its inputs ------------------------------------------------------
+
+
+class Entry(Struct, frozen=True, kw_only=True):
+    """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
+
+    schema: Literal["gyro.journal/2"] = "gyro.journal/2"
+    inputs: Mapping[str, str]  # as `_inputs_of` returned them
+    grade: Grade
+    lost: str = ""
+    """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
+    figures: Mapping[str, str] = {}  # what each figure shows, in words, by the name of the figure
+    seen: Mapping[str, str] = {}  # for each line of the desk, the digest of the submission for which it was written
+
+
+def read_journal(path: Path) -> tuple[dict[str, Entry], int]:
+    """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
+    entries: dict[str, Entry] = {}
+    damaged = 0
+    with disk.telling(path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        data = path.read_bytes() if path.exists() else b""
+    for line in filter(None, data.splitlines()):
+        try:
+            entry = from_json(line, Entry)
+            entries[entry.grade.student] = entry
+        except (ValueError, RecursionError):
+            damaged += 1
+    return entries, damaged
+
+
+def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str]:
+    """Return digests of all that a grade depends on; `reported` is the value that a person typed in."""
+    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
+    text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
+    # The rubric without its references is compared first.
+    names = ("submission", "rubric", "reference", "desk", "tool")
+    return dict(zip(names, (digest, rubric.judged, rubric.digest, reported, __version__), strict=True))
+
+
+def _why_again(known: Entry | None, inputs: Mapping[str, str]) -> str:
+    """Say why a submission is graded again with these inputs; "" if the known grade is still right."""
+    if known is None:
+        return "new"
+    for name, value in inputs.items():
+        if (before := known.inputs.get(name)) != value:
+            return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
+    return f"lost last time: {known.lost}" if known.lost else ""
+
+
 def _entries(
     items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
-) -> tuple[dict[str, Entry], dict[str, str]]:
-    """Read the entry of each student from the journal, or make it; also return why entries are made."""
-    journal = options.journal
-    known = journal.read() if journal is not None else {}
+) -> tuple[dict[str, Entry], dict[str, str], int]:
+    """Read the entry of each student from the journal, or make it.
+
+    Also returns why entries are made, and the number of damaged lines.
+    """
+    journal = options.journal or Path()
+    known, damaged = read_journal(journal) if options.journal else ({}, 0)
     entries: dict[str, Entry] = {}
     again: dict[str, str] = {}
     waiting: list[tuple[Submission, str]] = []
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
         # A copy of the submission, because a submission keeps the texts that it reads.
-        why = before.why_again(inputs_of(replace(item), rubric, reported)) if before is not None else "new"
+        why = _why_again(before, _inputs_of(replace(item), rubric, reported))
         if before is not None and not why and options.figures is not None and before.grade.own:
             paths = [figure_path(options.figures, item, name) for name in before.figures]
             why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
@@ -163,57 +220,60 @@ def _entries(
         import_module("gyrodata.analysis")
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
-    drawn: dict[str, tuple[bytes, str]]
     for (item, reported), answer in in_workers(work, waiting, workers, options.limit, options.cluster):
         if isinstance(answer, Failed):
-            lost, inputs, drawn = answer.why, inputs_of(replace(item), rubric, reported), {}
-            grade = not_graded(item, rubric, f"{lost}; a person must look")
+            grade = not_graded(item, rubric, f"{answer.why}; a person must look")
+            one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
         else:
-            lost, (inputs, grade, drawn) = "", answer
-        # The figures are written first, so that everything in the journal exists.
-        for name, (data, _) in drawn.items():
-            folder = options.figures or Path()
-            with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                write_whole(figure_path(folder, item, name), [data], private=True)
-        figures = {name: words for name, (_, words) in drawn.items()}
-        seen = desk.first_seen(grade, known[item.student].seen if item.student in known else {})
-        entries[item.student] = Entry(**inputs, grade=grade, lost=lost, figures=figures, seen=seen)
-        if journal is not None and options.keep:
-            journal.add(entries[item.student])
+            one, drawn = answer
+            # The figures are written first, so that everything in the journal exists.
+            for name, data in drawn.items():
+                folder = options.figures or Path()
+                with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                    disk.write_whole(figure_path(folder, item, name), [data], private=True)
+        before = known.get(item.student)
+        one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
+        entries[item.student] = one
+        if options.journal and options.keep:
+            with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                # The last line may have no end, if a run was stopped.
+                disk.add_to(journal, b"\n" + _line(one))
         if options.progress is not None:
             options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
-    changed = journal is not None and (journal.lines, list(known.items())) != (len(items), list(entries.items()))
-    if journal is not None and options.keep and changed:
-        journal.replace(entries.values())
-    return entries, again
+    if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
+        with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
+    return entries, again, damaged
 
 
-def _grade_one(
-    rubric: Rubric, draws: bool, task: tuple[Submission, str]
-) -> tuple[dict[str, str], Grade, dict[str, tuple[bytes, str]]]:
-    """Grade one submission, in a worker; return the inputs, the grade, and the file and words of each figure."""
+def _line(entry: Entry) -> bytes:
+    return f"{to_json(entry)}\n".encode()
+
+
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Entry, dict[str, bytes]]:
+    """Grade one submission, in a worker; return its entry, and its figures by name."""
     submission, reported = replace(task[0]), task[1]
-    inputs = inputs_of(submission, rubric, reported)
+    inputs = _inputs_of(submission, rubric, reported)
     grade = grade_submission(submission, rubric, reported or None)
-    drawn: dict[str, tuple[bytes, str]] = {}
-    if draws and grade.own:
-        from gyrodata import plotting
-        from gyrodata.analysis import analyze_readings
-
-        try:
-            analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-            figures = plotting.render(analysis, "png")
-            drawn = {name: (data, plotting.alt_text(analysis, name)) for name, data in figures.items()}
-        except GyroError:
-            pass  # the log has changed since it was graded; the next run sees that
     # Through JSON at once, so that a grade from the journal is the same to the last digit.
-    return inputs, from_json(to_json(grade), Grade), drawn
+    entry = Entry(inputs=inputs, grade=from_json(to_json(grade), Grade))
+    if not draws or not grade.own:
+        return entry, {}
+    from gyrodata import plotting
+    from gyrodata.analysis import analyze_readings
+
+    try:
+        analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
+    except GyroError:
+        return entry, {}  # the log has changed since it was graded; the next run sees that
+    figures = plotting.render(analysis, "png")
+    return replace(entry, figures={name: plotting.alt_text(analysis, name) for name in figures}), figures
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:
     """Return the path of a figure of a student."""
-    return folder / file_name(item.feedback_stem) / f"{name}.png"
+    return folder / disk.file_name(item.feedback_stem) / f"{name}.png"
 
 
 # --- a class that has been graded --------------------------------------------------------------------------
@@ -241,6 +301,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     references: Mapping[str, yardsticks.Reference]  # of I_zz, by station; "all" for every other station
     flags: tuple[Flag, ...]
     again: Mapping[str, str]  # why students were graded in this run, by key; the other grades were known
+    damaged: int  # lines of the journal that could not be read
     figures: Mapping[str, Mapping[str, str]]
     """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person

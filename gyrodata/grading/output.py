@@ -11,64 +11,34 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import combinations
 from pathlib import Path, PurePosixPath
 
-from msgspec import Struct
-
-from gyrodata.diagnostics import DESK_CANNOT_BE_READ, GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.disk import file_name, new_file, telling, write_whole
-from gyrodata.errors import InputError
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import ClassGrades, figure_path
 from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book, platform_of
-from gyrodata.grading.grade import Grade, not_graded
-from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.grade import Grade
 
 FIGURES = "figures"
 TABLE, PUBLISHED = "grades.csv", "published"
 
 
-class Gradebook(Struct, frozen=True):
-    """The gradebook of a platform, to be filled."""
+def fill_gradebook(
+    data: bytes,
+    name: str,
+    assignment: str | None,
+    grades: Collection[Grade],
+    ids: Mapping[str, Mapping[str, str]],
+    ours: Ours | None = None,
+) -> dict[str, Filled]:
+    """Fill the gradebook of a platform as `fill_book` does; return it by the name of the file to write."""
+    from gyrodata.grading.feedback import feedback_comment
 
-    data: bytes
-    name: str
-    assignment: str | None = None  # column, if the sheet has several
-
-    @property
-    def platform(self) -> str:
-        """The platform that exported it."""
-        return platform_of(self.data, self.name)
-
-    @property
-    def filled_name(self) -> str:
-        """Name of the filled sheet; that of Blackboard with tabs ends in .xls."""
-        return f"{self.platform}.{'xls' if self.name.lower().endswith('.xls') else 'csv'}"
-
-    def fill(self, grades: Collection[Grade], ids: Mapping[str, Mapping[str, str]], ours: Ours | None = None) -> Filled:
-        """Fill it as `fill_book` does."""
-        from gyrodata.grading.feedback import feedback_comment
-
-        comments = {grade.student: feedback_comment(grade) for grade in grades}
-        about = {"assignment": self.assignment, "comments": comments, "ids": ids, "ours": ours}
-        return fill_book(self.platform, self.data, self.name, grades, **about)
-
-    def try_out(self, submissions: Submissions, rubric: Rubric) -> None:
-        """Raise InputError if it cannot be filled, before a class is graded for it."""
-        first = submissions.items[0]
-        self.fill((not_graded(first, rubric, "not yet"),), {first.student: first.ids})
-
-
-def find_desk(folder: Path, students: Mapping[str, Collection[str]], rubric: Rubric) -> ledger.Desk:
-    """Read the desk of a folder, with `students` as in `read_desk`; raise InputError with all its faults."""
-    try:
-        return ledger.read_desk((folder / ledger.DESK).read_bytes(), students, rubric)
-    except (FileNotFoundError, NotADirectoryError):
-        return ledger.NO_DESK
-    except OSError as error:
-        message = f'"{folder / ledger.DESK}" cannot be read: {error.strerror or error}'
-        raise InputError.of(DESK_CANNOT_BE_READ, message, "", ledger.DESK) from None
+    lms, comments = platform_of(data, name), {grade.student: feedback_comment(grade) for grade in grades}
+    sheet = fill_book(lms, data, name, grades, assignment=assignment, comments=comments, ids=ids, ours=ours)
+    # Blackboard's sheet with tabs ends in .xls.
+    return {f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}": sheet}
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and

@@ -51,6 +51,7 @@ class Roster(Struct, frozen=True):
 
         A key means only its own student. A student without a submission may have the name of one with a submission.
         """
+        called: list[tuple[str, tuple[str, ...]]]
         called = [(one.student, (one.name,)) for one in (*self.people.values(), *self.absent)]
         called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
         meant: dict[str, set[str]] = {}

@@ -46,9 +46,10 @@ def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
     return InputError.of(code, f'"{root.name}" {message}', hint, root.name)
 
 
-def _too_many(root: Path) -> InputError:
-    message = f"holds more than {MOST_FILES} files: no class has so many"
-    return _refusal(diagnostics.TOO_MANY_FILES, root, message, "give the folder or zip of one assignment")
+def _check_number(root: Path, number: int) -> None:
+    if number > MOST_FILES:
+        message = f"holds more than {MOST_FILES} files: no class has so many"
+        raise _refusal(diagnostics.TOO_MANY_FILES, root, message, "give the folder or zip of one assignment")
 
 
 def list_files(root: Path) -> Listing:
@@ -124,8 +125,7 @@ def _list_folder(root: Path) -> Listing:
                 left_out.append((f'"{name}" is a link and is left out', hint))
             elif stat.S_ISREG(state.st_mode):
                 sizes[name] = state.st_size
-        if len(folders) + len(sizes) > MOST_FILES:
-            raise _too_many(root)
+        _check_number(root, len(folders) + len(sizes))
     notes = tuple(Diagnostic.of(diagnostics.FILE_LEFT_OUT, *words, root.name) for words in sorted(left_out))
     return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), notes)
 
@@ -144,8 +144,7 @@ def _opened(
     with root.open("rb") as file:
         file.seek(max(0, size - MOST_DIRECTORY_BYTES))
         # The entries are counted before anything is built from them.
-        if file.read().count(b"PK\x01\x02") > MOST_FILES:
-            raise _too_many(root)
+        _check_number(root, file.read().count(b"PK\x01\x02"))
     try:
         archive = zipfile.ZipFile(root)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
@@ -161,15 +160,12 @@ def _opened(
         elif name:
             twice |= {name} & files.keys()
             files[name] = info
-    hint = "take one of the two out of the zip"
-    notes = tuple(
-        Diagnostic.of(
-            diagnostics.FILE_LEFT_OUT, f'the zip holds "{name}" twice; the later one is read', hint, root.name
-        )
-        for name in sorted(twice)
-    )
+    notes = []
+    for name in sorted(twice):
+        message, hint = f'the zip holds "{name}" twice; the later one is read', "take one of the two out of the zip"
+        notes.append(Diagnostic.of(diagnostics.FILE_LEFT_OUT, message, hint, root.name))
     sizes = {name: info.file_size for name, info in sorted(files.items())}
-    return archive, files, Listing(root, sizes, tuple(sorted(folders)), notes)
+    return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
@@ -179,13 +175,10 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
         with suppress(UnicodeError):
             name = name.encode("cp437").decode("utf-8")
     name = name.replace("\\", "/")
-    unsafe = {
-        'leads out of its folder with ".."': ".." in name.split("/"),
-        "is an absolute path": name.startswith("/") or re.match(r"[A-Za-z]:", name),
-        "holds a NUL": "\x00" in name,
-        "is a link": stat.S_ISLNK(info.external_attr >> 16),
-    }
-    for why in (why for why, found in unsafe.items() if found):
+    why = 'leads out of its folder with ".."' if ".." in name.split("/") else ""
+    why = why or ("is an absolute path" if re.match(r"/|[A-Za-z]:", name) else "")
+    why = why or ("is a link" if stat.S_ISLNK(info.external_attr >> 16) else "")
+    if why := why or ("contains a NUL" if "\x00" in name else ""):
         hint = "no platform writes such a zip; ask who made it, and take that file out"
         raise _refusal(diagnostics.ZIP_NOT_SAFE, root, f'is not read: "{shown(name)[:100]}" {why}', hint)
     return name

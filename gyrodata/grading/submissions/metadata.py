@@ -1,4 +1,4 @@
-"""The metadata of Gradescope: submitters and times, as fields of `ParsedName`.
+"""The metadata of Gradescope: submitters and times, as fields of `Submission`.
 
 An export contains YAML written by Ruby, with symbols for keys and many megabytes of results and histories. Only the
 lines with submitters and times are parsed. A running autograder finds JSON.
@@ -40,7 +40,7 @@ def _about(folder: str, number: str, people: Sequence[_Person], submitted: str |
         about["student"] = "+".join(map(shown, sorted(keys)))
         about["name"] = ", ".join(shown(keys[key].name) or shown(key) for key in sorted(keys))
         about["ids"] = {kind: value for kind, value in ids.items() if value}
-        about["members"] = tuple(sorted(keys)) if len(keys) > 1 else ()
+        about["members_of_group"] = tuple(sorted(keys)) if len(keys) > 1 else ()
     return about
 
 
@@ -103,7 +103,7 @@ class _Live(Struct):
     previous_submissions: list[dict[str, Any]] = []
 
 
-def read_live(data: bytes, folder: str) -> dict[str, Any]:
+def read_live(data: bytes) -> dict[str, dict[str, Any]]:
     """Read ``submission_metadata.json`` of a running autograder; ValueError if it is not such a file.
 
     Lateness follows from the time of submission and the due date of the student, never from the clock. An earlier
@@ -119,4 +119,5 @@ def read_live(data: bytes, folder: str) -> dict[str, Any]:
     people = [_Person(user.name or "", str(user.sid or ""), user.email or "") for user in live.users]
     stamp = live.created_at.isoformat(timespec="seconds") if live.created_at else None
     attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)
-    return _about(folder, str(live.id), people, stamp) | {"late_seconds": late, "attempt": attempt}
+    about = _about("submission", str(live.id), people, stamp)
+    return {"submission": about | {"late_seconds": late, "attempt": attempt}}

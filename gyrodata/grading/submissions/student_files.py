@@ -39,6 +39,11 @@ def is_log(name: str) -> bool:
     return ending(name) in (*TABLES, *PERHAPS_TABLES)
 
 
+def is_text(name: str) -> bool:
+    """Return whether a file may contain the answer, by its ending."""
+    return ending(name) in TEXTS
+
+
 def choose_log(
     files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], attempts: Attempts
 ) -> tuple[str | None, str]:
@@ -63,11 +68,11 @@ def choose_log(
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
     logs = tables or {name: own for name, own in files.items() if is_log(own)}
     if not logs:
-        own = sorted(name.rpartition("/")[2] for name in files.values())
-        if archives := [name for name in own if ending(name) in ARCHIVES]:
+        names = sorted(name.rpartition("/")[2] for name in files.values())
+        if archives := [name for name in names if ending(name) in ARCHIVES]:
             message = f"{readings.listing(archives)} is an archive within the submission and is not opened; unpack it"
             return None, f"no log: {message}"
-        return None, f"no log: only {readings.listing(own)}" if own else "no files"
+        return None, f"no log: only {readings.listing(names)}" if names else "no files"
     numbers: dict[int, str] = {}
     bases = set()
     for name, own in logs.items():

@@ -6,7 +6,6 @@ import difflib
 import json
 import re
 import tomllib
-from collections import Counter
 from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
@@ -95,22 +94,17 @@ class TomlFile:
 
     def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
         """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""
-        count: Counter[Path] = Counter()
-        table: Path = ()
-        best, spot = -1, (1, 1, 1)
-        for number, line in enumerate(self.text.split("\n"), 1):
-            mark = re.match(r"(\s*)(?:(\[\[?)([^\]#]+)\]\]?|([\w.\"'-]+)\s*=)", line)
-            if mark is None:
-                continue
-            names = tuple(part.strip(" \"'") for part in (mark[3] or mark[4]).split("."))
-            if mark[2]:
-                table = names
-            if mark[2] == "[[":
-                table = (*names, count[names])
-                count[names] += 1
-            place = table if mark[2] else (*table, *names)
-            if place == path[: len(place)] and len(place) > best:
-                best, spot = len(place), (number, len(mark[1]) + 1, len(mark[0].rstrip("= ")) - len(mark[1]))
+        spot, start = (1, 1, 1), 0
+        for name, number in zip(path, (*path[1:], 0), strict=True):
+            rest, word = self.text[start:], re.escape(str(name))
+            own = re.split(r"\n(?=[ \t]*\[)", rest, maxsplit=1)[0]
+            marks = list(re.finditer(rf"(?m)^([ \t]*)(\[+[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)", rest))
+            marks = marks or list(re.finditer(rf"(?m)^([ \t]*)([\"']?{word}[\"']?)(?=[ \t]*=)", own))
+            if marks and isinstance(name, str):
+                # After the name of an array of tables, the number of the table follows.
+                mark = marks[min(number if isinstance(number, int) else 0, len(marks) - 1)]
+                start += mark.start()
+                spot = (self.text.count("\n", 0, start) + 1, len(mark[1]) + 1, len(mark[2]))
         return self._error(code, message, hint, spot)
 
     def _error(self, code: str, message: str, hint: str, spot: tuple[int, int, int]) -> InputError:

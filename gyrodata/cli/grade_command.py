@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -16,18 +16,13 @@ from typer import Argument, Option
 from gyrodata import diagnostics
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
 from gyrodata.disk import alone_in, telling, write_whole
-from gyrodata.errors import Diagnostic
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.exports import Change
     from gyrodata.grading.exports.gradebooks import Filled
     from gyrodata.grading.forensics import Fingerprint
 
-
-SHOWN = 20  # changes that are printed; with --dry-run all of them
 
 Form = Literal["text", "json", "ndjson", "csv"]
 Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "gradescope"]
@@ -133,15 +128,14 @@ def grade(
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
                 filled = output.fill_gradebook(*book, grades.grades, grades.ids, ours)
             if not quiet:
-                tell(*_summary(grades), *_changes(changes, dry_run), *_filled(filled))
+                tell(*output.summary(grades), *output.change_lines(changes, dry_run), *output.filled_lines(filled))
             if target is not None:
                 waiting = output.write_results(grades, target, filled)
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
                 lost, changed = output.write_feedback(grades, target, options.figures, bar)
                 tell(*lost, *changed)
                 if not quiet:
-                    lines = f"; {_count(waiting, 'line')} for you in {target / ledger.TODO}" if waiting else ""
-                    tell(f"grades: {target / output.TABLE}{lines}", f"class: {target / 'class.html'}")
+                    tell(f"grades: {target / output.TABLE}{waiting}", f"class: {target / 'class.html'}")
         except KeyboardInterrupt:
             kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
@@ -207,10 +201,8 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
     found: dict[str, Fingerprint] = {}
     for year in years:
-        path = year / JOURNAL if year.is_dir() else year
-        _read(path)
-        name = path.resolve().parent.name if path.name == JOURNAL else path.stem
-        entries = read_journal(path)[0].items()
+        entries = read_journal(year / JOURNAL)[0].items()
+        name = year.resolve().name
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             message = f'--previous "{year}" holds no log that could be compared'
@@ -263,61 +255,3 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, needed: Seq
 def _usual_folder(home: Path) -> Path:
     folder = Path(f"{home.stem if home.suffix.lower() == '.zip' else home.name}-grades")
     return home.parent / folder if Path.cwd().is_relative_to(home) else folder
-
-
-# --- output ---------------------------------------------------------------------------------------------------
-
-
-def _count(number: int, what: str) -> str:
-    from gyrodata.reporting.values import count_text
-
-    return count_text(number, what)
-
-
-def _grouped(pairs: Sequence[tuple[str, str]], most: int) -> Iterator[tuple[str, int, str]]:
-    """Group people by the reason in front: the reason, their number, and their names."""
-    from gyrodata.readings import listing
-
-    reasons: dict[str, list[str]] = {}
-    for reason, person in pairs:
-        reasons.setdefault(reason, []).append(person)
-    yield from ((reason, len(people), listing(people, most)) for reason, people in reasons.items())
-
-
-def _summary(found: ClassGrades) -> Iterator[str]:
-    """Say who was graded in this run, and why."""
-    again = [(why, found.names[student]) for student, why in found.again.items()]
-    yield from (f"graded {number} ({why}): {names}" for why, number, names in _grouped(again, 5))
-    if known := len(found.grades) - len(found.again):
-        yield f"kept {known} as graded before"
-    if waiting := found.desk.waiting:
-        yield f"{_count(waiting, 'line')} {'waits' if waiting == 1 else 'wait'} in desk.csv for a value"
-    if found.desk.left:
-        yield f"desk.csv: {_count(len(found.desk.left), 'line')} without a value, left as gyro has it"
-    if found.damaged:
-        message = f"{_count(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
-        yield str(Diagnostic.of(diagnostics.JOURNAL_LINES_LOST, message, file="journal.ndjson"))
-
-
-def _changes(changes: Sequence[Change] | None, dry_run: bool) -> Iterator[str]:
-    """Say what changes in the table of grades."""
-    kept = "" if dry_run else "; what it was is kept in published"
-    if changes is None:
-        yield f"grades.csv is there and is no table of grades as gyro writes it{kept}"
-    elif changes:
-        yield f"grades.csv {'would change' if dry_run else 'changes'} for {len(changes)}{kept}:"
-        shown = changes if dry_run else changes[:SHOWN]
-        yield from (f"  {change}" for change in shown)
-        if len(changes) > len(shown):
-            yield f"  and {len(changes) - len(shown)} more"
-    elif dry_run:
-        yield "grades.csv would not change, or is not there yet"
-
-
-def _filled(filled: Mapping[str, Filled]) -> Iterator[str]:
-    """List the new and old entries of a gradebook, and the students without an entry."""
-    for name, sheet in filled.items():
-        yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"
-        yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)
-        skipped = [(why, who) for who, why in sheet.skipped]
-        yield from (f"  {why}: {names}" for why, _, names in _grouped(skipped, 10))

@@ -7,20 +7,24 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path, PurePosixPath
 
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
+from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.disk import file_name, new_file, telling, write_whole
+from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
-from gyrodata.grading.classroom import ClassGrades, figure_path
+from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.class_json import grades_document
 from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book, platform_of
 from gyrodata.grading.grade import Grade
+from gyrodata.readings import listing
+from gyrodata.reporting.values import count_text
 
 FIGURES = "figures"
+SHOWN = 20  # changes that are printed; with --dry-run all of them
 TABLE, PUBLISHED = "grades.csv", "published"
 
 
@@ -113,36 +117,28 @@ def _changed_by_hand(found: ClassGrades, folder: Path) -> Iterator[ledger.Offer]
 
 def find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> list[ledger.Offer]:
     """List the lines that wait for a person, without those that the desk decides; lines of one reason together."""
-    desk, offers = found.desk, list(_changed_by_hand(found, folder))
+    offer, waits, total = ledger.Offer, found.desk.waits, exports.TOTAL
+    changed = list(_changed_by_hand(found, folder))
     for student, value in (pair for sheet in filled.values() for pair in sheet.by_hand):
         where, reason = "stands in the gradebook", "other points stand in the gradebook"
-        offers.append(ledger.offer_points(student, exports.TOTAL, value, found.rubric.points, where, reason))
-    offers = list(filter(desk.waits, offers))
+        changed.append(ledger.offer_points(student, total, value, found.rubric.points, where, reason))
+    ungraded, looks, points = list[ledger.Offer](), list[ledger.Offer](), list[ledger.Offer]()
     for grade in found.grades:
-        # A line without a value gives nobody a grade.
         if grade.why is not None:
-            missing = grade.own and grade.reported_inertia is None
-            reason = "no I_zz is reported" if missing else "the log cannot be used"
-            if grade.own and not missing:
-                reason = "a part cannot be judged"
-            what = "reported" if missing else exports.TOTAL
-            offers.append(ledger.Offer(grade.student, what, "", grade.why, f"no grade: {reason}"))
-    for grade in found.grades:
-        looks = (ledger.Offer(grade.student, exports.TOTAL, "", one, ledger.in_general(one)) for one in grade.look)
-        offers += filter(desk.waits, looks)
-    offers += _open_flags(found)
-    for grade in found.grades:
-        if grade.status in ("so far", "not graded"):
-            open_marks = (mark for mark in grade.marks if mark.waits)
-            points = (
-                ledger.Offer(grade.student, mark.criterion, "", mark.reason, f"points to give: {mark.title}")
-                for mark in open_marks
-            )
-            offers += filter(desk.waits, points)
-    together: dict[str, dict[ledger.Offer, None]] = {}
-    for offer in offers:
-        together.setdefault(offer.reason, {})[offer] = None
-    return [offer for same in together.values() for offer in same]
+            what, reason = total, "a part cannot be judged" if grade.own else "the log cannot be used"
+            if grade.own and grade.reported_inertia is None:
+                what, reason = "reported", "no I_zz is reported"
+            ungraded.append(offer(grade.student, what, "", grade.why, f"no grade: {reason}"))
+        looks += [offer(grade.student, total, "", look, ledger.in_general(look)) for look in grade.look]
+        for mark in grade.marks if grade.status in ("so far", "not graded") else ():
+            if mark.waits:
+                reason = f"points to give: {mark.title}"
+                points.append(offer(grade.student, mark.criterion, "", mark.reason, reason))
+    # A line without a value gives nobody a grade, and a flag is settled by its students.
+    flags = _open_flags(found)
+    offers = [*filter(waits, changed), *ungraded, *filter(waits, looks), *flags, *filter(waits, points)]
+    reasons = list(dict.fromkeys(one.reason for one in offers))
+    return sorted(dict.fromkeys(offers), key=lambda one: reasons.index(one.reason))
 
 
 def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
@@ -166,8 +162,8 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
             yield ledger.Offer(flag.students[0], ledger.FLAG, "", f"{words}: {flag.evidence}", words, flag)
 
 
-def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> int:
-    """Write everything but the feedback, and keep a table that a person changed; return the number of open lines."""
+def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> str:
+    """Write everything but the feedback, and keep a table that a person changed; say how many lines are open."""
     names, files = feedback_names(found), {}
     for item in found.submissions.items:
         # The log is listed only if it is the only file.
@@ -188,7 +184,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
             write_whole(folder / name, data, private=True, sync=name == TABLE)
         for name, sheet in filled.items():
             write_whole(folder / name, [sheet.data], private=True)
-    return len(offers)
+    return f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
 
 
 # --- the feedback of a class, in files named as the platform accepts them, and a zip of all ------------------
@@ -279,3 +275,53 @@ def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, endin
         write_whole(folder / kept, [old], private=True, sync=True)
         yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
     write_whole(folder / page, [data], private=True)
+
+
+# --- what a run says -------------------------------------------------------------------------------------------
+
+
+def _grouped(pairs: Sequence[tuple[str, str]], most: int) -> Iterator[tuple[str, int, str]]:
+    """Group people by the reason in front: the reason, their number, and their names."""
+    reasons: dict[str, list[str]] = {}
+    for reason, person in pairs:
+        reasons.setdefault(reason, []).append(person)
+    yield from ((reason, len(people), listing(people, most)) for reason, people in reasons.items())
+
+
+def summary(found: ClassGrades) -> Iterator[str]:
+    """Say who was graded in this run, and why."""
+    again = [(why, found.names[student]) for student, why in found.again.items()]
+    yield from (f"graded {number} ({why}): {names}" for why, number, names in _grouped(again, 5))
+    if known := len(found.grades) - len(found.again):
+        yield f"kept {known} as graded before"
+    if waiting := found.desk.waiting:
+        yield f"{count_text(waiting, 'line')} {'waits' if waiting == 1 else 'wait'} in desk.csv for a value"
+    if found.desk.left:
+        yield f"desk.csv: {count_text(len(found.desk.left), 'line')} without a value, left as gyro has it"
+    if found.damaged:
+        message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
+        yield str(Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL))
+
+
+def change_lines(changes: Sequence[exports.Change] | None, dry_run: bool) -> Iterator[str]:
+    """Say what changes in the table of grades."""
+    kept = "" if dry_run else "; what it was is kept in published"
+    if changes is None:
+        yield f"grades.csv is there and is no table of grades as gyro writes it{kept}"
+    elif changes:
+        yield f"grades.csv {'would change' if dry_run else 'changes'} for {len(changes)}{kept}:"
+        shown = changes if dry_run else changes[:SHOWN]
+        yield from (f"  {change}" for change in shown)
+        if len(changes) > len(shown):
+            yield f"  and {len(changes) - len(shown)} more"
+    elif dry_run:
+        yield "grades.csv would not change, or is not there yet"
+
+
+def filled_lines(filled: Mapping[str, Filled]) -> Iterator[str]:
+    """List the new and old entries of a gradebook, and the students without an entry."""
+    for name, sheet in filled.items():
+        yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"
+        yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)
+        skipped = [(why, who) for who, why in sheet.skipped]
+        yield from (f"  {why}: {names}" for why, _, names in _grouped(skipped, 10))

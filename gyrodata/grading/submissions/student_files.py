@@ -19,7 +19,6 @@ from gyrodata.reporting.values import size_text
 TABLES = (".csv", ".tsv")  # endings of tables
 PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are read if there is no table
 TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml")  # files that may contain the answer
-ARCHIVES = (".zip", ".rar", ".7z", ".tar", ".tgz")
 
 Attempts = Literal["newest", "oldest"]
 
@@ -69,9 +68,6 @@ def choose_log(
     logs = tables or {name: own for name, own in files.items() if is_log(own)}
     if not logs:
         names = sorted(name.rpartition("/")[2] for name in files.values())
-        if archives := [name for name in names if ending(name) in ARCHIVES]:
-            message = f"{readings.listing(archives)} is an archive within the submission and is not opened; unpack it"
-            return None, f"no log: {message}"
         return None, f"no log: only {readings.listing(names)}" if names else "no files"
     numbers: dict[int, str] = {}
     bases = set()

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import html
+import io
 import re
+import zipfile
+import zlib
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Literal
@@ -18,7 +21,17 @@ from gyrodata.reporting.values import size_text
 
 TABLES = (".csv", ".tsv")  # endings of tables
 PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are read if there is no table
-TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml")  # files that may contain the answer
+TEXTS = (
+    ".txt",
+    ".md",
+    ".html",
+    ".htm",
+    ".text",
+    ".toml",
+    ".docx",
+    ".xlsx",
+    ".tex",
+)  # files that may contain the answer
 
 Attempts = Literal["newest", "oldest"]
 
@@ -141,10 +154,13 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
 def _in_text(name: str, data: bytes) -> list[tuple[str, readings.Reported]]:
     """Find I_zz in a report, each with its place in words."""
     try:
-        text = readings.decode(data, readings.Faults(name))[0]
-    except GyroError:
+        if ending(name) == ".docx":
+            text = _read_docx(data)
+        else:
+            text = _read_workbook(data) if ending(name) == ".xlsx" else readings.decode(data, readings.Faults(name))[0]
+    except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
         return []
-    if ending(name) in (".html", ".htm"):
+    if ending(name) in (".html", ".htm", ".docx"):
         parted = re.sub(r"(?i)<(?:br|/?(?:p|div|li|tr|h\d|table|ul|ol))\b[^<>]*>", "\n", text)
         text = html.unescape(re.sub(r"<[^<>]*>", "", parted)).replace("\u00a0", " ")
         # Lines are counted as they are shown.
@@ -152,42 +168,114 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, readings.Reported]]:
     found = []
     for number, line in enumerate(readings.split_lines(text)[:_MOST_LINES], 1):
         # Without quotation marks around a value.
-        if answer := _find_inertia(re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line)):
-            found.append((f"{name}, line {number}", readings.read_reported("inertia", answer, number)))
+        answers = _find_inertia(re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line))
+        found += [(f"{name}, line {number}", readings.read_reported("inertia", one, number)) for one in answers]
     return found
 
 
-_ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
-_OF_OTHERS = r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat"
+def _read_docx(data: bytes) -> str:
+    """Read the text of a Word document as HTML; the cells of a table are separated by ``|``."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open("word/document.xml") as file:
+        text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
+    text = re.sub(r"</w:p>\s*</w:tc>|<w:tab\b[^<>]*>", " | ", text)
+    return re.sub(r"</w:p>|<w:br\b[^<>]*>", "<br>", text)
+
+
+def _read_workbook(data: bytes) -> str:
+    """Read the rows of all sheets of a workbook, cells separated by ``|``."""
+    import openpyxl
+
+    sheets = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets
+    rows = (row for sheet in sheets for row in sheet.iter_rows(max_row=_MOST_LINES, max_col=30, values_only=True))
+    return "\n".join(" | ".join(str(cell) for cell in row if cell is not None) for row in rows)
+
+
+_LATEX = (
+    (r"\\(SI|qty)\{([^{}]*\\pm[^{}]*?)\s*e(-?\d+)\}", r"\\\1{(\2)e\3}"),
+    (r"\\(?:SI|qty)\{([^{}]*)\}\{([^{}]*)\}", r"\1 \2"),
+    (r"\\kilo\s*\\gram\b", "kg "),
+    (r"\\met(?:er|re)\b", " m"),
+    (r"\\squared\b", "^2"),
+    (r"\\pm(?![a-zA-Z])", "±"),
+    (r"\\(?:times|cdot)(?![a-zA-Z])", "·"),
+    (r"\\approx(?![a-zA-Z])", "≈"),
+    (r"\\(?:begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\[^a-zA-Z]|[~&$`{}]|\*\*", " "),
+    (r"\^\s*\(?\s*([-−]?\d+)(?:\s*\))?", r"^\1"),
+    (r"\s+(?=\^)|(?<=_)\s+|(?<=\s)\s+", ""),
+)
+"""Patterns that turn LaTeX into plain text."""
+
+_UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_START = r"(?<![\w.,^(+\-−±/])\(?[-+−]?\(?(?:\d|[.,]\d)"
+_RESULT = r"(?i)\b(?:results?|answer|ergebnis|résultat|resultado|risultato)[\s:=≈|*_]*$"
+_OF_OTHERS = (
+    r"(?i)theor|liter|manual|expect|nominal|refer|textbook|accept|true|given|simulat|compar|erwart|attendu"
+    r"|\b(?:rod|disk|disc|weights?|stange|scheibe|tige|disque|without|ohne|sans)\b|transvers|differ|decreas|increas"
+    r"|(?:uncertainty|errors?) (?:of|in)\b|unsicherheit|incertitude|\bu\s*\(|[Δδσ]"
+)
+"""Words of values that are not the answer."""
+
 _CUTS = r"[,;.)|]?\s+|[.,;|]*$"
+
+
+def _find_inertia(line: str) -> list[str]:
+    """Find the values of I_zz in a line of a report, such as ``Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2``.
+
+    A value needs its unit, and the name of I_zz or the word "result" in the same sentence in front of it. If some
+    values have a ±, only these are returned.
+    """
+    if len(line) > _LONGEST_LINE or not re.search(r"\d", line):
+        return []
+    plain = line
+    for pattern, text in _LATEX:
+        plain = re.sub(pattern, text, plain)
+    found, end = list[str](), 0
+    for start in (match.start() for match in re.finditer(_START, plain)):
+        if start < end or not re.search(_UNIT, plain[start:]):
+            continue
+        rest = plain[start : start + 120]
+        cuts = (rest[: cut.start()].strip(" |_") for cut in reversed(list(re.finditer(_CUTS, rest))))
+        answer = next((one for one in cuts if readings.read_reported("inertia", one).fault is None), "")
+        if not answer:
+            continue
+        before = re.split(r"[.;!?]\s", plain[end:start])[-1]
+        end = start + len(answer)
+        after = re.split(r"[.,;]", plain[end:])[0]
+        if not re.search(_OF_OTHERS, before) and not re.search(_OF_OTHERS, after) and _names_inertia(before):
+            found.append(answer)
+    if not found and (answer := _without_unit(line)):
+        return [answer]
+    return [one for one in found if readings.read_reported("inertia", one).u] or found
+
+
+def _names_inertia(text: str) -> bool:
+    """Return whether the words in front of a value name I_zz; a single letter must be next to the value."""
+    if re.search(_RESULT, text):
+        return True
+    words = re.findall(r"[^\W\d_][\w'’]*", re.sub(r"[\[(][^\])]*[\])]", " ", text))
+    names = [" ".join(words[at : at + count]) for at in range(len(words)) for count in (1, 2, 3)]
+    return any(name_roles(name)[0] == ("inertia",) for name in (*(one for one in names if len(one) > 1), *words[-1:]))
+
+
+_ANSWER_FOLLOWS = r"(?i)(?:[=:≈|\t]|\bis\b)\s*(?=[-+(~≈\s]*[.\d]|(?:about|ca\.?|approx\S*)\s)"
 _PLAIN_WORDS = str.maketrans("_", " ", "{}*$`")
 
 
-def _find_inertia(line: str) -> str:
-    """Find I_zz in a line of a report, ``Our result: I_zz = 4.4e-3 ± 0.1e-3 kg m^2``; "" if there is none.
-
-    The value needs its name in front and its unit behind; "I_zz" and "moment of inertia" do without the unit.
-    """
-    if len(line) > _LONGEST_LINE or not re.search(r"\d", line):
-        return ""
+def _without_unit(line: str) -> str:
+    """Find a value directly behind its name, if the unit is missing, or in brackets behind the name; "" for none."""
     for mark in re.finditer(_ANSWER_FOLLOWS, line):
-        before, rest = line[: mark.start()], line[mark.end() :]
+        before, rest = line[: mark.start()], line[mark.end() :].strip(" \t*_`$|")
         if re.search(_OF_OTHERS, before):
             return ""
-        if unit := re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before):
-            before = before[: unit.start()]
-        words = re.findall(r"[^\W\d][\w'’]*", before.translate(_PLAIN_WORDS))
+        unit = re.search(r"[\[(]([^\])]*)[\])][\s*_`$]*$", before)
+        words = re.findall(r"[^\W\d][\w'’]*", before[: unit.start() if unit else None].translate(_PLAIN_WORDS))
         names = (" ".join(words[-count:]) for count in (3, 2, 1) if len(words) >= count)
-        name, roles = next(((name, roles) for name in names if (roles := name_roles(name)[0])), ("", ()))
-        if roles != ("inertia",):
+        name = next((name for name in names if name_roles(name)[0]), "")
+        if not name or name_roles(name)[0] != ("inertia",):
             continue
-        whole = rest.strip(" \t*_`$|")
-        if unit and units.kinds_of(unit[1]) and (plain := quantities.take_apart(whole)) and not plain.unit:
-            whole = f"{whole} {unit[1]}"
-        for cut in reversed(list(re.finditer(_CUTS, whole))):
-            answer = whole[: cut.start()].rstrip(" *`$_")
-            if readings.read_reported("inertia", answer).fault is None:
-                return answer
-        if len(name) > 1 and readings.read_reported("inertia", whole).fault == "no unit":
-            return whole
+        if unit and units.kinds_of(unit[1]) and (plain := quantities.take_apart(rest)) and not plain.unit:
+            rest = f"{rest} {unit[1]}"
+        fault = readings.read_reported("inertia", rest).fault
+        if fault is None or (len(name) > 1 and fault == "no unit"):
+            return rest
     return ""

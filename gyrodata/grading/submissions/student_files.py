@@ -252,7 +252,9 @@ def _names_inertia(text: str) -> bool:
     """Return whether the words in front of a value name I_zz; a single letter must be next to the value."""
     if re.search(_RESULT, text):
         return True
-    words = re.findall(r"[^\W\d_][\w'’]*", re.sub(r"[\[(][^\])]*[\])]", " ", text))
+    # Without brackets, and without a verb at the end.
+    text = re.sub(r"[\[(][^\])]*[\])]|(?i:\b(?:is|ist|est|es|equals)\W*$)", " ", text)
+    words = re.findall(r"[^\W\d_][\w'’]*", text)
     names = [" ".join(words[at : at + count]) for at in range(len(words)) for count in (1, 2, 3)]
     return any(name_roles(name)[0] == ("inertia",) for name in (*(one for one in names if len(one) > 1), *words[-1:]))
 

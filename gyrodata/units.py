@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata import vocabulary
+from gyrodata import diagnostics, vocabulary
 
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
@@ -28,11 +28,14 @@ STANDARD_GRAVITY = 9.80665
 
 
 class UnitError(ValueError):
-    """A unit that cannot be used: unknown, of another kind, or ambiguous."""
+    """A quantity or a unit that cannot be read.
 
-    def __init__(self, message: str, hint: str = "", reason: str = "unknown") -> None:
+    The message follows the text that cannot be read; `hint` says what to write, and `code` names the diagnostic.
+    """
+
+    def __init__(self, message: str, hint: str = "", code: str = diagnostics.UNIT_UNKNOWN) -> None:
         super().__init__(message)
-        self.hint, self.reason = hint, reason
+        self.hint, self.code = hint, code
 
 
 class Uncertainty(Struct, frozen=True):
@@ -69,11 +72,6 @@ class Kind(Struct, frozen=True):
     """Units to propose."""
     also: tuple[str, ...] = ()
     """Units of other dimensions that measure the same."""
-
-    @property
-    def proposal(self) -> str:
-        """Return what to write, without a number that could be copied."""
-        return f"write one of: {self.examples}" if self.si else "write the number alone"
 
 
 KINDS = convert(vocabulary.KINDS, dict[str, Kind])
@@ -235,6 +233,10 @@ def _from_pint(name: str, kind: str) -> Unit | None:
     return Unit(name, float(quantity.to(SI[kind]).magnitude)) if quantity.is_compatible_with(SI[kind]) else None
 
 
+def _proposal(kind: str) -> str:
+    return f"write one of: {KINDS[kind].examples}" if SI[kind] else "write the number alone"
+
+
 @lru_cache(maxsize=1024)
 def parse_unit(text: str, kind: str) -> Unit:
     """Understand a unit as a unit of one kind of quantity."""
@@ -243,18 +245,18 @@ def parse_unit(text: str, kind: str) -> Unit:
     except UnitError as fault:
         if in_words := _from_pint(text.strip().lower(), kind):
             return in_words
-        raise UnitError(str(fault), f"for {KINDS[kind].words}, {KINDS[kind].proposal}") from None
+        raise UnitError(str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}") from None
     factor, dimensions = unit.factor, unit.dimensions
     if dimensions not in _DIMENSIONS.get(kind, ()):
-        hint = (
-            "; a time per revolution goes into a column spin_period [s]" if kind == "rate" and dimensions.time else ""
-        )
-        raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', KINDS[kind].proposal + hint, "kind")
+        hint = _proposal(kind)
+        if kind == "rate" and dimensions.time:
+            hint += "; a time per revolution goes into a column spin_period [s]"
+        raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', hint)
     if kind == "rate" and not dimensions.angle and not dimensions.turn:
         # Counts per minute of a turning thing are revolutions; per second they might be radians.
         if unit.text != "1/min":
-            hint = "write rev/s (or Hz) for revolutions, rad/s for radians"
-            raise UnitError(f'"{text.strip()}" can mean revolutions or radians', hint, "ambiguous")
+            message, hint = f'"{text.strip()}" can mean revolutions or radians', "write rev/s (or Hz), or rad/s"
+            raise UnitError(message, hint, diagnostics.PER_SECOND_IS_AMBIGUOUS)
         factor = RPM
     elif kind in ("number", "time"):
         factor /= (2 * math.pi) ** dimensions.turn  # a turn has 2π radians, and yet counts as one

@@ -24,9 +24,9 @@ from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
-from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.units import Uncertainty, UnitError
@@ -265,11 +265,11 @@ class _Bench(Struct, frozen=True):
                 continue
             try:
                 if key in APPARATUS:
-                    read_settings([], [Given(key, text, key, None)], Faults(""), True)
+                    read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
                 found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
             except InputError as error:
                 raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=key) from None
-            except (UnitError, CellError) as error:
+            except UnitError as error:
                 raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=key) from None
         return found
 

@@ -12,8 +12,9 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
-from gyrodata.quantities import CellError, Quantity, parse_quantity, read_cell
-from gyrodata.readings.lablog import PREFIX, Column, Readings, header_of
+from gyrodata.quantities import Quantity, parse_quantity, read_cell
+from gyrodata.readings.lablog import Column, Readings, header_of
+from gyrodata.readings.reported import PREFIX
 from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
@@ -153,7 +154,7 @@ def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
     """Read a text as a cell; "none" is a weight, and not a number."""
     try:
         return read_cell(text, kind, unit) if text else None
-    except CellError:
+    except UnitError:
         return None
 
 

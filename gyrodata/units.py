@@ -255,8 +255,8 @@ def parse_unit(text: str, kind: str) -> Unit:
     if kind == "rate" and not dimensions.angle and not dimensions.turn:
         # Counts per minute of a turning thing are revolutions; per second they might be radians.
         if unit.text != "1/min":
-            message, hint = f'"{text.strip()}" can mean revolutions or radians', "write rev/s (or Hz), or rad/s"
-            raise UnitError(message, hint, diagnostics.PER_SECOND_IS_AMBIGUOUS)
+            hint, code = "write rev/s (or Hz) for revolutions, rad/s for radians", diagnostics.PER_SECOND_IS_AMBIGUOUS
+            raise UnitError(f'"{text.strip()}" can mean revolutions or radians', hint, code)
         factor = RPM
     elif kind in ("number", "time"):
         factor /= (2 * math.pi) ** dimensions.turn  # a turn has 2π radians, and yet counts as one

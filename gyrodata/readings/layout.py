@@ -512,6 +512,9 @@ class _Sheet:
         cells, headers = [cell for cell, _ in self.columns], [header for _, header in self.columns]
         joined = []
         for row, places, given in self.runs:
+            if not given and places == list(range(len(headers))):
+                joined.append(row)
+                continue
             # Each cell comes to the place of its column, with what the caption gives.
             texts = {[header.roles for header in headers].index((role,)): one for role, one in given.items()}
             order = [*places, *range(len(headers), len(headers) + len(row.texts))]
@@ -551,6 +554,13 @@ class _Sheet:
             message = f"{len(parts)} tables are read as one: {lines}"
             self.faults.add(codes.TABLES_JOINED, message, "", cells[0])
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
+        for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
+            # A header may be split at its own comma: "period [s], 5 turns".
+            turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
+            if turns and not any(row.texts[at : at + 1] for row in table.rows):
+                message = f'"{behind.text}" stands alone in its cell: is it a part of "{cell.text}"?'
+                hint = f'write one name without a comma, as "time for {turns} turns [s]"'
+                raise _TableError(codes.HEADER_PARTED_BY_COMMA, message, hint, behind)
         return _with_differences(table, self.faults)
 
 

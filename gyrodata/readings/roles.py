@@ -133,7 +133,8 @@ YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys
 """Whether the ball is balanced, in the languages of the headers."""
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
 """Points from which positions count."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, "balance_tilt", "balance_drift", "motion", "balanced", "position_from")
+OTHER_KEYS = ("balance_tilt", "balance_drift", "motion", "balanced", "position_from")
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""
 
 

@@ -792,6 +792,13 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     unread = unread | choice.asked
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(log, faults)
+    turns, angle = log.columns.get("turns"), log.columns.get("angle")
+    for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
+        full = 2 * math.pi * (count.value or 0.0)
+        if full and swept.value and abs(swept.value - full) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
+            message = f"run {log.runs[run]}: {count.text} turns are {math.degrees(full):.4g} degrees, not {swept.text}"
+            hint = "correct one of the two, or take one column out"
+            faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run) if angle else None)
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
@@ -910,22 +917,19 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
 
 def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
     """Warn of every note that may say that a reading is not what is typed, such as "twice the real rpm"."""
-    told: dict[str, Text | tuple[source.Row, int]] = {text.text: text for text in grid.comments}
+    notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
-        known = key.lower()
-        if (known not in roles.KEYS or known in TEXTS) and not known.startswith(reported.PREFIX):
-            told[f"{key}: {text.text}"] = text
+        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(reported.PREFIX):
+            notes[f"{key}: {text.text}"] = text
     for row in grid.rows:
-        words = re.compile(r"[^\W\d_]{3}")
-        said = {at: text for at, text in enumerate(row.texts) if words.search(text)}
+        said = {at: text for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)}
         said = {at: text for at, text in said.items() if not roles.parse_header(text).roles}
         # A row of words may be one note that was split at its commas.
         if said and len(said) == len(row.texts) - row.texts.count(""):
             said = {min(said): ", ".join(said.values())}
-        told = {text: (row, at) for at, text in said.items()} | told
-    for note, place in told.items():
+        notes |= {text: grid.cell(row, at) for at, text in said.items() if text not in notes and roles.altered_role(text)}
+    for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
             message = f'the note "{note[:100]}" may change the {role}, and gyro uses each number as it is typed'
             hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
-            cell = place if isinstance(place, Text) else grid.cell(*place)
             faults.add(codes.NOTE_MAY_CHANGE_READING, message, hint, cell)

@@ -11,6 +11,10 @@ UNITS: dict[str, str] = _SECTIONS.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
 """The fields of each kind of quantity."""
+ROLES: dict[str, Any] = _SECTIONS.pop("roles")
+"""The fields of each role."""
+CONSTANTS: dict[str, str] = _SECTIONS.pop("constants")
+"""The kind of each constant of a log that is not a role."""
 MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import asdict, replace
 
-from gyrodata import diagnostics as codes
 from gyrodata.readings import lablog, layout, roles, table
 from gyrodata.readings import source as sources
 from gyrodata.readings.lablog import (
@@ -109,12 +108,10 @@ def read_log(
     choice = table.choose(found, mapping, given, faults)
     log, unmoved = table.TableReader(found, choice, given, faults).read(log)
     if not log.runs and not faults.has_error():
-        hint = "a row without a time is not a run: fill the times in"
-        faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
+        faults.add("no_timed_runs")
     else:
         if log.runs and len(unmoved) == len(log.runs):
-            hint = "add runs with a weight: mass and position"
-            faults.add(codes.NO_TORQUE, "no run has a torque, and the rod never moved", hint)
+            faults.add("no_torque")
         unread = {role for role in choice.used if role not in log.columns} if faults.has_error() else set()
         table.check_meaning(log, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
     moved = [run for run in range(len(log.runs)) if run not in unmoved]

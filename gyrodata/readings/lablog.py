@@ -9,19 +9,19 @@ import difflib
 import math
 import os
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
-from gyrodata import quantities
+from gyrodata import diagnostics, quantities
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import reported, roles
 from gyrodata.units import Uncertainty, UnitError
@@ -52,9 +52,6 @@ class Text(Struct, frozen=True):
     def place(self) -> Place:
         """Line and column."""
         return Place(self.line, self.column)
-
-
-_Where = Text | Place | None
 
 
 class Reading(Struct, frozen=True):
@@ -228,6 +225,11 @@ def split_lines(text: str) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
+@cache
+def _messages() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_name("messages.toml").read_text(encoding="utf-8"))
+
+
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
@@ -244,21 +246,23 @@ class Faults:
         excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
         return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
 
-    def add(self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None) -> None:
-        """Add a fault of a cell or a place; of one code, only the first `MOST_OF_ONE_CODE` are kept."""
-        self._count[code] += 1
-        if self._count[code] > MOST_OF_ONE_CODE:
-            return
-        if isinstance(place, Text):
-            width = len(place.text) if width is None else width
-            place = place.place
-        self.found.append(self.make(code, message, hint, place, max(1, width or 1)))
+    def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
+        """Add a message of `messages.toml` with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept.
 
-    def refuse(
-        self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None
-    ) -> InputError:
+        The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
+        """
+        about = _messages()[name]
+        code = values.get("code") or getattr(diagnostics, about["code"])
+        self._count[code] += 1
+        if self._count[code] <= MOST_OF_ONE_CODE:
+            width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
+            place = place.place if isinstance(place, Text) else place
+            message, hint = about["message"].format(**values), about.get("hint", "").format(**values)
+            self.found.append(self.make(code, message, hint, place, max(1, width)))
+
+    def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
         """Return the error to raise for an input that is not a log, with all that was found before."""
-        self.add(code, message, hint, place, width)
+        self.add(name, place, **values)
         return InputError(self.found)
 
     def all_told(self) -> tuple[Diagnostic, ...]:
@@ -351,21 +355,20 @@ def read_options(
             with Path(config).open("rb") as file:
                 table = msgspec.toml.decode(file.read(1_000_000).decode("utf-8-sig"), type=dict[str, str | int | float])
         except (OSError, ValueError, RecursionError) as error:
-            message = f"--config {str(config)!r} cannot be read: {getattr(error, 'strerror', None) or error}"
-            hint = 'write one value in each line, without a [head] above them: g = "9.803 m/s^2"'
-            raise faults.refuse(codes.CONFIG_CANNOT_BE_READ, message, hint) from None
+            why = getattr(error, "strerror", None) or error
+            raise faults.refuse("config", path=str(config), why=why) from None
     given = [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
     given += [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
     keys = [key for key in roles.KEYS if key not in roles.TEXTS]
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
-    names = [(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", item.key, keys) for item in given]
-    names += [(codes.MAPPED_ROLE_UNKNOWN, f"--map {role}=…: there is no such role", role, mapped) for role in mapping]
-    for code, message, name, known in names:
+    names = [("option_unknown", item.label, item.key, keys) for item in given]
+    names += [("mapped_role_unknown", f"--map {role}=…", role, mapped) for role in mapping]
+    for fault, what, name, known in names:
         if name not in known and not (known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)):
             close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
             close = close or [role for role in roles.name_roles(name)[0] if role in known]
             hint = f"did you mean {' or '.join(close)}?" if close else f"known are: {listing(known, 99)}"
-            faults.add(code, message, hint)
+            faults.add(fault, what=what, hint=hint)
     if faults.has_error():
         raise InputError(faults.found)
     return given
@@ -398,8 +401,7 @@ def read_settings(
             if text.text and known not in roles.KEYS and len(settings.metadata) < 200:
                 _warn_of_remark(key, text.text, text, faults)
         elif known in seen and seen[known].text != text.text:
-            message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
-            faults.add(codes.KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
+            faults.add("key_given_twice", text, key=known, first=seen[known].line, second=text.line)
         else:
             seen[known] = text
             _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
@@ -431,9 +433,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
         read = reported.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = read
     if read.problem:
-        hint = "write value, uncertainty and unit; I_zz like 4.40e-3 ± 0.05e-3 kg m^2"
-        message = f"{reported.PREFIX}{name}: {read.problem}"
-        faults.add(codes.REPORTED_VALUE_CANNOT_BE_READ, message, hint, text)
+        faults.add("reported_value", text, name=name, problem=read.problem)
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
@@ -445,9 +445,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if close:
         # Of "14.8 cm from centre" the value is meant.
         match = re.match(rf"{quantities.NUMBER}\s*\S*", value) if close[0] in roles.ROLES else None
-        meant = f"{close[0]}: {match[0] if match else value}"[:90]
-        message = f'"# {(text.text if text.text != value else key)[:60]}" is kept as a remark; nothing is read from it'
-        faults.add(codes.KEY_NEARLY_KNOWN, message, f'did you mean "# {meant}"?', text)
+        written = text.text if text.text != value else key
+        faults.add("remark", text, written=written, meant=f"{close[0]}: {match[0] if match else value}")
 
 
 @lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
@@ -494,12 +493,12 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         else:
             _enter_quantity(settings, item, ask, faults)
     except UnitError as error:
-        message = f'{item.label}: "{item.text[:60]}" {error}'
         hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
+        values: dict[str, Any] = {"label": item.label, "text": item.text, "error": error, "hint": hint}
         if item.place is None:
-            raise Faults(faults.name).refuse(codes.OPTION_VALUE_CANNOT_BE_READ, message, hint) from None
+            raise Faults(faults.name).refuse("option_value", **values) from None
         settings.unread |= {key} & set(roles.ROLES)
-        faults.add(codes.KEY_VALUE_CANNOT_BE_READ, message, hint, item.place, len(item.text))
+        faults.add("key_value", item.place, **values)
 
 
 def _enter_quantity(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
@@ -517,8 +516,7 @@ def _enter_quantity(settings: Settings, item: Given, ask: bool, faults: Faults) 
     if fault:
         raise UnitError(fault, hint)
     if bare:
-        message = f'g "{text}" has no unit, and is read as {text} m/s²'
-        faults.add(codes.G_WITHOUT_UNIT, message, f'write "{text} m/s^2"', item.place, len(text))
+        faults.add("g_without_unit", item.place, text=text)
     if key not in roles.CONSTANTS:
         settings.roles[key] = replace(item, cell=cell)
         return

@@ -14,11 +14,11 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from itertools import accumulate, pairwise
 from statistics import fmean
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
 from gyrodata import quantities, vocabulary
 from gyrodata.readings import reported, roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing, span
@@ -52,14 +52,18 @@ _Given = dict[str, tuple[str, int]]
 
 
 class _TableError(Exception):
-    """Rows that are not one table of runs: code, message, hint and cell."""
+    """Rows that are not one table of runs."""
+
+    def __init__(self, name: str, place: Text | None = None, /, **values: Any) -> None:
+        super().__init__(name)
+        self.name, self.place, self.values = name, place, values
 
 
 def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         if not grid.rows:
-            raise _TableError(codes.NO_HEADER_ROW, "there is no table in this log", _HINT)
+            raise _TableError("no_table", columns=_HINT)
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
         head = grid.rows[_find_head(grid)]
@@ -72,7 +76,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
                 sheet.take(row)
         return sheet.finish()
     except _TableError as fault:
-        faults.add(*fault.args)
+        faults.add(fault.name, fault.place, **fault.values)
         return None
 
 
@@ -84,12 +88,9 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
     names = Row(0, [row.texts[0] for row in grid.rows])
     if not _is_head(names):
         if width == 1:
-            hint = "put a comma, a semicolon or a tab between the columns"
-            message = "no delimiter between the columns was found"
-            raise _TableError(codes.NO_DELIMITER, message, hint, grid.cell(grid.rows[0], 0))
+            raise _TableError("no_delimiter", grid.cell(grid.rows[0], 0))
         return grid
-    message = f"the names are at the side ({listing(names.texts, 3)}): the table is read from top to bottom"
-    faults.add(codes.TABLE_IS_TURNED, message, "", grid.cell(grid.rows[0], 0))
+    faults.add("turned", grid.cell(grid.rows[0], 0), names=listing(names.texts, 3))
     rows = []
     for at in range(width):
         places = [(row, 1 if at and len(row.texts) == 2 < width else at) for row in grid.rows]
@@ -310,12 +311,6 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 
 # From row to row ---------------------------------------------------------------------------------------------------
 
-_LEFT_OUT = {
-    codes.ROW_IS_ONLY_A_TITLE: "text, not a run",
-    codes.ROW_TAKEN_OUT: "taken out with # or by striking it out",
-    codes.SUMMARY_LEFT_OUT: "worked out from runs, not a run",
-}
-
 
 class _Sheet:
     """Goes down the rows of a sheet, and makes one table of all runs."""
@@ -330,11 +325,11 @@ class _Sheet:
         """Number of the first run of each table."""
         self.words: list[Row] = []
         """Rows of text above the next run."""
-        self.left_out: dict[str, list[tuple[Row, int]]] = {code: [] for code in _LEFT_OUT}
+        self.left_out: dict[str, list[tuple[Row, int]]] = {name: [] for name in ("title", "taken_out", "summary")}
         """Rows that are not runs, with the cell that shows it."""
         self.general: _Given = {}
         """What captions say of all tables."""
-        self.said: list[tuple[str, Text]] = []
+        self.said: list[tuple[Text, dict[str, object]]] = []
         """What was read of each caption."""
         self.any_timed = any(_is_timed(row) for row in grid.rows if _is_head(row))
         self.only_means = False
@@ -364,7 +359,7 @@ class _Sheet:
         is_note = first < len(headers) and "note" in headers[first].roles
         if _is_head(row):
             if self.fresh and not self.words:
-                self._leave_out(codes.ROW_IS_ONLY_A_TITLE, self.head)  # a row of names above the header
+                self._leave_out("title", self.head)  # a row of names above the header
             self.begin(row)
         elif self.fresh and (units := _units(row)):
             for at, (unit, header) in enumerate(zip(units, headers, strict=False)):
@@ -375,16 +370,16 @@ class _Sheet:
         elif self.fresh and (below := self._names_below(row)):
             self.here = below
         elif row.texts[0] == "#":
-            self._leave_out(codes.ROW_TAKEN_OUT, row)  # a # that a spreadsheet put into a cell of its own
+            self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
         elif not is_note and not roles.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in start):
-            self._leave_out(codes.SUMMARY_LEFT_OUT, row)
+            self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
         else:
             self._take_run(row)
 
-    def _leave_out(self, code: str, row: Row) -> None:
-        self.left_out[code].append((row, _filled(row)[0]))
+    def _leave_out(self, why: str, row: Row) -> None:
+        self.left_out[why].append((row, _filled(row)[0]))
 
     def _names_below(self, row: Row) -> list[_Column]:
         """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is not such a row."""
@@ -426,7 +421,7 @@ class _Sheet:
             return
         remarks = [at for at in range(len(self.places), len(row.texts)) if row.texts[at]]
         if remarks and not any(is_number(row.texts[at]) for at in remarks):
-            self.left_out[codes.ROW_IS_ONLY_A_TITLE].append((row, remarks[0]))
+            self.left_out["title"].append((row, remarks[0]))
             row = Row(row.line, row.texts[: len(self.places)], row.origin)
         if is_first:
             there |= set(self.given)
@@ -436,12 +431,8 @@ class _Sheet:
             # A position is blank in a run without a weight.
             has_position = any("position" in header.roles for _, header in self.here)
             if lost := sorted(self.told - there - ({"position"} if has_position else set())):
-                start = f"the table below line {self.head.line}"
-                message = f"{start} has no {lost[0]} in its first row; the first table has one"
-                sample = f'"{lost[0]} {roles.BY_NAME[lost[0]].sample}"'
-                hint = f"write it there, or in the line above the table, such as {sample}; "
-                hint += "or put # before its lines if they are no runs"
-                raise _TableError(codes.BLOCKS_STACKED, message, hint, self.here[0][0])
+                values = {"line": self.head.line, "role": lost[0], "sample": roles.BY_NAME[lost[0]].sample}
+                raise _TableError("lacks_in_first_row", self.here[0][0], **values)
         self.runs.append((row, self.places, self.given))
 
     def _begin_runs(self) -> None:
@@ -453,15 +444,13 @@ class _Sheet:
         untimed = self.any_timed and not _is_timed(Row(0, names))
         if untimed or (means and self.runs and not self.only_means):
             self.skipped = True
-            why = "has no times of runs" if untimed else "contains means"
-            message = f'the table below line {self.head.line} ("{names[0][:40]}", …) {why}: left out'
-            self.faults.add(codes.TABLE_LEFT_OUT, message, "", self.here[0][0])
+            why = "untimed_table" if untimed else "table_of_means"
+            self.faults.add(why, self.here[0][0], line=self.head.line, name=names[0])
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
             if cell.text and cell.text in names[:at]:
-                hint = "name repeats of one time time_1, time_2, …; rename or remove the other columns"
-                raise _TableError(codes.HEADER_STANDS_TWICE, f'two columns are called "{cell.text[:60]}"', hint, cell)
+                raise _TableError("same_names", cell, name=cell.text)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
@@ -472,10 +461,8 @@ class _Sheet:
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
-                first = self.columns[place][0].text
-                message = f'the table below line {cell.line} has "{cell.text}", and the first has "{first}"'
-                hint = f'give the columns of all tables the same units: write "{first}" and its numbers'
-                raise _TableError(codes.BLOCKS_STACKED, message, hint, cell)
+                values = {"line": cell.line, "second": cell.text, "first": self.columns[place][0].text}
+                raise _TableError("other_unit", cell, **values)
             self.places.append(place)
 
     def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
@@ -490,13 +477,13 @@ class _Sheet:
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                message = f"line {row.line} says it for the runs {where} it: {told}"
-                self.said.append((message, self.grid.cell(row, _filled(row)[0])))
+                values = {"line": row.line, "where": where, "said": told}
+                self.said.append((self.grid.cell(row, _filled(row)[0]), values))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
             elif not row.texts[0].startswith("#"):
-                self._leave_out(codes.ROW_IS_ONLY_A_TITLE, row)
+                self._leave_out("title", row)
         self.words = []
         return found
 
@@ -525,42 +512,36 @@ class _Sheet:
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
             if _ends_with_means(part, headers):
-                self._leave_out(codes.SUMMARY_LEFT_OUT, part.pop())
-        for code, left in self.left_out.items():
+                self._leave_out("summary", part.pop())
+        for why, left in self.left_out.items():
             if left:
                 lines = span(sorted({row.line for row, _ in left}))
-                message = f"{lines} left out ({_LEFT_OUT[code]}): {listing([row.texts[at] for row, at in left], 4)}"
-                hint = "put # before the line to keep it as a remark; what it says of the runs goes into a column"
-                hint = hint if code == codes.ROW_IS_ONLY_A_TITLE else ""
-                for origin in filter(None, (roles.origin_in(" ".join(row.texts)) for row, _ in left)):
-                    length = {"surface": "ball_diameter: 10.16 cm", "tip": "rod_length: 25.0 cm"}[origin]
-                    hint = f'if positions count from the {origin}: "# position_from: {origin}" and "# {length}" above'
-                self.faults.add(code, message, hint, self.grid.cell(*left[0]))
-        for message, cell in self.said:
-            self.faults.add(codes.CAPTION_READ, message, "", cell)
+                values = {"lines": lines, "texts": listing([row.texts[at] for row, at in left], 4)}
+                origins = [one for row, _ in left if (one := roles.origin_in(" ".join(row.texts)))]
+                if why == "title" and origins:
+                    why, length = "title_of_positions", roles.ORIGIN_LENGTHS[origins[-1]]
+                    values |= {"origin": origins[-1], "length": f"{length.key}: {length.sample}"}
+                self.faults.add(why, self.grid.cell(*left[0]), **values)
+        for cell, said in self.said:
+            self.faults.add("caption", cell, **said)
         if not self.runs:
-            hint = "write one row for each timed run"
-            raise _TableError(codes.HEADER_WITHOUT_RUNS, "there is a header, but not one run below it", hint)
+            raise _TableError("no_runs")
         seen: set[tuple[str, ...]] = set()
         for part in parts:
             rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in rows) > 1:
-                message = f"the table with line {part[0].line} repeats runs that stand above"
-                hint = "a run counts once: delete this table, or put # before its lines"
-                raise _TableError(codes.BLOCKS_STACKED, message, hint, self.grid.cell(part[0], _filled(part[0])[0]))
+                cell = self.grid.cell(part[0], _filled(part[0])[0])
+                raise _TableError("repeated_table", cell, line=part[0].line)
             seen.update(rows)
         if len(parts) > 1:
             lines = ", ".join(span([row.line for row in part]) for part in parts)
-            message = f"{len(parts)} tables are read as one: {lines}"
-            self.faults.add(codes.TABLES_JOINED, message, "", cells[0])
+            self.faults.add("tables_joined", cells[0], count=len(parts), lines=lines)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
             # A header may be split at its own comma: "period [s], 5 turns".
             turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
             if turns and not any(row.texts[at : at + 1] for row in table.rows):
-                message = f'"{behind.text}" stands alone in its cell: is it a part of "{cell.text}"?'
-                hint = f'write one name without a comma, as "time for {turns} turns [s]"'
-                raise _TableError(codes.HEADER_PARTED_BY_COMMA, message, hint, behind)
+                raise _TableError("header_split", behind, part=behind.text, header=cell.text, turns=turns)
         return _with_differences(table, self.faults)
 
 
@@ -589,12 +570,9 @@ def _find_head(grid: Grid) -> int:
         first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
     head, numbers = rows[first], _numbers(rows[first])
     if numbers and 2 * numbers >= len(_filled(head)):
-        message = "there is no header row: the first row contains numbers"
-        raise _TableError(codes.NO_HEADER_ROW, message, _HINT, grid.cell(head, 0))
+        raise _TableError("no_header_row", grid.cell(head, 0), columns=_HINT)
     if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
-        hint = "put the header above all runs, or # before the line if it is no run"
-        message = f"line {early.line} contains numbers, and stands above the header in line {head.line}"
-        raise _TableError(codes.NO_HEADER_ROW, message, hint, grid.cell(early, 0))
+        raise _TableError("numbers_above_header", grid.cell(early, 0), early=early.line, line=head.line)
     return first
 
 
@@ -645,8 +623,8 @@ def _with_differences(table: Layout, faults: Faults) -> Layout:
             return table
         if any(text.startswith("-") for text in texts):
             return table
-        message = f'"{table.cells[one].text}" {sign} "{table.cells[other].text}" is read as {name}'
-        faults.add(codes.HEADER_READ_AS, message, "if it is not, write that column yourself", table.cells[one])
+        first, second = table.cells[one], table.cells[other]
+        faults.add("read_as", first, first=first.text, sign=sign, second=second.text, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts, *[""] * (width - len(row.texts)), text]

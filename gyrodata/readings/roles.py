@@ -1,7 +1,6 @@
 """The roles: what a column of a log can measure, one record each; and the other keys that a log can give.
 
-A new role is one record of `TABLE` here, with its names in `vocabulary.toml`; readers, hints, fill-down and the blank
-log use these records.
+A new role is one record in `vocabulary.toml`, with its names there; readers, hints and fill-down use these records.
 """
 
 from __future__ import annotations
@@ -13,9 +12,9 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
 from gyrodata import quantities, units, vocabulary
 from gyrodata.error_sources import SOURCES
@@ -46,46 +45,7 @@ class Role(Struct, frozen=True):
     """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 
 
-_LOADED = ("position mass", "position force")
-_SPUN = ("spin", "spin_start spin_end")
-_TIMED = ("time turns", "time angle")
-
-TABLE: tuple[Role, ...] = (
-    Role("mass", "mass", "load", "not below zero", sample="20 g", meaning="the added weight",
-         bound_hint="a weight on the counterweight side has a negative position",
-         instead=" (a torque [N*m] column, or force [N], serves instead)"),
-    Role("position", "length", "load", sample="15 cm", meaning="from the ball's centre to the middle of the weight"),
-    Role("torque", "torque", "load", derived_from=_LOADED),
-    Role("force", "force", "load"),
-    Role("spin", "rate", "spin", "not zero", sample="400 rpm", meaning="how fast the ball spins",
-         instead=" (spin_start and spin_end, or spin_period [s], serve instead)", derived_from=_SPUN[1:]),
-    Role("spin_start", "rate", "spin", "not zero", sample="410 rpm", u_of="spin"),
-    Role("spin_end", "rate", "spin", "not zero", sample="390 rpm", u_of="spin"),
-    Role("spin_period", "time", "spin", "above zero", derived_from=_SPUN),
-    Role("spin_period_start", "time", "spin", "above zero", sample="0.14 s", derived_from=_SPUN),
-    Role("spin_period_end", "time", "spin", "above zero", sample="0.16 s", derived_from=_SPUN),
-    Role("spin_time", "time", "spin", "above zero", sample="1.5 s",
-         meaning="the time of several turns of the ball", derived_from=(*_SPUN, "spin_period")),
-    Role("spin_turns", "number", "spin", "above zero", sample="10",
-         meaning="how many turns of the ball spin_time covers", derived_from=(*_SPUN, "spin_period")),
-    Role("time", "time", "timing", "above zero", meaning="the stopwatch time of each run",
-         bound_hint="a run that was not timed is left blank",
-         instead=" (precession_period [s] or precession_rate [rad/s] serves instead)"),
-    Role("turns", "number", "count", "above zero", sample="1", meaning="how many turns each time covers",
-         bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
-         instead=' (or the angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")', u_of="angle"),
-    Role("angle", "angle", "count", "above zero", u_of="turns"),
-    Role("precession_period", "time", "timing", "above zero", derived_from=_TIMED),
-    Role("precession_rate", "rate", "timing", "not zero", derived_from=_TIMED),
-    Role("pitch", "angle", bound="below 90 degrees"),
-    Role("spin_sense", "sign"),
-    Role("precession_sense", "sign"),
-    Role("weight_diameter", "length", bound="above zero", meaning="how wide the added weight is, across the rod"),
-    Role("transverse_inertia", "inertia", bound="above zero"),
-    Role("inertia", "inertia", derived_from=("",)),
-    Role("run", "text"),
-    Role("note", "text"),
-)  # fmt: skip
+TABLE = tuple(convert({"name": name, **fields}, Role) for name, fields in vocabulary.ROLES.items())
 
 SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.values() for key in section if " " in key))
 """Roles that share names, as they are written in the vocabulary."""
@@ -108,13 +68,7 @@ SPIN_SETS = (
 )
 """Each of these sets gives the spin of a run; of several, the first is used."""
 
-CONSTANTS = {
-    "g": "acceleration",
-    "latitude": "angle",
-    **dict.fromkeys(("ball_diameter", "rod_length", "bore_diameter", "bore_depth"), "length"),
-    **dict.fromkeys(("rod_diameter", "disk_diameter"), "length"),
-    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass"), "mass"),
-}
+CONSTANTS = vocabulary.CONSTANTS
 """Kinds of the constants of a log that are not roles."""
 
 SHARED_UNCERTAINTIES = {
@@ -133,6 +87,22 @@ YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys
 """Whether the ball is balanced, in the languages of the headers."""
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
 """Points from which positions count."""
+
+
+class OriginLength(NamedTuple):
+    """The length between the centre of the ball and the point from which positions count."""
+
+    key: str
+    share: float
+    """Share of the value of `key`."""
+    sample: str
+    meaning: str
+
+
+ORIGIN_LENGTHS = {
+    "surface": OriginLength("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
+    "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
+}
 OTHER_KEYS = ("balance_tilt", "balance_drift", "motion", "balanced", "position_from")
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""

@@ -23,7 +23,6 @@ from xml.etree import ElementTree
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
 from gyrodata.errors import printable
 from gyrodata.readings import reported, roles
 from gyrodata.readings.lablog import Faults, Place, Text, listing
@@ -40,8 +39,6 @@ MAX_COLUMNS = 200
 MAX_CELL = 10_000
 _MAX_UNPACKED = 100 * 1000 * 1000
 
-_SAVE_AS = "save the table as CSV (in a spreadsheet: File, Save as, CSV UTF-8) and give that file"
-_SMALL = "a lab log has a few kilobytes; is this the one?"
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
     "a PDF": rb"%PDF",
@@ -71,21 +68,19 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
         try:  # up to the limit: a small file can unpack to anything
             data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_BYTES + 1)
         except (OSError, EOFError, zlib.error):
-            hint = "make it again, or give the CSV itself"
-            raise faults.refuse(codes.COMPRESSED_FILE_DAMAGED, "the .gz file is damaged", hint) from None
+            raise faults.refuse("damaged_gz") from None
     if len(data) > MAX_BYTES:
-        raise faults.refuse(codes.FILE_TOO_LARGE, "the file is larger than 10 MB", _SMALL)
+        raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
         return _grid(digest, Faults(shown, _workbook_text(data, faults)), "\t")
     if kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), ""):
-        raise faults.refuse(codes.OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
+        raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
     if not text.strip():
-        raise faults.refuse(codes.LOG_IS_EMPTY, "the log is empty", "write a blank log to fill in with: gyro template")
+        raise faults.refuse("empty")
     faults = Faults(shown, text)
     if page:
-        message = f"the file is not UTF-8; it was read as {page}"
-        faults.add(codes.CODE_PAGE_GUESSED, message, "save it as UTF-8 to be sure")
+        faults.add("code_page", page=page)
     return _grid(digest, faults)
 
 
@@ -111,11 +106,10 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
         close = difflib.get_close_matches(path.name, names, n=3)
         hint = f"did you mean {listing(close)}?" if close else ""
-        raise Faults(shown).refuse(codes.FILE_NOT_FOUND, f"there is no file {str(path)!r}", hint) from None
+        raise Faults(shown).refuse("file_not_found", path=str(path), hint=hint) from None
     except (OSError, ValueError) as error:
-        message = f"{str(path)!r} cannot be opened: {getattr(error, 'strerror', '') or error}"
-        hint = "if it is a folder, give the file in it"
-        raise Faults(shown).refuse(codes.FILE_CANNOT_BE_OPENED, message, hint) from None
+        why = getattr(error, "strerror", "") or error
+        raise Faults(shown).refuse("cannot_be_opened", path=str(path), why=why) from None
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
@@ -128,8 +122,7 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
         page = max(_CODE_PAGES, key=lambda page: _known_letters(data[:20_000].decode(page, "replace")))
         text = data.decode(page, "replace")
     if "\x00" in text:
-        message = f"this is not text: byte {data.index(0) + 1} is a NUL"
-        raise faults.refuse(codes.NOT_TEXT, message, f"if it is UTF-16, save it as UTF-8; {_SAVE_AS}")
+        raise faults.refuse("not_text", at=data.index(0) + 1)
     return text, page
 
 
@@ -201,10 +194,9 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
             texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
             filled = {title: text for title, text in texts.items() if text}
     except Exception as error:  # a damaged workbook can fail in any way inside the libraries
-        message = f"the workbook cannot be read ({f'{type(error).__name__}: {error}'[:80]})"
-        raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, message, "save the table as CSV") from None
+        raise faults.refuse("workbook", why=f"{type(error).__name__}: {error}") from None
     if not filled:
-        raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, "the workbook is empty", "save the log's sheet as CSV")
+        raise faults.refuse("workbook_empty")
     # The name of a sheet is a title of what is on it.
     titled = (text if len(filled) == 1 else f"sheet {title}\n{text}" for title, text in filled.items())
     return "\n".join(titled) + "\n"
@@ -342,8 +334,7 @@ def _grid(
         body, delimiter = _without_latex(lines, body), "&"
         grid = replace(grid, delimiter=delimiter)
     if len(body) - 1 > MAX_ROWS:  # without the header
-        message = f"{len(body) - 1} rows; at most 100 000 are read"
-        raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
+        raise faults.refuse("too_many_rows", count=len(body) - 1)
     if body and not delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     rows = _split_rows(grid, body, faults)
@@ -384,7 +375,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add(codes.LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", cell)
+    faults.add("line_read_as_key", cell, line=row.line, key=key, value=value)
     return True
 
 
@@ -425,24 +416,19 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             grid.lines[index] = bare
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
-            message = "a cell of more than 10 000 characters: no more are read"
-            raise faults.refuse(codes.CELL_TOO_LONG, message, "", Place(index + 1, 1))
+            raise faults.refuse("cell_too_long", Place(index + 1, 1))
         try:
             texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
             texts = [match[2] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
-            message = "a quoted cell begins here and is never closed"
-            hint = 'close it with ", or take the quote away'
-            raise faults.refuse(codes.QUOTE_NEVER_CLOSED, message, hint, place) from None
+            raise faults.refuse("quote_never_closed", place) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:
-            message = f"{len(texts)} columns; at most {MAX_COLUMNS} are read"
-            hint = "a lab log has about ten; is this another table?"
-            raise faults.refuse(codes.TOO_MANY_COLUMNS, message, hint, Place(index + 1, 1))
+            raise faults.refuse("too_many_columns", Place(index + 1, 1), count=len(texts))
         if texts:
             yield Row(index + 1, texts)
 

@@ -12,8 +12,7 @@ from functools import lru_cache, partial
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
-from gyrodata import quantities, units, vocabulary
+from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, reported, roles, source
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing, span
@@ -43,11 +42,6 @@ _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
-_ORIGINS = {
-    "surface": ("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
-    "tip": ("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
-}
-"""Distance of the ball's centre from the place where positions begin: key, share of its value, sample, words."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -126,8 +120,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         elif is_time and turns_in(header.text):
             stating.append(column)
         elif found == ("spin",) and texts and all(_TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
-            message = f'"{header.text}" has two readings in each cell: the spin at the start and at the end'
-            faults.add(codes.HEADER_READ_AS, message, "if not, write them in columns of their own", column.cell)
+            faults.add("two_readings", column.cell, header=header.text)
             choice.serve(replace(column, role="spin_start", part=1))
             choice.serve(replace(column, role="spin_end", part=2))
         elif len(found) == 1:
@@ -165,13 +158,11 @@ def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) ->
     for key, wanted in mapping.items():
         same = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
         if not same:
-            hint = f"""the headers are: {listing([f'"{t}"' for t in texts if t], 40)}"""
-            raise faults.refuse(codes.MAPPED_HEADER_UNKNOWN, f"--map {key}={wanted!r}: there is no such header", hint)
+            headers = listing([f'"{text}"' for text in texts if text], 40)
+            raise faults.refuse("mapped_header_unknown", role=key, header=wanted, headers=headers)
         at = next((at for at in same if texts[at] == wanted.strip()), same[0])
         if at in found:
-            message = f"--map gives the header {wanted!r} two roles, {found[at].role} and {key}"
-            hint = f"leave --map {key}=… out, or give it another header"
-            raise faults.refuse(codes.MAPPED_ROLE_UNKNOWN, message, hint)
+            raise faults.refuse("mapped_twice", header=wanted, first=found[at].role, second=key)
         role, number = ("time", int(key[5:])) if key.startswith("time_") else (key, None)
         header, kind = table.headers[at], kind_of_role(role)
         ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
@@ -193,9 +184,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         if "turns" not in choice.there or counts:
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
-            message = f'"{column.cell.text}" is read as the time of one whole turn of the precession'
-            hint = f'if it covers another number of turns: --map time="{column.cell.text}" --set turns=…'
-            faults.add(codes.HEADER_READ_AS, message, hint, column.cell)
+            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         several.remove(decided[0])
         choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
@@ -203,13 +192,12 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in several:
         left, cell = _left(column, choice), column.cell
         if any(role[:2] == "u_" or roles.BY_NAME[role].part not in served for role in left):
-            ways = [f'--map {role}="{cell.text}"' for role in left]
+            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
             choice.asked.update(left)
-            message = f'the header "{cell.text}" fits {" and ".join(left)}'
-            faults.add(codes.HEADER_FITS_TWO_ROLES, message, f"say which: {' or '.join(ways)}", cell)
+            faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)
         else:
-            message = f'the column "{cell.text}" is not used: it fits {" and ".join(column.header.roles)}'
-            faults.add(codes.COLUMN_NOT_USED, message, "", cell)
+            why = f"is not used: it fits {' and '.join(column.header.roles)}"
+            faults.add("not_used", cell, header=cell.text, why=why)
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
@@ -231,32 +219,31 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 
 def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
     """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
-    fits: list[tuple[Chosen, str]] = []
+    fits: list[Chosen] = []
     for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
         texts = [text for row in table.rows for text in row.texts[column.at : column.at + 1] if text]
         if column.cell in choice.unplaced and roles.are_turns(column.header, texts):
-            fits.append((replace(column, role="turns"), "that each time covers"))
+            fits.append(replace(column, role="turns"))
         elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"} and all(texts):
-            fits.append((replace(column, role="angle"), "that each time covers"))
-    fits = fits if len(fits) == 1 else []
-    there = choice.there | choice.asked | {one.role for one, _ in fits}
+            fits.append(replace(column, role="angle"))
+    for column in fits if len(fits) == 1 else ():
+        choice.serve(column)
+        choice.unplaced.remove(column.cell)
+        faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
+    there = choice.there | choice.asked
     for role, present in _BY_UNIT.items():
         kind = kind_of_role(role)
-        unplaced = [one for one in columns if one.cell in choice.unplaced and one.cell not in [f.cell for f, _ in fits]]
+        unplaced = [column for column in columns if column.cell in choice.unplaced]
         fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
         if len(fit) != 1 or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
-        text = fit[0].cell.text
+        cell = fit[0].cell
         # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        other = roles.squeezed_words(text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text)
-        if not other and not (role == "spin" and re.search(roles.PRECESSION, text)):
-            fits.append((replace(fit[0], role=role), f"because no other column is {units.KINDS[kind].words}"))
-    for column, why in fits:
-        choice.serve(column)
-        choice.unplaced.remove(column.cell)
-        message = f'"{column.cell.text}" is read as the {column.role}{"," * why.startswith("because")} {why}'
-        hint = f"if it is not, name the {column.role} with --map {column.role}=HEADER"
-        faults.add(codes.HEADER_READ_AS, message, hint, column.cell)
+        other = roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
+        if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
+            choice.serve(replace(fit[0], role=role))
+            choice.unplaced.remove(cell)
+            faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
 
 
 def _ask_about_laps(laps: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
@@ -266,10 +253,8 @@ def _ask_about_laps(laps: list[Chosen], table: layout.Layout, choice: Choice, fa
     except (ValueError, IndexError):
         return
     if all(abs(t - k * row[0]) < 0.1 * k * row[0] for row in rows for k, t in enumerate(row, 1)):
-        names = f'"{laps[0].cell.text}" to "{laps[-1].cell.text}"'
-        message = f"{names} grow as 1 : 2 : … in every row: laps of one clock, not repeats of one time"
-        hint = f'if each lap is one turn, use the last: --map time="{laps[-1].cell.text}" --set turns={len(laps)}'
-        faults.add(codes.LAPS_OF_ONE_CLOCK, message, hint, laps[0].cell)
+        first, last = laps[0].cell, laps[-1].cell
+        faults.add("laps", first, first=first.text, last=last.text, count=len(laps))
         choice.asked.update(("time", "turns"))
 
 
@@ -340,8 +325,7 @@ class TableReader:
             if given.place is None and given.key in choice.used:
                 columns = choice.used.pop(given.key)
                 self.replaced |= {one.at for one in columns}
-                message = f'{given.label} takes the place of the column "{columns[0].cell.text}"'
-                faults.add(codes.OPTION_REPLACES_COLUMN, message)
+                faults.add("option_replaces", label=given.label, header=columns[0].cell.text)
         stating = [role for role in _COUNTS if any(one.turns for one in choice.used.get(_COUNTS[role], ()))]
         self.stating = {role: choice.used[_COUNTS[role]] for role in stating}
         """The times whose headers state their turns, by the role of these turns."""
@@ -397,8 +381,8 @@ class TableReader:
         )
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
-    def _note(self, chosen: Chosen, what: str) -> None:
-        self.faults.add(codes.COLUMN_NOT_USED, f'the column "{chosen.cell.text}" {what}', "", chosen.cell)
+    def _note(self, chosen: Chosen, why: str) -> None:
+        self.faults.add("not_used", chosen.cell, header=chosen.cell.text, why=why)
 
     def _check_widths(self) -> None:
         width, notes = len(self.table.cells), self.choice.used.get("note")
@@ -406,14 +390,10 @@ class TableReader:
         for row in self.rows:
             count = len(row.texts)
             if count > width:
-                message = f"this row has {count} cells, the header {width}"
-                hint = 'put numbers with a decimal comma in quotes ("13,06"), or separate the columns with ;'
-                self.faults.add(codes.ROW_TOO_LONG, message, hint, self.grid.cell(row, width))
+                self.faults.add("row_too_long", self.grid.cell(row, width), count=count, width=width)
             elif noted and count == width and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
-                message = f'the note "{row.texts[-1]}" is a number: is there a decimal comma in this row?'
-                hint = 'put such numbers in quotes ("13,06"); words after the number make it a note'
-                self.faults.add(codes.NOTE_IS_ONLY_A_NUMBER, message, hint, self.grid.cell(row, count - 1))
+                self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
 
     def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
         """Read the times; return them, and whether each row is a timed run."""
@@ -428,8 +408,8 @@ class TableReader:
         is_run = [not timed or any(row[one.at] not in BLANKS for one in timed) for row in self.texts]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            message = f"{span([row.line for row in left_out])}: left out, because there is no time"
-            self.faults.add(codes.ROW_WITHOUT_TIME, message, "", Place(left_out[0].line, 1))
+            lines = span([row.line for row in left_out])
+            self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
         return read, is_run
 
     def _read_other(self, chosen: Chosen) -> Column | None:
@@ -440,9 +420,7 @@ class TableReader:
             self._note(chosen, f'is not used: {role} is read from "{used.text}"')
             return None
         if role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):
-            message = f'the minutes are in "{used.text}", and the seconds in another column'
-            hint = 'write minutes and seconds in one column, such as 1:40.65 below "time [min:s]"'
-            self.faults.add(codes.HEADER_STANDS_TWICE, message, hint, chosen.cell)
+            self.faults.add("minutes_and_seconds", chosen.cell, header=used.text)
             return None
         column = self._read_column(chosen, strict=False)
         if column is not None and used is not chosen.header:
@@ -458,7 +436,8 @@ class TableReader:
             unit = units.parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
             texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
-            self._refuse(error.code, chosen, error, faults)
+            values = {"role": role, "header": chosen.cell.text, "error": error, "hint": error.hint}
+            faults.add("unit", chosen.cell, code=error.code, **values)
         read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
             self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
@@ -488,15 +467,10 @@ class TableReader:
         place = given.place if given else None
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
-    def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults, cell: Text | None = None) -> None:
-        message = f'{chosen.role}, column "{chosen.cell.text}": {error}'
-        faults.add(code, message, error.hint, cell or chosen.cell)
-
     def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
-        kind, name = kind_of_role(chosen.role), chosen.header.text[:60]
-        hint = f'write the header as "{name} [{units.DISPLAY[kind]}]" (or {units.KINDS[kind].examples})'
-        message = f'the column "{name}" ({chosen.role}) has no unit'
-        faults.add(codes.UNIT_MISSING, message, hint, chosen.cell.place, len(name))
+        kind, name = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
+        values = {"name": name, "role": chosen.role, "unit": kind.shown, "examples": kind.examples, "text": name}
+        faults.add("no_unit", chosen.cell.place, **values)
 
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
@@ -520,7 +494,7 @@ class TableReader:
                 meant[name] = found.pop()
         if meant:
             said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add(codes.CAPTION_READ, f'in the column "{chosen.cell.text}", {said}', "", chosen.cell)
+            faults.add("name_explained", chosen.cell, header=chosen.cell.text, said=said)
         if unit == "s" and any(":" in text for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
@@ -537,20 +511,17 @@ class TableReader:
             return {}
         first, proof = next(iter(meant)), next((text for text in meant if int(text[-2:]) >= 60), "")
         if proof:
-            message = f'"{proof}" is not minutes and seconds, so in "{header}" the last colon is a point: '
-            faults.add(codes.COLONS_ARE_POINTS, f"{message}{first} is {meant[first]}", "", chosen.cell)
+            faults.add("colons_are_points", chosen.cell, proof=proof, header=header, first=first, meant=meant[first])
             return meant
-        message = f'{chosen.role} "{first}" in a column in seconds can be {meant[first]} s or minutes and seconds'
-        hint = f"if the last colon is a point, write {meant[first]}, and so in every row; "
-        hint += f'if not, write the header as "{header.partition("[")[0].strip()} [min:s]"'
-        faults.add(codes.COLON_BELOW_SECONDS, message, hint, self.grid.cell(self.rows[texts.index(first)], chosen.at))
+        cell, name = self.grid.cell(self.rows[texts.index(first)], chosen.at), header.partition("[")[0].strip()
+        faults.add("colon", cell, role=chosen.role, first=first, meant=meant[first], name=name)
         return meant
 
     def _read_texts(self, chosen: Chosen, texts: list[str], unit: str | None, faults: Faults) -> dict[str, Quantity]:
         """Read each text of a column once, and report the wrong cells."""
         role, kind, at = chosen.role, kind_of_role(chosen.role), chosen.at
         read: dict[str, Quantity] = {}
-        faulty: dict[str, tuple[str, str, str]] = {}
+        faulty: dict[str, tuple[str, UnitError | str, str]] = {}
         for text in dict.fromkeys(texts):
             if text in BLANKS:
                 continue
@@ -563,33 +534,32 @@ class TableReader:
                 meant = said_otherwise(text, role) if role in ("mass", "turns", "spin_turns") else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
-                if error.code == codes.UNIT_MISSING:
+                if error.code == diagnostics.UNIT_MISSING:
                     self._ask_for_unit(chosen, faults)
                     break
-                faulty[text] = error.code, f'{role} "{text[:60]}" {error}', error.hint
+                faulty[text] = error.code, error, error.hint
                 continue
             fault, hint = roles.check_value(role, read[text].value)
             if fault:
-                faulty[text] = codes.NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
+                faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, fault, hint
         said = (turns_in(chosen.header.text) or roles.words_of_turns(chosen.header.text)) if role in _COUNTS else ""
         # Below "half turns" or "turns (half)" a whole number counts halves; fractions are turns already.
         if read and re.fullmatch("1/[2-9]|2/3|3/4", said) and all(one.value in range(10**6) for one in read.values()):
             counted = {text: str(int(one.value) * Fraction(said)) for text, one in read.items()}
             shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
-            message = f'"{chosen.cell.text}" counts parts of a turn: {shown}'
-            faults.add(codes.TURNS_IN_HEADER, message, "", chosen.cell)
+            faults.add("parts_of_turns", chosen.cell, header=chosen.cell.text, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
             if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
                 self.unmoved.add(i)  # the rod did not move in a run without a weight
             elif text in faulty:
-                faults.add(*faulty[text], self.grid.cell(row, at))
+                code, wrong, hint = faulty[text]
+                faults.add("cell", self.grid.cell(row, at), code=code, role=role, text=text, fault=wrong, hint=hint)
         unclear = [text for text in read if kind == "number" and not quantities.PLAIN.fullmatch(text)]
         if dates := [text for text in unclear if fraction_of_date(text)]:
-            message = "; ".join(f'{role} "{text}" is {fraction_of_date(text)}' for text in dates[:4])
-            cell = self.grid.cell(self.rows[texts.index(dates[0])], at)
-            self.faults.add(codes.DATE_IS_A_FRACTION, f"{message}: a spreadsheet made a date of it", "", cell)
+            said = "; ".join(f'{role} "{text}" is {fraction_of_date(text)}' for text in dates[:4])
+            self.faults.add("date", self.grid.cell(self.rows[texts.index(dates[0])], at), said=said)
         return read
 
     def _spreads(self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
@@ -622,7 +592,8 @@ class TableReader:
             return quantities.parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
             cell = column.cell if row is None else self.grid.cell(self.rows[row], column.at)
-            self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, column, error, faults, cell)
+            values = {"role": column.role, "header": column.cell.text, "error": error, "hint": error.hint}
+            faults.add("uncertainty", cell, **values)
             return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
@@ -649,16 +620,14 @@ class TableReader:
             above = {i: j for i, j in above.items() if i not in filled}
             filled = []
         if early and first is not None:
-            message = f"{role} is blank in {span([lines[i] for i in early])}, above its first value"
-            hint = "write each value in the first row that it belongs to"
-            faults.add(codes.VALUE_BELOW_ITS_FIRST_ROW, message, hint, self.grid.cell(self.rows[first], at))
+            cell = self.grid.cell(self.rows[first], at)
+            faults.add("below_first_row", cell, role=role, lines=span([lines[i] for i in early]))
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
-            message = f"{role} is blank in {span([lines[i] for i in filled])}: the value above was taken"
             row = self.rows[filled[0]]
             place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
-            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", place)
+            faults.add("filled_down", place, role=role, lines=span([lines[i] for i in filled]))
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
@@ -670,8 +639,8 @@ class TableReader:
                 readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
                 columns[role] = Column(role, given.label, unit, readings, spots, given.place)
             elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
-                message = f'"{given.label}: {given.text}" is not used: each run has its own in "{column.header}"'
-                self.faults.add(codes.COLUMN_NOT_USED, message, "take the line or the column away", given.place)
+                values = {"label": given.label, "value": given.text, "header": column.header}
+                self.faults.add("line_not_used", given.place, **values)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -688,24 +657,21 @@ class TableReader:
             if given is None:
                 columns[role] = Column(role, header, "", tuple(readings), spots, None, self.find)
                 told = (f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns)
-                self.faults.add(codes.TURNS_IN_HEADER, "; ".join(told), "", many[0].cell)
+                self.faults.add("turns_in_header", many[0].cell, said="; ".join(told))
             elif role == "turns" and not given.header.startswith("--"):
                 full = 2 * math.pi if given.role == "angle" else 1.0
                 for run, (value, reading) in enumerate(zip(given.values, readings, strict=True)):
                     if value and reading.value and abs(value / full - reading.value) > 0.02 * reading.value:
-                        said = f'"{given.header}" says {given.readings[run].text}'
-                        message = f'"{ones[run].cell.text}" covers {reading.text} turns, and {said}'
-                        hint = f"correct one of the two, or say which is right with --set turns={reading.text}"
-                        self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, given.place(run))
+                        values = {"header": ones[run].cell.text, "turns": reading.text, "other": given.header}
+                        says = given.readings[run].text
+                        self.faults.add("turns_contradict_header", given.place(run), says=says, **values)
                         break
         turns = columns.get("turns")
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(texts):
             meant, doubt = rounded_turns(text)
             if turns and meant and doubt > _SMALL_DOUBT * to_float(text):  # 0.33 is not exactly a third
-                message = f'turns "{text}" is taken as {text} ± {doubt:.1g}: is it {meant}, rounded?'
-                hint, place = f"write {meant} where {meant} is meant", turns.place(texts.index(text))
-                self.faults.add(codes.TURNS_ROUNDED, message, hint, place, len(text))
+                self.faults.add("rounded", turns.place(texts.index(text)), text=text, doubt=doubt, meant=meant)
 
     def _count_from_centre(self, columns: dict[str, Column]) -> float:
         """Make positions count from the centre of the ball, if the log says that they count from elsewhere.
@@ -719,13 +685,12 @@ class TableReader:
         if origin in ("", "centre"):
             return 0.0
         self.settings.position_from = origin
-        key, share, sample, what = _ORIGINS[origin]
+        key, share, sample, what = roles.ORIGIN_LENGTHS[origin]
         length = self.settings.constants.get(key)
         if length is None:
-            message = f"positions count from the {origin}, and the torque needs them from the centre of the ball"
-            hint = f'write "# {key}: {sample}" above the header, or --set {key}="{sample}", with {what}'
-            hint += "" if stated else '; if they count from the centre: "# position_from: centre"'
-            self.faults.add(codes.POSITION_ORIGIN_UNKNOWN, message, hint, position.place(0))
+            otherwise = "" if stated else '; if they count from the centre: "# position_from: centre"'
+            values = {"origin": origin, "key": key, "sample": sample, "what": what, "otherwise": otherwise}
+            self.faults.add("origin_unknown", position.place(0), **values)
             return 0.0
         shift = share * length
         moved = list(position.readings)
@@ -736,8 +701,7 @@ class TableReader:
                 moved[run] = replace(moved[run], value=value)
         columns["position"] = replace(position, readings=tuple(moved))
         done = f"{100 * shift:.4g} cm is added to" if origin == "surface" else f"{100 * shift:.4g} cm less"
-        message = f"positions count from the {origin}: {done} each, so that all count from the centre of the ball"
-        self.faults.add(codes.POSITION_MOVED, message, "", position.place(0))
+        self.faults.add("moved", position.place(0), origin=origin, done=done)
         u = self.settings.uncertainties.get(f"u_{key}")
         return share * (self.settings.steps[key] / math.sqrt(12) if u is None else u.at(length))
 
@@ -749,9 +713,7 @@ class TableReader:
                 base = key.removeprefix("u_")
                 self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
         if self.floats:
-            names = ", ".join(self.floats)
-            message = f"floats do not contain the digits that were read: no rounding error is in {names}"
-            self.faults.add(codes.FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
+            self.faults.add("floats", roles=", ".join(self.floats))
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
         used |= self.replaced.union(one.at for one in self.choice.others)
@@ -778,7 +740,7 @@ class TableReader:
 
 def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
     """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
-    said = any(diagnostic.code == codes.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
+    said = any(diagnostic.code == diagnostics.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     there, mass = set(log.columns) | unread, log.columns.get("mass")
     loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
     missing = [role for role in _missing_roles(there, log.columns, loaded) if role not in choice.asked]
@@ -788,7 +750,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     if len(told) >= SEVERAL:
         told = [("; ".join(message for message, _ in told), "\n".join(hint for _, hint in told))]
     for message, hint in told:
-        faults.add(codes.QUANTITY_MISSING, message, hint)
+        faults.add("missing", message=message, hint=hint)
     unread = unread | choice.asked
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
         _check_runs(log, faults)
@@ -796,15 +758,13 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)
         if full and swept.value and abs(swept.value - full) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
-            message = f"run {log.runs[run]}: {count.text} turns are {math.degrees(full):.4g} degrees, not {swept.text}"
-            hint = "correct one of the two, or take one column out"
-            faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, angle.place(run) if angle else None)
+            values = {"run": log.runs[run], "turns": count.text, "degrees": math.degrees(full), "swept": swept.text}
+            faults.add("turns_contradict_angle", angle.place(run) if angle else None, **values)
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
         texts = [cell.text or f"(column {cell.column}, no header)" for cell in choice.unplaced]
-        message = f"not used: the column{'s' * (len(texts) > 1)} {listing(texts)}"
-        faults.add(codes.HEADER_UNKNOWN, message, "if one is needed, name it with --map role=HEADER")
+        faults.add("headers_unknown" if len(texts) > 1 else "header_unknown", headers=listing(texts))
 
 
 def _missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
@@ -849,7 +809,7 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         return message, hint
     headers = [header for header in texts if len(header) <= roles.MAX_HEADER]
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
-    told = {one: turns_in(one) for one in timed if turns_in(one)}
+    told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
     of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
     whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
     counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
@@ -881,10 +841,8 @@ def _check_runs(log: Readings, faults: Faults) -> None:
             lacking.setdefault(role, []).append(run)
     for role, runs in lacking.items():
         lines = list(dict.fromkeys(log.lines[run] for run in runs))
-        hint = f"write it there; a blank cell takes the {role} above only within one block of filled rows"
-        if role in roles.COUNTS:
-            hint = f'write it there, or for all blank cells a line "# {role}: …"'
-        faults.add(codes.RUN_LACKS_QUANTITY, f"{span(lines)}: no {role}", hint, Place(lines[0], 1))
+        name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
+        faults.add(name, Place(lines[0], 1), lines=span(lines), role=role)
 
 
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
@@ -898,11 +856,8 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     if time is None:
         if all(value is None or abs(value - 1) < 1e-3 for value in turned):
             return
-        message = f'"{period.header}" is the time of one whole turn, and yet {counted.role} is given'
-        hint = f'if it is the time of the {counted.role} given: --map time="{period.header}"'
-        hint += f"; if not, take {counted.role} out"
         place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
-        faults.add(codes.TURNS_FOR_ONE_PERIOD, message, hint, place)
+        faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
         return
     exchanged = [
         abs(value / seconds - count) < 0.02 * count
@@ -910,9 +865,8 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
         if seconds and value and count and not 0.8 < count < 1.25
     ]
     if 2 * sum(exchanged) > len(exchanged):
-        message = f'"{period.header}" is the turns times "{time.header}": the first is the time, the second the period'
-        hint = f'--map time="{period.header}" --map precession_period="{time.header}"'
-        faults.add(codes.TIME_AND_PERIOD_EXCHANGED, message, hint, period.place(0), len(period.readings[0].text))
+        text = period.readings[0].text
+        faults.add("exchanged", period.place(0), period=period.header, time=time.header, text=text)
 
 
 def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
@@ -927,9 +881,9 @@ def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
         # A row of words may be one note that was split at its commas.
         if said and len(said) == len(row.texts) - row.texts.count(""):
             said = {min(said): ", ".join(said.values())}
-        notes |= {text: grid.cell(row, at) for at, text in said.items() if text not in notes and roles.altered_role(text)}
+        notes |= {
+            text: grid.cell(row, at) for at, text in said.items() if text not in notes and roles.altered_role(text)
+        }
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
-            message = f'the note "{note[:100]}" may change the {role}, and gyro uses each number as it is typed'
-            hint = 'correct the typed values if they need it; then delete the note, or write "corrected:" before it'
-            faults.add(codes.NOTE_MAY_CHANGE_READING, message, hint, cell)
+            faults.add("note", cell, note=note, role=role)

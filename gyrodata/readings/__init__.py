@@ -82,18 +82,14 @@ def read_log(
     if not known and not sources.is_frame(source):
         what = f"{type(source).__name__} ({source!r:.60})"
         raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
-    for what, value, kinds in (
-        ("name", name, str | None),
-        ("settings", settings, Mapping),
-        ("mapping", mapping, Mapping),
-        ("config", config, str | os.PathLike | None),
-        *(
-            ("a key of settings or mapping, or a header", text, str)
-            for text in (*settings, *mapping, *mapping.values())
-        ),
-    ):
+    checked = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
+    checked |= {"settings": (settings, Mapping), "mapping": (mapping, Mapping)}
+    for what, (value, kinds) in checked.items():
         if not isinstance(value, kinds):
             raise TypeError(f"{what} cannot be {type(value).__name__} ({value!r:.60})")
+    for text in (*settings, *mapping, *mapping.values()):
+        if not isinstance(text, str):
+            raise TypeError(f"a key of settings or mapping, or a header, cannot be {type(text).__name__}")
     options = lablog.read_options({key: value_text(value) for key, value in settings.items()}, mapping, config)
     grid, faults = sources.load(source, name)
     ask = sources.decimal_signs(grid) != {","}

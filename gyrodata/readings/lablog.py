@@ -388,12 +388,12 @@ def read_settings(
         known = key.lower()
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
-        result, (name, _, value) = reported.canonical_key(key), text.text.partition("=")
-        if known.startswith(reported.PREFIX) and result in reported.KINDS:
+        result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
+        if known.startswith(roles.REPORTED) and result in reported.KINDS:
             _enter_reported(settings, key, text, faults, ask)
         elif result == "inertia":
             answers.append((key, text))
-        elif known not in roles.KEYS and reported.canonical_key(name.strip()) == "inertia":
+        elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
             answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
         elif known not in roles.KEYS or known in roles.TEXTS or not text.text or (known == "time" and ":" in text.text):
             # The time may be the hour of the day; a line of a template may be blank.
@@ -423,7 +423,7 @@ def read_settings(
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
     """Keep a reported value; a fault in it is only a note for its writer, because it is graded elsewhere."""
-    name = reported.canonical_key(key)
+    name = roles.reported_key(key)
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
@@ -451,7 +451,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
 
 @lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
 def _nearest_key(key: str) -> list[str]:
-    known = (*roles.KEYS, *(f"{reported.PREFIX}{name}" for name in reported.KINDS))
+    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in reported.KINDS))
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
 
 

@@ -20,7 +20,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import quantities, vocabulary
-from gyrodata.readings import reported, roles, source
+from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing, span
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
@@ -105,7 +105,7 @@ def _with_captions(grid: Grid, head: Row) -> Grid:
     said += [
         (f"# {key}: {text.text}", text.line)
         for key, text in grid.metadata
-        if key.lower() not in roles.KEYS and not key.lower().startswith(reported.PREFIX)
+        if key.lower() not in roles.KEYS and not key.lower().startswith(roles.REPORTED)
     ]
     heads = [row for row in grid.rows if _is_head(row)] or [head]
     lacking = _lacking([parse_header(text) for row in heads for text in row.texts], grid)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Literal
 
 from msgspec import Struct
@@ -13,7 +12,6 @@ from gyrodata import diagnostics, quantities
 from gyrodata.readings import roles
 from gyrodata.units import SI, UnitError
 
-PREFIX = "reported_"
 KINDS = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
 """Kind of quantity of each value that can be reported."""
 
@@ -65,15 +63,9 @@ class Reported(Struct, frozen=True):
     line: int | None = None
 
 
-def canonical_key(key: str) -> str:
-    """Return the key of a reported value: ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``."""
-    bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
-    return "inertia" if roles.name_roles(bare)[0] == ("inertia",) else bare.lower()
-
-
 def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
-    read = Reported(canonical_key(key), text.strip(), line=line)
+    read = Reported(roles.reported_key(key), text.strip(), line=line)
     kind = KINDS[read.key]
     bare = re.sub(quantities.IN_FRONT, "", read.text)
     written = quantities.take_apart(bare)
@@ -100,14 +92,3 @@ def _digits(number: str) -> int:
     mantissa = re.split("[eE]", number)[0]
     digits = re.sub("[^0-9]", "", mantissa).lstrip("0")
     return len(digits if re.search("[.,]", mantissa) else digits.rstrip("0")) or 1
-
-
-def find_in_row(texts: Sequence[str]) -> tuple[int, str] | None:
-    """Find I_zz in a row, such as "I_zz", "4.4e-3 ± 0.1e-3 kg m^2"; return the number of its cell, and the value."""
-    for at, text in enumerate(texts):
-        name, _, value = text.replace("=", ":").partition(":")
-        value = (value or " ".join(texts[at + 1 :])).strip()
-        named = text[:1].isalpha() and value and canonical_key(name.strip()) == "inertia"
-        if named and read_reported("inertia", value).fault is None:
-            return at, value
-    return None

@@ -432,6 +432,16 @@ def _modified(name: str) -> tuple[str, ...]:
     return tuple(role for role in found if BY_NAME[role].part in ("count", "timing"))
 
 
+REPORTED = "reported_"
+"""Beginning of the keys of a student's results."""
+
+
+def reported_key(key: str) -> str:
+    """Return the key of a reported value: ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``."""
+    bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
+    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+
+
 def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()

@@ -360,13 +360,16 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
     The function returns whether the row contained nothing else.
     """
-    if found := reported.find_in_row(row.texts):
-        at, answer = found
-        grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=answer)))
-        del row.texts[at:]
-        while row.texts and not row.texts[-1]:
-            row.texts.pop()
-        return not row.texts
+    for at, text in enumerate(row.texts):
+        name, _, value = text.replace("=", ":").partition(":")
+        value = (value or " ".join(row.texts[at + 1 :])).strip()
+        named = text[:1].isalpha() and value and roles.reported_key(name.strip()) == "inertia"
+        if named and reported.read_reported("inertia", value).fault is None:
+            grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
+            del row.texts[at:]
+            while row.texts and not row.texts[-1]:
+                row.texts.pop()
+            return not row.texts
     filled = [text for text in row.texts if text]
     match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
-from gyrodata.readings import lablog, layout, reported, roles, source
+from gyrodata.readings import lablog, layout, roles, source
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing, span
 from gyrodata.readings.roles import TEXTS, Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
@@ -873,7 +873,7 @@ def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
     """Warn of every note that may say that a reading is not what is typed, such as "twice the real rpm"."""
     notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
-        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(reported.PREFIX):
+        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
             notes[f"{key}: {text.text}"] = text
     for row in grid.rows:
         said = {at: text for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)}

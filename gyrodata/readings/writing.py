@@ -14,8 +14,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, parse_quantity, read_cell
 from gyrodata.readings.lablog import Column, Readings, header_of
-from gyrodata.readings.reported import PREFIX
-from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
+from gyrodata.readings.roles import BY_NAME, COUNTS, REPORTED, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 _Columns = list[tuple[str, list[str]]]
@@ -120,7 +119,7 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
-    lines |= {f"{PREFIX}{key}": reported.text for key, reported in readings.reported.items()}
+    lines |= {f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
     lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
     if readings.balance_tilt is not None:

@@ -82,7 +82,7 @@ def read_log(
     if not known and not sources.is_frame(source):
         what = f"{type(source).__name__} ({source!r:.60})"
         raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
-    checked = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
+    checked: dict[str, tuple[object, Any]] = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
     checked |= {"settings": (settings, Mapping), "mapping": (mapping, Mapping)}
     for what, (value, kinds) in checked.items():
         if not isinstance(value, kinds):

@@ -44,6 +44,7 @@ class Layout(Struct, frozen=True):
     headers: list[Header]
     """Content of each header, with the unit of a second header row."""
     rows: list[Row]
+    """The runs; each row has at least as many cells as the header."""
 
 
 _Column = tuple[Text, Header]
@@ -500,14 +501,14 @@ class _Sheet:
         joined = []
         for row, places, given in self.runs:
             if not given and places == list(range(len(headers))):
-                joined.append(row)
+                joined.append(replace(row, texts=[*row.texts, *[""] * (len(headers) - len(row.texts))]))
                 continue
             # Each cell comes to the place of its column, with what the caption gives.
             texts = {[header.roles for header in headers].index((role,)): one for role, one in given.items()}
             order = [*places, *range(len(headers), len(headers) + len(row.texts))]
             typed = zip(order, row.texts, strict=False)
             texts |= {place: (text, row.spot(at)) for at, (place, text) in enumerate(typed) if text}
-            filled = [texts.get(at, ("", row.spot(0))) for at in range(max(texts, default=-1) + 1)]
+            filled = [texts.get(at, ("", row.spot(0))) for at in range(max([len(headers) - 1, *texts]) + 1)]
             joined.append(Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled)))
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
@@ -540,7 +541,7 @@ class _Sheet:
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
             # A header may be split at its own comma: "period [s], 5 turns".
             turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
-            if turns and not any(row.texts[at : at + 1] for row in table.rows):
+            if turns and not any(row.texts[at] for row in table.rows):
                 raise _TableError("header_split", behind, part=behind.text, header=cell.text, turns=turns)
         return _with_differences(table, self.faults)
 
@@ -627,7 +628,7 @@ def _with_differences(table: Layout, faults: Faults) -> Layout:
         faults.add("read_as", first, first=first.text, sign=sign, second=second.text, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
-            cells = [*row.texts, *[""] * (width - len(row.texts)), text]
+            cells = [*row.texts[:width], text]
             rows.append(Row(row.line, cells, (*map(row.spot, range(width)), row.spot(one))))
         header = replace(parse_header(name), text=table.headers[one].text)
         table = Layout(table.grid, [*table.cells, table.cells[one]], [*table.headers, header], rows)

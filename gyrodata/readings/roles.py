@@ -226,15 +226,12 @@ _ALTERED, _USUAL, _CORRECTED = (
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
-        for match in re.finditer(_ALTERED, clause):
-            before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
-            for word in (*match[0].split(), *before[-5:], *after[:5]):
-                stem = squeeze(re.sub(r"(?:e?n|e?s)$", "", word)).lower() if len(word) > 2 else ""
-                named = (*NAMES.get(squeeze(word).lower() if stem else "", ()), *NAMES.get(stem, ()))
-                named = ("spin",) if kinds_of(word) == {"rate"} else named
-                named = ("mass",) if re.fullmatch(_HANGER, word, re.IGNORECASE) else named
-                if role := next((role for role in named if BY_NAME[role].part and role != "torque"), ""):
-                    return role
+        for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():
+            named = NAMES.get(squeeze(word).lower()) or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
+            named = ("spin",) if kinds_of(word) == {"rate"} else named if len(word) > 2 else ()
+            named = ("mass",) if re.fullmatch(_HANGER, word, re.IGNORECASE) else named
+            if role := next((role for role in named if BY_NAME[role].part and role != "torque"), ""):
+                return role
     return ""
 
 

@@ -104,11 +104,11 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     several: list[Chosen] = []
     stating: list[Chosen] = []
     # Means come after the readings of which they are the mean, and a bare letter, which may number runs, after a name.
-    letters = {one.at for one in columns if one.header.unit is None}
-    letters = {one.at for one in columns if one.at in letters and re.fullmatch(r".|(?i:count)", one.header.text)}
+    bare = [one for one in columns if one.header.unit is None]
+    letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
     for column in sorted(columns, key=lambda one: (layout.is_of_means(one.cell.text), one.at in letters)):
         header = column.header
-        texts = [row.texts[column.at] if column.at < len(row.texts) else "" for row in table.rows]
+        texts = [row.texts[column.at] for row in table.rows]
         name = squeeze(roles.split_unit(header.text)[0])
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
@@ -145,9 +145,6 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     choice.unplaced.sort(key=lambda cell: cell.column)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
-    laps = [chosen for chosen in choice.used.get("time", []) if chosen.number is not None and not chosen.turns]
-    if len(laps) > 1:
-        _ask_about_laps(laps, table, choice, faults)
     return choice
 
 
@@ -175,7 +172,7 @@ def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) ->
 def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults) -> None:
     """Decide headers of several roles if only one role is left; ask about the rest if they are needed."""
     counts = choice.used.get("turns", [])
-    counted = {text for row in table.rows for one in counts for text in row.texts[one.at : one.at + 1]}
+    counted = {row.texts[one.at] for row in table.rows for one in counts}
     for column in list(several):
         # "T" can only be the time of one turn if no turns are counted, or each time covers one.
         known = {"time", "precession_period", "angle"} & choice.there
@@ -221,10 +218,10 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
     fits: list[Chosen] = []
     for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
-        texts = [text for row in table.rows for text in row.texts[column.at : column.at + 1] if text]
+        texts = [row.texts[column.at] for row in table.rows]
         if column.cell in choice.unplaced and roles.are_turns(column.header, texts):
             fits.append(replace(column, role="turns"))
-        elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"} and all(texts):
+        elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"}:
             fits.append(replace(column, role="angle"))
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
@@ -244,18 +241,6 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             choice.serve(replace(fit[0], role=role))
             choice.unplaced.remove(cell)
             faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
-
-
-def _ask_about_laps(laps: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
-    """Find times in the ratio 1 : 2 : 3 in every row: laps of one clock, and not repeats of one time."""
-    try:
-        rows = [[to_float(fold_number(row.texts[lap.at])) for lap in laps] for row in table.rows]
-    except (ValueError, IndexError):
-        return
-    if all(abs(t - k * row[0]) < 0.1 * k * row[0] for row in rows for k, t in enumerate(row, 1)):
-        first, last = laps[0].cell, laps[-1].cell
-        faults.add("laps", first, first=first.text, last=last.text, count=len(laps))
-        choice.asked.update(("time", "turns"))
 
 
 # From cells to readings -------------------------------------------------------------------------------------------
@@ -315,7 +300,6 @@ class TableReader:
     def __init__(self, table: layout.Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.table, self.choice, self.settings, self.faults = table, choice, settings, faults
         self.grid, self.rows = table.grid, table.rows
-        self.texts = [[*row.texts, *[""] * (len(table.cells) - len(row.texts))] for row in table.rows]
         self.signs = source.decimal_signs(self.grid, by_delimiter=False)
         self.expected_signs = source.decimal_signs(self.grid)
         self.find = partial(source.find_place, self.grid.lines, self.grid.delimiter)
@@ -372,7 +356,7 @@ class TableReader:
             log,
             runs=log_runs,
             lines=tuple(self.rows[i].line for i in rows),
-            notes=tuple(self.texts[i][notes[0].at] if notes else "" for i in rows),
+            notes=tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows),
             columns=columns,
             others=tuple(others),
             position_from=self.settings.position_from,
@@ -391,7 +375,7 @@ class TableReader:
             count = len(row.texts)
             if count > width:
                 self.faults.add("row_too_long", self.grid.cell(row, width), count=count, width=width)
-            elif noted and count == width and layout.is_number(row.texts[-1]):
+            elif noted and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
 
@@ -405,7 +389,7 @@ class TableReader:
             times = []
         read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
-        is_run = [not timed or any(row[one.at] not in BLANKS for one in timed) for row in self.texts]
+        is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
             lines = span([row.line for row in left_out])
@@ -474,13 +458,13 @@ class TableReader:
 
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
-        texts = [row[chosen.at] for row in self.texts]
+        texts = [row.texts[chosen.at] for row in self.rows]
         if chosen.part:
             return [match[chosen.part] for text in texts if (match := _TWO_READINGS.fullmatch(fold_number(text)))]
         if chosen.role == "mass":
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
-            positions = [row[places[0].at] if places else "" for row in self.texts]
+            positions = [row.texts[places[0].at] if places else "" for row in self.rows]
             dashed = [i for i, text in enumerate(texts) if text and {text, positions[i]} <= BLANKS]
             for i in dashed if 4 * len(dashed) <= len(texts) else ():
                 texts[i] = "0"
@@ -579,7 +563,7 @@ class TableReader:
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
         if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:
             return spreads
-        for i, text in enumerate(row[column.at] for row in self.texts):
+        for i, text in enumerate(row.texts[column.at] for row in self.rows):
             if text not in BLANKS:
                 u = self._uncertainty(column, text if "%" in text else text + percent, own_kind, own_unit, faults, i)
                 spreads[i] = None if u is None else roles.as_u_of(role, key, u)
@@ -626,8 +610,7 @@ class TableReader:
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             row = self.rows[filled[0]]
-            place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
-            faults.add("filled_down", place, role=role, lines=span([lines[i] for i in filled]))
+            faults.add("filled_down", self.grid.cell(row, at).place, role=role, lines=span([lines[i] for i in filled]))
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
@@ -718,7 +701,7 @@ class TableReader:
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
         used |= self.replaced.union(one.at for one in self.choice.others)
         heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.table.cells) if at not in used]
-        unread = [(head, tuple(self.texts[i][at] for i in rows)) for at, head in heads]
+        unread = [(head, tuple(self.rows[i].texts[at] for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
@@ -726,7 +709,7 @@ class TableReader:
         column = self.choice.used.get("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):
-            name = (self.texts[i][column[0].at] if column else "") or str(number)
+            name = (self.rows[i].texts[column[0].at] if column else "") or str(number)
             for k in range(1, times + 1):
                 label = name if times == 1 else f"{name}.{k}"
                 while label in labels:
@@ -811,13 +794,10 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
     of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
-    whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
     counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
     close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
     if role in ("time", "turns") and len(of_the_rod) == 1:
         hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
-    elif role == "time" and whole:
-        hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
     elif role == "mass" and counts:
         ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
         hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
@@ -876,14 +856,11 @@ def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
         if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
             notes[f"{key}: {text.text}"] = text
     for row in grid.rows:
-        said = {at: text for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)}
-        said = {at: text for at, text in said.items() if not roles.parse_header(text).roles}
-        # A row of words may be one note that was split at its commas.
-        if said and len(said) == len(row.texts) - row.texts.count(""):
-            said = {min(said): ", ".join(said.values())}
-        notes |= {
-            text: grid.cell(row, at) for at, text in said.items() if text not in notes and roles.altered_role(text)
-        }
+        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
+        words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
+        note = ", ".join(row.texts[at] for at in words)
+        if roles.altered_role(note) and note not in notes:
+            notes[note] = grid.cell(row, words[0])
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
             faults.add("note", cell, note=note, role=role)

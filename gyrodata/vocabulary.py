@@ -41,3 +41,8 @@ def words(key: str, separator: str = " ") -> str:
         Empty if no language has the key.
     """
     return separator.join(section[key] for section in LANGUAGES.values() if key in section)
+
+
+def pattern(key: str) -> str:
+    """Return a regular expression, without regard to case, for what all languages list under one key."""
+    return f"(?i:{words(key, '|')})"

@@ -78,10 +78,6 @@ def read_log(
     TypeError
         An argument has a wrong type.
     """
-    known = isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) or hasattr(source, "read")
-    if not known and not sources.is_frame(source):
-        what = f"{type(source).__name__} ({source!r:.60})"
-        raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
     checked: dict[str, tuple[object, Any]] = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
     checked |= {"settings": (settings, Mapping), "mapping": (mapping, Mapping)}
     for what, (value, kinds) in checked.items():

@@ -44,14 +44,8 @@ class Text(Struct, frozen=True):
 
     text: str
     """Without quotes and without blanks around it."""
-    line: int
-    column: int
-    """Column of its first character, 1-based."""
-
-    @property
-    def place(self) -> Place:
-        """Line and column."""
-        return Place(self.line, self.column)
+    place: Place
+    """Place of its first character."""
 
 
 class Reading(Struct, frozen=True):
@@ -267,12 +261,9 @@ class Faults:
 
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
-        more = [
-            self.make(code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
-            for code, count in self._count.items()
-            if count > MOST_OF_ONE_CODE
-        ]
-        return (*self.found, *more)
+        more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
+        told = [self.make(code, f"{count} more of this kind are not shown") for code, count in more.items()]
+        return (*self.found, *told)
 
     def has_error(self) -> bool:
         """Return whether a fault found so far stops the analysis."""
@@ -401,7 +392,7 @@ def read_settings(
             if text.text and known not in roles.KEYS and len(settings.metadata) < 200:
                 _warn_of_remark(key, text.text, text, faults)
         elif known in seen and seen[known].text != text.text:
-            faults.add("key_given_twice", text, key=known, first=seen[known].line, second=text.line)
+            faults.add("key_given_twice", text, key=known, first=seen[known].place.line, second=text.place.line)
         else:
             seen[known] = text
             _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
@@ -427,9 +418,9 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
-    read = reported.read_reported(key, text.text, text.line, ask)
+    read = reported.read_reported(key, text.text, text.place.line, ask)
     if before is not None:
-        problem = f"{name} is reported twice, in lines {before.line} and {text.line}, with two values"
+        problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
         read = reported.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = read
     if read.problem:

@@ -26,10 +26,6 @@ from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
 
-_HINT = (
-    "write one row for each run (in a spreadsheet, Paste special, Transpose turns a table), and above them the names "
-    "of the columns, without # before them, such as: mass [g], position [cm], spin [rpm], time [s], turns"
-)
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
@@ -64,10 +60,20 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         if not grid.rows:
-            raise _TableError("no_table", columns=_HINT)
+            raise _TableError("no_table")
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
-        head = grid.rows[_find_head(grid)]
+        rows = grid.rows[:_TITLES_LOOKED_AT]
+        first = next((at for at, row in enumerate(rows) if _is_head(row)), None)
+        if first is None:
+            # No header is known by its names: it is the first row as wide as most rows.
+            width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
+            first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
+        head = rows[first]
+        if 2 * _numbers(head) >= max(1, len(_filled(head))):
+            raise _TableError("no_header_row", grid.cell(head, 0))
+        if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
+            raise _TableError("numbers_above_header", grid.cell(early, 0), early=early.line, line=head.line)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
@@ -102,9 +108,9 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
 
 def _with_captions(grid: Grid, head: Row) -> Grid:
     """Add the lines behind # that give a quantity without a column, such as "# each time is for one full turn"."""
-    said = [(f"# {text.text}", text.line) for text in grid.comments]
+    said = [(f"# {text.text}", text.place.line) for text in grid.comments]
     said += [
-        (f"# {key}: {text.text}", text.line)
+        (f"# {key}: {text.text}", text.place.line)
         for key, text in grid.metadata
         if key.lower() not in roles.KEYS and not key.lower().startswith(roles.REPORTED)
     ]
@@ -214,10 +220,6 @@ def _is_timed(row: Row) -> bool:
 # What a caption says -----------------------------------------------------------------------------------------------
 
 
-def _any_of(key: str) -> str:
-    return f"(?:{vocabulary.words(key, '|')})"
-
-
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"[^\W\d_][\w/^*·]*"
@@ -225,14 +227,14 @@ _QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_U
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
-_BALL, _WEIGHT = (f"(?i){vocabulary.words(key, '|')}" for key in ("sphere", "weight_added"))
+_BALL, _WEIGHT = vocabulary.pattern("sphere"), vocabulary.pattern("weight_added")
 _SAYS_NOTHING = re.compile(
-    rf"(?i)^\W*(?:{_any_of('article')}\s*)*{_any_of('ball')}\b(?!.*{_any_of('weight_added')})"
-    rf"|(?<![\w.,])(?:[2-9]|{_any_of('several')})\s+(?:[^\W\d]+\s+)?{_any_of('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+    rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
+    rf"|(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
 """Lines whose quantities are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
 _TIME_WORDS = {squeeze(word).lower() for word in re.split(r"[\s,]+", vocabulary.words("time", ",")) if len(word) > 2}
-_TIMED = rf"(?i)\b(?:{vocabulary.words('timed', '|')})|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
+_TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
 _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π))|360\D{0,9}="
 """What a turn is: "one turn = 360 deg"."""
@@ -290,7 +292,7 @@ def _said(row: Row, with_time: bool = False) -> _Given:
     if turns:
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
-    if re.search(f"(?i){_any_of('not_timed')}", whole):
+    if re.search(vocabulary.pattern("not_timed"), whole):
         found = {role: items for role, items in found.items() if role == "position" and roles.from_centre(whole)}
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 
@@ -462,7 +464,7 @@ class _Sheet:
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
-                values = {"line": cell.line, "second": cell.text, "first": self.columns[place][0].text}
+                values = {"line": cell.place.line, "second": cell.text, "first": self.columns[place][0].text}
                 raise _TableError("other_unit", cell, **values)
             self.places.append(place)
 
@@ -496,7 +498,7 @@ class _Sheet:
         for role, (_, spot) in {role: one for *_, given in self.runs for role, one in given.items()}.items():
             if not any(header.roles == (role,) for _, header in self.columns):
                 place = source.find_place(self.grid.lines, self.grid.delimiter, spot)
-                self.columns.append((Text(role, *place), Header(role, (role,), None, "")))
+                self.columns.append((Text(role, place), Header(role, (role,), None, "")))
         cells, headers = [cell for cell, _ in self.columns], [header for _, header in self.columns]
         joined = []
         for row, places, given in self.runs:
@@ -512,7 +514,8 @@ class _Sheet:
             joined.append(Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled)))
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
-            if _ends_with_means(part, headers):
+            fewest = min((len(_filled(row)) for row in part[:-1]), default=0)
+            if len(part) > 2 and len(_filled(part[-1])) < fewest and _ends_with_means(part, headers):
                 self._leave_out("summary", part.pop())
         for why, left in self.left_out.items():
             if left:
@@ -547,34 +550,16 @@ class _Sheet:
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
-    """Return whether a last row with fewer cells than the runs contains the mean of their times."""
+    """Return whether the last row contains the mean of the times above it."""
     times = [at for at, header in enumerate(headers) if "time" in header.roles]
-    if len(rows) < 3 or not times or len(_filled(rows[-1])) >= min(len(_filled(row)) for row in rows[:-1]):
-        return False
     try:
         columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    return all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
+    return bool(times) and all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------
-
-
-def _find_head(grid: Grid) -> int:
-    """Find the row of the first header."""
-    rows = grid.rows[:_TITLES_LOOKED_AT]
-    first = next((at for at, row in enumerate(rows) if _is_head(row)), None)
-    if first is None:
-        # No header is known by its names: it is the first row as wide as most rows.
-        width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
-        first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
-    head, numbers = rows[first], _numbers(rows[first])
-    if numbers and 2 * numbers >= len(_filled(head)):
-        raise _TableError("no_header_row", grid.cell(head, 0), columns=_HINT)
-    if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
-        raise _TableError("numbers_above_header", grid.cell(early, 0), early=early.line, line=head.line)
-    return first
 
 
 _COPY = re.compile(r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$")

@@ -456,7 +456,7 @@ _NUMBERS = {squeeze(word).lower(): count for word, _, count in
 _SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
-_TURN, _PERIOD, _ONE_TURN = (f"(?i:{vocabulary.words(key, '|')})" for key in ("turn", "period", "one_turn"))
+_TURN, _PERIOD, _ONE_TURN = (vocabulary.pattern(key) for key in ("turn", "period", "one_turn"))
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
 _AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _COUNTED = (
@@ -546,7 +546,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 
-_WEIGHTS, _SPINNING = (f"(?i:{vocabulary.words(key, '|')})" for key in ("weights", "spinning"))
+_WEIGHTS, _SPINNING = (vocabulary.pattern(key) for key in ("weights", "spinning"))
 
 
 def counts_weights(header: Header) -> bool:

@@ -58,7 +58,7 @@ _CODE_PAGES = (
 
 def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     """Read and decode a log, and split it into cells."""
-    if is_frame(source):
+    if type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns"):
         text, floats = _frame_text(source)
         return _grid(hashlib.sha256(text.encode()).hexdigest(), Faults(name or "<table>", text), "\t", floats)
     shown, data = _read(source, name)
@@ -97,6 +97,9 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         own = getattr(source, "name", None)
         shown = name or (Path(own).name if isinstance(own, str) else "<stream>")
         return shown, data.encode("utf-8", "surrogatepass") if isinstance(data, str) else bytes(data)
+    if not isinstance(source, str | os.PathLike):
+        what = f"{type(source).__name__} ({source!r:.60})"
+        raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
     path = Path(source)
     shown = printable(name or path.name or str(path))
     try:
@@ -134,11 +137,6 @@ def _known_letters(text: str) -> int:
 
 
 # --- tables that are not text: DataFrames, workbooks ------------------------------------------------------------
-
-
-def is_frame(source: object) -> bool:
-    """Return whether a source is a DataFrame, without importing pandas."""
-    return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
 
 
 def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
@@ -295,7 +293,7 @@ class Grid(Struct, frozen=True):
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
-        return Text(row.texts[at], *find_place(self.lines, self.delimiter, row.spot(at)))
+        return Text(row.texts[at], find_place(self.lines, self.delimiter, row.spot(at)))
 
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
@@ -325,9 +323,9 @@ def _grid(
             content = content.rstrip('"').replace('""', '"') if line.lstrip().startswith('"') else content
             if match := _KEY.fullmatch(content):
                 key = re.sub(r"[\s\-]+", "_", match[1].strip())
-                grid.metadata.append((key, Text(match[2].strip(), index + 1, start + match.start(2) + 1)))
+                grid.metadata.append((key, Text(match[2].strip(), Place(index + 1, start + match.start(2) + 1))))
             else:
-                grid.comments.append(Text(content.strip(), index + 1, start))
+                grid.comments.append(Text(content.strip(), Place(index + 1, start)))
         elif re.search(r"[^\s|+:=\-]", line):  # not a line of a Markdown table that only draws a line
             body.append(index)
     if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:

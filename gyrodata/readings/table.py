@@ -139,10 +139,11 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
             choice.serve(replace(column, role="time", number=len(choice.used.get("time", [])) + 1, turns=turns))
-    _eliminate(table, several, choice, faults)
+    if several:
+        _eliminate(table, several, choice, faults)
     if choice.unplaced:
         _place_by_cells_and_unit(columns, table, choice, faults)
-    choice.unplaced.sort(key=lambda cell: cell.column)
+    choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
@@ -247,7 +248,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
 
 
 _NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:{vocabulary.words('turn', '|')})\w*\.?"
+_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\w*\.?"
 
 
 @lru_cache(maxsize=4096)
@@ -347,7 +348,8 @@ class TableReader:
             readings = [replace(reading, step=finest) if reading.step else reading for reading in readings]
             spots = tuple(column.spots[i] for i, _, column in plan)
             columns = {"time": replace(times[0][1], readings=tuple(readings), spots=spots), **columns}
-        self._add_constants(columns, rows)
+        for role, given in self.settings.roles.items():
+            self._add_constant(role, given, columns, rows)
         self._add_stated_turns(columns, [chosen for _, chosen, _ in plan], len(rows))
         origin_u = self._count_from_centre(columns)
         others = [column.select(rows) for chosen in self.choice.others if (column := self._read_other(chosen))]
@@ -613,17 +615,16 @@ class TableReader:
             faults.add("filled_down", self.grid.cell(row, at).place, role=role, lines=span([lines[i] for i in filled]))
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
-    def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
-        """Add the values for the whole log; report a line that a column replaces."""
-        for role, given in self.settings.roles.items():
-            column, unit = columns.get(role), given.cell.unit if given.cell else ""
-            if column is None and rows:
-                spreads = self._spreads(role, None, unit or None, self.faults)
-                readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
-                columns[role] = Column(role, given.label, unit, readings, spots, given.place)
-            elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
-                values = {"label": given.label, "value": given.text, "header": column.header}
-                self.faults.add("line_not_used", given.place, **values)
+    def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
+        """Add a value for the whole log, or report that a column replaces it."""
+        column, unit = columns.get(role), given.cell.unit if given.cell else ""
+        if column is None and rows:
+            spreads = self._spreads(role, None, unit or None, self.faults)
+            readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
+            columns[role] = Column(role, given.label, unit, readings, spots, given.place)
+        elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
+            values = {"label": given.label, "value": given.text, "header": column.header}
+            self.faults.add("line_not_used", given.place, **values)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -632,7 +633,7 @@ class TableReader:
             if not ones:
                 continue
             read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
-            u, line = roles.stated_u(role, self.settings.uncertainties), self.table.cells[0].line
+            u, line = roles.stated_u(role, self.settings.uncertainties), self.table.cells[0].place.line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else Reading() for one in ones]
             header = next(one.cell.text for one in many if one.turns)
             spots = tuple(line * source.MAX_COLUMNS + one.at for one in ones)
@@ -736,7 +737,17 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         faults.add("missing", message=message, hint=hint)
     unread = unread | choice.asked
     if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
-        _check_runs(log, faults)
+        columns, lacking = log.columns, dict[str, list[int]]()
+        # A run with every cell filled lacks nothing. A cell that could not be read is reported already.
+        blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
+        for run in sorted(set(blanks)):
+            typed = {role for role, column in columns.items() if column.readings[run].text}
+            for role in _missing_roles(typed, columns, mass is None or mass.values[run] != 0):
+                lacking.setdefault(role, []).append(run)
+        for role, runs in lacking.items():
+            lines = list(dict.fromkeys(log.lines[run] for run in runs))
+            name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
+            faults.add(name, Place(lines[0], 1), lines=span(lines), role=role)
     turns, angle = log.columns.get("turns"), log.columns.get("angle")
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)
@@ -746,7 +757,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
-        texts = [cell.text or f"(column {cell.column}, no header)" for cell in choice.unplaced]
+        texts = [cell.text or f"(column {cell.place.column}, no header)" for cell in choice.unplaced]
         faults.add("headers_unknown" if len(texts) > 1 else "header_unknown", headers=listing(texts))
 
 
@@ -806,23 +817,6 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     elif close:
         hint = f'is it "{close[0]}"? {hint}'
     return message, hint
-
-
-def _check_runs(log: Readings, faults: Faults) -> None:
-    """Find the runs that lack what the others have."""
-    columns = log.columns
-    lacking: dict[str, list[int]] = {}
-    # A run with every cell filled lacks nothing. A cell that could not be read is reported already; its text is there.
-    blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
-    for run in sorted(set(blanks)):
-        there = {role for role, column in columns.items() if column.readings[run].text}
-        loaded = "mass" not in columns or columns["mass"].values[run] != 0
-        for role in _missing_roles(there, columns, loaded):
-            lacking.setdefault(role, []).append(run)
-    for role, runs in lacking.items():
-        lines = list(dict.fromkeys(log.lines[run] for run in runs))
-        name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
-        faults.add(name, Place(lines[0], 1), lines=span(lines), role=role)
 
 
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:

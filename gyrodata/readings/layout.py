@@ -541,12 +541,14 @@ class _Sheet:
             lines = ", ".join(span([row.line for row in part]) for part in parts)
             self.faults.add("tables_joined", cells[0], count=len(parts), lines=lines)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
+        there = {role for header in headers for role in header.roles}
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
             # A header may be split at its own comma: "period [s], 5 turns".
             turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
             if turns and not any(row.texts[at] for row in table.rows):
                 raise _TableError("header_split", behind, part=behind.text, header=cell.text, turns=turns)
-        return _with_differences(table, self.faults)
+        is_timed = not there.isdisjoint(roles.TIMINGS) and "spin_turns" not in there
+        return table if is_timed else _with_differences(table, there, self.faults)
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
@@ -585,12 +587,11 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
 # Quantities that two columns give ----------------------------------------------------------------------------------
 
 
-def _with_differences(table: Layout, faults: Faults) -> Layout:
+def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
     """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
 
     The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a large disk.
     """
-    there = {role for header in table.headers for role in header.roles}
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
     free = [at for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles]
     clocks = {roles.clock_word(table.headers[at].text): at for at in free}

@@ -256,8 +256,6 @@ def said_otherwise(text: str, role: str) -> str:
     """Return the number that a cell writes in words: "none" of a mass, "one third" or "120°" of turns; else ""."""
     if role == "mass":
         return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
-    if quantities.PLAIN.fullmatch(text):
-        return ""
     if fraction := fraction_of_date(text):
         return fraction
     match = re.fullmatch(_TURN_BEHIND, text)
@@ -325,7 +323,6 @@ class TableReader:
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
         """Return the log with its readings, and the runs in which the rod did not move."""
-        self._check_widths()
         times, is_run = self._read_times()
         # The load is the first: it shows which cells are filled down, and whether the rod may rest.
         for role in sorted(self.choice.used, key=lambda role: role not in _PULLS):
@@ -370,7 +367,8 @@ class TableReader:
     def _note(self, chosen: Chosen, why: str) -> None:
         self.faults.add("not_used", chosen.cell, header=chosen.cell.text, why=why)
 
-    def _check_widths(self) -> None:
+    def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
+        """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
         width, notes = len(self.table.cells), self.choice.used.get("note")
         noted = notes is not None and notes[0].at == width - 1
         for row in self.rows:
@@ -380,9 +378,6 @@ class TableReader:
             elif noted and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
-
-    def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
-        """Read the times; return them, and whether each row is a timed run."""
         used, times = self.choice.used, self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
@@ -517,7 +512,8 @@ class TableReader:
             try:
                 if ask:
                     read_cell(text.replace(".", ","), kind, unit, ask=True)
-                meant = said_otherwise(text, role) if role in ("mass", "turns", "spin_turns") else ""
+                is_word = role in ("mass", "turns", "spin_turns") and not quantities.PLAIN.fullmatch(text)
+                meant = said_otherwise(text, role) if is_word else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
                 if error.code == diagnostics.UNIT_MISSING:
@@ -652,7 +648,7 @@ class TableReader:
                         break
         turns = columns.get("turns")
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
-        for text in dict.fromkeys(texts):
+        for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
             meant, doubt = rounded_turns(text)
             if turns and meant and doubt > _SMALL_DOUBT * to_float(text):  # 0.33 is not exactly a third
                 self.faults.add("rounded", turns.place(texts.index(text)), text=text, doubt=doubt, meant=meant)

@@ -1,7 +1,7 @@
-"""The one reader of a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
+"""Read a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
 
 Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They differ in the kind of quantity
-and in the unit that holds if none is written. What this tool prints, it reads.
+and in the unit that is used if none is written. The functions read everything that this tool prints.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from gyrodata.units import Uncertainty, UnitError
 LONGEST = 200
 """Characters in a written quantity; a longer text is not one."""
 MOST_DIGITS = 7
-"""Of a reading, zeros before it included: 0.02000 kg has six."""
+"""Most digits of a reading, with the zeros before it: 0.02000 kg has six."""
 LONG = 600.0
-"""So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
+"""A time [s] at least this long that is written as 00:20:13 may be one of 20.13 s."""
 
 _SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
 NUMBER = rf"[-+]?{_SIZE}"
@@ -39,7 +39,7 @@ _QUANTITY = (
     rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
-"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``: all that `_USUAL` brings the other ways of writing to."""
+"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``; `_USUAL` turns other ways of writing into these."""
 
 _ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
 IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
@@ -62,7 +62,7 @@ _USUAL = (
     (rf"^({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))", r"(\1)"),
     (_POWER_OF_TEN, r"e\1\2"),
 )
-"""Ways of writing, and the usual one to put in their place."""
+"""Ways of writing, and the usual way that replaces each."""
 
 _COVERAGE = (
     r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
@@ -95,7 +95,7 @@ _TWO = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
 
 
 class Written(Struct, frozen=True):
-    """A quantity taken apart, before its unit is understood."""
+    """The parts of a written quantity, before its unit is read."""
 
     number: str
     """Text of the number, its power of ten in it: ``4.441e-3``, ``1/3``."""
@@ -106,11 +106,11 @@ class Written(Struct, frozen=True):
     unit: str | None = None
     """In folded letters; None if there is none."""
     spread: str | None = None
-    """Text of what is behind ±, or in the bracket; None if there is none."""
+    """Text behind ±, or in the bracket; None if there is none."""
     spread_unit: str | None = None
     """Its own unit, if it has one; "%" of the number."""
     coverage: float = 1.0
-    """What it is to be divided by to become a standard uncertainty."""
+    """Divisor that makes it a standard uncertainty."""
 
 
 class Quantity(Struct, frozen=True):
@@ -129,7 +129,7 @@ class Quantity(Struct, frozen=True):
 
 
 def fold_number(text: str) -> str:
-    """Write a text in ASCII as far as that changes nothing: real minus signs, ½, wide digits; 10⁻³ becomes 10^-3."""
+    """Replace real minus signs, ½ and wide digits by their ASCII forms; 10⁻³ becomes 10^-3."""
     if text.isascii():
         return text.strip()
     text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
@@ -138,12 +138,12 @@ def fold_number(text: str) -> str:
 
 
 def to_float(number: str) -> float:
-    """Understand a number with either decimal sign."""
+    """Read a number with either decimal sign."""
     return float(number.replace(",", "."))
 
 
 def last_place(number: str) -> int:
-    """Give the power of ten of the last digit typed."""
+    """Return the power of ten of the last digit typed."""
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
 

@@ -20,7 +20,7 @@ MONTHS: dict[str, str] = _SECTIONS.pop("months")
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
-"""What to say of a text that is written in the place of a number, and what to type."""
+"""Messages for texts in the place of a number, and what to type."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS
 """The other sections of the file, by language: lists of names or words by key."""
 

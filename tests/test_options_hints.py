@@ -142,7 +142,7 @@ def test_the_template_is_printed_then(options: str, mended: str) -> None:
     if example := re.match(r"for example (.*)", hint):
         typed = example[1]
     elif ";" in text:
-        assert hint.endswith("part several with commas")
+        assert hint.endswith("separate several with commas")
         typed = f"{option} {text.strip(chr(34)).replace(';', ',')}"
     else:
         unit = re.search(r": (\w+)", hint)

@@ -389,7 +389,7 @@ def read_settings(
         elif known not in roles.KEYS or known in roles.TEXTS or not text.text or (known == "time" and ":" in text.text):
             # The time may be the hour of the day; a line of a template may be blank.
             settings.metadata[key] = text.text
-            if text.text and known not in roles.KEYS and len(settings.metadata) < 200:
+            if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:
                 _warn_of_remark(key, text.text, text, faults)
         elif known in seen and seen[known].text != text.text:
             faults.add("key_given_twice", text, key=known, first=seen[known].place.line, second=text.place.line)
@@ -429,7 +429,7 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """Warn of a remark that is nearly a ``# key: value`` line, such as "# u_positon: 1 mm" or "# m1 = 47 g"."""
-    close = _nearest_key(key.lower()) if len(key) <= 30 else []
+    close = _nearest_key(key.lower())
     if not close and value[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
         close = [one for name in names for one in roles.name_roles(name)[0] if roles.kind_of_role(one) != "text"]

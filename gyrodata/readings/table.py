@@ -476,7 +476,7 @@ class TableReader:
         if meant:
             said = ", ".join(f"{name} is {text}" for name, text in meant.items())
             faults.add("name_explained", chosen.cell, header=chosen.cell.text, said=said)
-        if unit == "s" and any(":" in text for text in texts):
+        if unit == "s" and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
 
@@ -801,10 +801,13 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
     of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
+    whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
     counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
     close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
     if role in ("time", "turns") and len(of_the_rod) == 1:
         hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
+    elif role == "time" and whole:
+        hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
     elif role == "mass" and counts:
         ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
         hint = f'"{counts[0]}" counts weights: {ways}; {hint}'

@@ -183,8 +183,10 @@ def _words(key: str) -> set[str]:
 
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS, MEAN_WORDS = map(_words, ("theory", "trial", "centre", "mean"))
-"""Words for calculated values, for repeats of one setting, for the centre of the ball, and for means."""
+THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS, MEAN_WORDS, SCALE_WORDS = map(
+    _words, ("theory", "trial", "centre", "mean", "scale")
+)
+"""Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
 NOT_THE_WEIGHT = _words("not_the_weight")

@@ -27,17 +27,7 @@ _BY_UNIT = {
     "time": roles.TIMINGS,
 }
 """Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
-_TIMED = (*(("time", count) for count in roles.COUNTS), *((role,) for role in roles.ONE_TURN))
-_LOADED = (("torque",), ("position", "mass"), ("position", "force"))
-_ENOUGH = {"spin": roles.SPIN_SETS[:3], "timing": _TIMED, "count": _TIMED, "load": _LOADED}
-"""Sets of roles that give a part of a run."""
-_OTHER_THINGS = (
-    {"reading", "mark", "ruler", "scale"}
-    | roles.NOT_THE_WEIGHT
-    | roles.THEORY_WORDS
-    | roles.UNSURE_WORDS
-    | roles.SUMMARY_WORDS
-)
+_OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
@@ -186,10 +176,11 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         several.remove(decided[0])
         choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
-    served = {part for part, sets in _ENOUGH.items() if any(choice.there.issuperset(one) for one in sets)}
+    lacking = {roles.BY_NAME[role].part for role in _missing_roles(choice.there, choice.there, loaded=True)}
+    lacking |= {"timing", "count"} if lacking & {"timing", "count"} else set()
     for column in several:
         left, cell = _left(column, choice), column.cell
-        if any(role[:2] == "u_" or roles.BY_NAME[role].part not in served for role in left):
+        if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
             ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
             choice.asked.update(left)
             faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)

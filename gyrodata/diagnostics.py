@@ -107,7 +107,6 @@ COLONS_ARE_POINTS = _note("G234")
 FLOATS_WITHOUT_DIGITS = _note("G235")
 HEADER_READ_AS = _note("G236")
 NOTE_MAY_CHANGE_READING = _warning("G240")
-LAPS_OF_ONE_CLOCK = _error("G241")
 
 # what the log says
 QUANTITY_MISSING = _error("G301")

@@ -24,7 +24,8 @@ from gyrodata.diagnostics import explanations
 from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.platforms import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
-from gyrodata.readings import parse_header, read_log
+from gyrodata.readings import read_log
+from gyrodata.readings.roles import parse_header
 
 TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in PAGES}
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"

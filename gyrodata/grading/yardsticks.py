@@ -24,9 +24,9 @@ from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
-from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.toml_table import nearest as nearest_word
@@ -260,11 +260,11 @@ def read_bench(lines: Mapping[str, str]) -> Bench:
             raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
         try:
             if key in APPARATUS:
-                read_settings([], [Given(key, text, key, None)], Faults(""), True)
+                read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
             found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
         except InputError as error:
             raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
-        except (UnitError, CellError) as error:
+        except UnitError as error:
             raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
     return found
 

@@ -26,7 +26,8 @@ from gyrodata.error_sources import (
 )
 from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
-from gyrodata.readings import Column, Reading, Readings, rounded_turns, stated_u
+from gyrodata.readings import Column, Reading, Readings, rounded_turns
+from gyrodata.readings.roles import stated_u
 from gyrodata.units import Uncertainty
 
 

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 
 from gyrodata import quantities, vocabulary
 from gyrodata.readings import roles, source
-from gyrodata.readings.lablog import BLANKS, Faults, Text, listing, span
+from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
@@ -485,7 +485,7 @@ class _Sheet:
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
-            elif not row.texts[0].startswith("#"):
+            elif not row.texts[0].startswith("#") and row.line not in dict(self.faults.sheets):
                 self._leave_out("title", row)
         self.words = []
         return found
@@ -519,7 +519,7 @@ class _Sheet:
                 self._leave_out("summary", part.pop())
         for why, left in self.left_out.items():
             if left:
-                lines = span(sorted({row.line for row, _ in left}))
+                lines = self.faults.span(sorted({row.line for row, _ in left}))
                 values = {"lines": lines, "texts": listing([row.texts[at] for row, at in left], 4)}
                 origins = [one for row, _ in left if (one := roles.origin_in(" ".join(row.texts)))]
                 if why == "title" and origins:
@@ -538,7 +538,7 @@ class _Sheet:
                 raise _TableError("repeated_table", cell, line=part[0].line)
             seen.update(rows)
         if len(parts) > 1:
-            lines = ", ".join(span([row.line for row in part]) for part in parts)
+            lines = ", ".join(self.faults.span([row.line for row in part]) for part in parts)
             self.faults.add("tables_joined", cells[0], count=len(parts), lines=lines)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
         there = {role for header in headers for role in header.roles}

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, roles, source
-from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing, span
+from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing
 from gyrodata.readings.roles import TEXTS, Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
@@ -380,7 +380,7 @@ class TableReader:
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            lines = span([row.line for row in left_out])
+            lines = self.faults.span([row.line for row in left_out])
             self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
         return read, is_run
 
@@ -594,12 +594,17 @@ class TableReader:
             filled = []
         if early and first is not None:
             cell = self.grid.cell(self.rows[first], at)
-            faults.add("below_first_row", cell, role=role, lines=span([lines[i] for i in early]))
+            faults.add("below_first_row", cell, role=role, lines=self.faults.span([lines[i] for i in early]))
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             row = self.rows[filled[0]]
-            faults.add("filled_down", self.grid.cell(row, at).place, role=role, lines=span([lines[i] for i in filled]))
+            faults.add(
+                "filled_down",
+                self.grid.cell(row, at).place,
+                role=role,
+                lines=self.faults.span([lines[i] for i in filled]),
+            )
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
@@ -734,7 +739,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
             name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
-            faults.add(name, Place(lines[0], 1), lines=span(lines), role=role)
+            faults.add(name, Place(lines[0], 1), lines=faults.span(lines), role=role)
     turns, angle = log.columns.get("turns"), log.columns.get("angle")
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)

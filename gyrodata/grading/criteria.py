@@ -170,7 +170,7 @@ def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float
 
 
 def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
-    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in diagnostics[:most]]
+    told = [f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message for d in diagnostics[:most]]
     return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
 
 

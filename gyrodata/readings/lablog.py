@@ -191,15 +191,11 @@ class Readings(Struct, frozen=True, dict=True):
 
     def select(self, runs: Sequence[int]) -> Readings:
         """Return a log with some of the runs."""
-        return replace(
-            self,
-            runs=tuple(self.runs[i] for i in runs),
-            lines=tuple(self.lines[i] for i in runs),
-            notes=tuple(self.notes[i] for i in runs),
-            columns={role: column.select(runs) for role, column in self.columns.items()},
-            others=tuple(column.select(runs) for column in self.others),
-            unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
-        )
+        columns = {role: column.select(runs) for role, column in self.columns.items()}
+        others = tuple(column.select(runs) for column in self.others)
+        unread = tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread)
+        labels, lines, notes = (tuple(texts[i] for i in runs) for texts in (self.runs, self.lines, self.notes))
+        return replace(self, runs=labels, lines=lines, notes=notes, columns=columns, others=others, unread=unread)
 
     @property
     def ok(self) -> bool:

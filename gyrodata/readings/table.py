@@ -167,9 +167,8 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in list(several):
         # "T" can only be the time of one turn if no turns are counted, or each time covers one.
         known = {"time", "precession_period", "angle"} & choice.there
-        if column.header.roles != ("time", "precession_period") or known or not counted <= {"", "1"}:
-            continue
-        if "turns" not in choice.there or counts:
+        single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
+        if column.header.roles == ("time", "precession_period") and single and not known:
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
             faults.add("period_of_one_turn", column.cell, header=column.cell.text)
@@ -211,10 +210,9 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     fits: list[Chosen] = []
     for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
         texts = [row.texts[column.at] for row in table.rows]
-        if column.cell in choice.unplaced and roles.are_turns(column.header, texts):
-            fits.append(replace(column, role="turns"))
-        elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"}:
-            fits.append(replace(column, role="angle"))
+        is_angle = kinds_of(column.header.unit or "") == {"angle"}
+        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
+            fits.append(replace(column, role="angle" if is_angle else "turns"))
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)
@@ -300,8 +298,8 @@ class TableReader:
                 columns = choice.used.pop(given.key)
                 self.replaced |= {one.at for one in columns}
                 faults.add("option_replaces", label=given.label, header=columns[0].cell.text)
-        stating = [role for role in _COUNTS if any(one.turns for one in choice.used.get(_COUNTS[role], ()))]
-        self.stating = {role: choice.used[_COUNTS[role]] for role in stating}
+        times = {role: choice.used.get(time, []) for role, time in _COUNTS.items()}
+        self.stating = {role: many for role, many in times.items() if any(one.turns for one in many)}
         """The times whose headers state their turns, by the role of these turns."""
         self.there = {*choice.used, *settings.roles, *self.stating} - TEXTS
         self.derived = roles.derived_roles(self.there)

@@ -65,7 +65,8 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if 2 * _numbers(head) >= max(1, len(_filled(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
         if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
-            raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=early.line, line=head.line)
+            lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
+            raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
@@ -323,7 +324,7 @@ class _Sheet:
         """Rows that are not runs, with the cell that shows it."""
         self.general: _Given = {}
         """What captions say of all tables."""
-        self.said: list[tuple[Text, dict[str, object]]] = []
+        self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
         self.any_timed = any(_is_timed(row) for row in grid.rows if _is_head(row))
         self.only_means = False
@@ -425,8 +426,8 @@ class _Sheet:
             # A position is blank in a run without a weight.
             has_position = any("position" in header.roles for _, header in self.here)
             if lost := sorted(self.told - there - ({"position"} if has_position else set())):
-                values = {"line": self.head.line, "role": lost[0], "sample": roles.BY_NAME[lost[0]].sample}
-                raise self.faults.refuse("lacks_in_first_row", self.here[0][0], **values)
+                line, sample = self.faults.span([self.head.line]), roles.BY_NAME[lost[0]].sample
+                raise self.faults.refuse("lacks_in_first_row", self.here[0][0], line=line, role=lost[0], sample=sample)
         self.runs.append((row, self.places, self.given))
 
     def _begin_runs(self) -> None:
@@ -439,7 +440,7 @@ class _Sheet:
         if untimed or (means and self.runs and not self.only_means):
             self.skipped = True
             why = "untimed_table" if untimed else "table_of_means"
-            self.faults.add(why, self.here[0][0], line=self.head.line, name=names[0])
+            self.faults.add(why, self.here[0][0], line=self.faults.span([self.head.line]), name=names[0])
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
@@ -455,8 +456,8 @@ class _Sheet:
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
-                values = {"line": cell.place.line, "second": cell.text, "first": self.columns[place][0].text}
-                raise self.faults.refuse("other_unit", cell, **values)
+                line, old_name = self.faults.span([cell.place.line]), self.columns[place][0].text
+                raise self.faults.refuse("other_unit", cell, line=line, second=cell.text, first=old_name)
             self.places.append(place)
 
     def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
@@ -469,7 +470,7 @@ class _Sheet:
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                values = {"line": row.line, "where": where, "said": told}
+                values = {"line": self.faults.span([row.line]), "where": where, "said": told}
                 self.said.append((self.grid.cell(row, _filled(row)[0]), values))
                 if not self.runs and found:
                     self.general = dict(found)
@@ -524,7 +525,7 @@ class _Sheet:
             rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in rows) > 1:
                 cell = self.grid.cell(part[0], _filled(part[0])[0])
-                raise self.faults.refuse("repeated_table", cell, line=part[0].line)
+                raise self.faults.refuse("repeated_table", cell, line=self.faults.span([part[0].line]))
             seen.update(rows)
         if len(parts) > 1:
             lines = ", ".join(self.faults.span([row.line for row in part]) for part in parts)

@@ -244,7 +244,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:7])])),
     ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
-     then_good("take one column out")),
+     then_good("delete one column")),
     ("G306", above("# g: fast", NO_G),
      lambda hint: above(named(explanations()["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
     ("G307", f"# g: 9.81 m/s^2\n{GOOD}", then_good("keep one")),

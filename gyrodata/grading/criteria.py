@@ -119,7 +119,7 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _listed(found: list[Diagnostic], most: int = 3) -> str:
-    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in found[:most]]
+    told = [f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message for d in found[:most]]
     return "; ".join(told) + (f"; and {len(found) - most} more" if len(found) > most else "")
 
 

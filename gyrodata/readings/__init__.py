@@ -98,7 +98,9 @@ def read_log(
         faults.add("spin_down_table", error=error, hint=error.hint)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
-    log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))
+    log = Readings(
+        faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines), sheets=faults.sheets
+    )
     found = layout.find_layout(grid, faults)
     if found is None:
         return replace(log, diagnostics=faults.all_told())

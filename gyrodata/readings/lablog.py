@@ -168,6 +168,8 @@ class Readings(Struct, frozen=True, dict=True):
         All faults found; if one is an error, `columns` may lack what the analysis needs.
     source_text : str
         The decoded text, for excerpts.
+    sheets : tuple of (int, str)
+        Line above the first row in that text, and name, of each sheet of a workbook.
     """
 
     name: str
@@ -194,21 +196,18 @@ class Readings(Struct, frozen=True, dict=True):
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = ""
+    sheets: tuple[tuple[int, str], ...] = ()
 
     def __repr__(self) -> str:
         return f"<Readings of {self.name[:200]}: {len(self.runs)} runs, {len(self.diagnostics)} things to look at>"
 
     def select(self, runs: Sequence[int]) -> Readings:
         """Return a log with some of the runs."""
-        return replace(
-            self,
-            runs=tuple(self.runs[i] for i in runs),
-            lines=tuple(self.lines[i] for i in runs),
-            notes=tuple(self.notes[i] for i in runs),
-            columns={role: column.select(runs) for role, column in self.columns.items()},
-            others=tuple(column.select(runs) for column in self.others),
-            unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
-        )
+        columns = {role: column.select(runs) for role, column in self.columns.items()}
+        others = tuple(column.select(runs) for column in self.others)
+        unread = tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread)
+        labels, lines, notes = (tuple(texts[i] for i in runs) for texts in (self.runs, self.lines, self.notes))
+        return replace(self, runs=labels, lines=lines, notes=notes, columns=columns, others=others, unread=unread)
 
     @property
     def ok(self) -> bool:
@@ -223,7 +222,7 @@ class Readings(Struct, frozen=True, dict=True):
 
     @cached_property
     def _faults(self) -> Faults:
-        return Faults(self.name, self.source_text)
+        return Faults(self.name, self.source_text, self.sheets)
 
 
 def split_lines(text: str) -> list[str]:
@@ -239,8 +238,8 @@ def _messages() -> dict[str, dict[str, str]]:
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
-    def __init__(self, name: str, text: str = "") -> None:
-        self.name = name
+    def __init__(self, name: str, text: str = "", sheets: tuple[tuple[int, str], ...] = ()) -> None:
+        self.name, self.sheets = name, sheets
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
@@ -250,7 +249,11 @@ class Faults:
         if place is None:
             return Diagnostic.of(code, message, hint, self.name)
         excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
-        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
+        sheet, row = self._row(place.line)
+        high, low = divmod(excerpt[: place.column - 1].count("\t"), 26)
+        letters = chr(64 + high) * (high > 0) + chr(65 + low)
+        cell = f"{sheet}!{letters}{row}" if sheet and row else sheet
+        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message of `messages.toml` with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept.
@@ -270,6 +273,21 @@ class Faults:
         """Return the error to raise for an input that is not a log, with all that was found before."""
         self.add(name, place, **values)
         return InputError(self.found)
+
+    def _row(self, line: int) -> tuple[str, int]:
+        """Return the sheet and the row of a line; without a workbook, no sheet and the line."""
+        sheets = [one for one in self.sheets if one[0] <= line]
+        return (sheets[-1][1], line - sheets[-1][0]) if sheets else ("", line)
+
+    def span(self, lines: list[int]) -> str:
+        """Return line numbers in short form: ``lines 3-5, 7``; if there are several sheets, ``rows Sheet2!3-5``."""
+        parts = []
+        for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
+            block = [self._row(line) for _, line in group]
+            sheet = f"{block[0][0]}!" if len(self.sheets) > 1 else ""
+            parts.append(sheet + "-".join(dict.fromkeys((str(block[0][1]), str(block[-1][1])))))
+        word = "row" if len(self.sheets) > 1 else "line"
+        return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
 
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
@@ -292,15 +310,6 @@ def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
 def header_of(role: str, unit: str) -> str:
     """Return the header of a column: ``mass [g]``, ``turns``."""
     return f"{role} [{unit}]" if unit else role
-
-
-def span(lines: list[int]) -> str:
-    """Return line numbers in short form: ``lines 3-5, 7``."""
-    parts = []
-    for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
-        block = [line for _, line in group]
-        parts.append(f"{block[0]}-{block[-1]}" if len(block) > 1 else str(block[0]))
-    return f"{'line' if len(lines) == 1 else 'lines'} {listing(parts)}"
 
 
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})

@@ -14,14 +14,14 @@ from decimal import Decimal, DecimalException
 from functools import lru_cache
 from itertools import accumulate, pairwise
 from statistics import fmean
-from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import quantities, vocabulary
+from gyrodata.errors import InputError
 from gyrodata.readings import roles, source
-from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, checked_falls, listing, span
+from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, checked_falls, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
@@ -48,19 +48,11 @@ _Given = dict[str, tuple[str, int]]
 """Content of captions: text and number of the cell by role."""
 
 
-class _TableError(Exception):
-    """Rows that are not one table of runs."""
-
-    def __init__(self, name: str, place: Text | None = None, /, **values: Any) -> None:
-        super().__init__(name)
-        self.name, self.place, self.values = name, place, values
-
-
 def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table."""
     try:
         if not grid.rows:
-            raise _TableError("no_table")
+            raise faults.refuse("no_table")
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
         rows = grid.rows[:_TITLES_LOOKED_AT]
@@ -71,9 +63,10 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
         head = rows[first]
         if 2 * _numbers(head) >= max(1, len(_filled(head))):
-            raise _TableError("no_header_row", grid.cell(head, 0))
+            raise faults.refuse("no_header_row", grid.cell(head, 0))
         if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
-            raise _TableError("numbers_above_header", grid.cell(early, 0), early=early.line, line=head.line)
+            lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
+            raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
         grid = _with_captions(grid, head)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
@@ -82,8 +75,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             for row in rows:
                 sheet.take(row)
         return sheet.finish()
-    except _TableError as fault:
-        faults.add(fault.name, fault.place, **fault.values)
+    except InputError:
         return None
 
 
@@ -95,7 +87,7 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
     names = Row(0, [row.texts[0] for row in grid.rows])
     if not _is_head(names):
         if width == 1:
-            raise _TableError("no_delimiter", grid.cell(grid.rows[0], 0))
+            raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
         return grid
     faults.add("turned", grid.cell(grid.rows[0], 0), names=listing(names.texts, 3))
     rows = []
@@ -371,7 +363,7 @@ class _Sheet:
         """Rows that are not runs, with the cell that shows it."""
         self.general: _Given = {}
         """What captions say of all tables."""
-        self.said: list[tuple[Text, dict[str, object]]] = []
+        self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
         self.any_timed = any(_is_timed(row) for row in grid.rows if _is_head(row))
         self.only_means = False
@@ -473,8 +465,8 @@ class _Sheet:
             # A position is blank in a run without a weight.
             has_position = any("position" in header.roles for _, header in self.here)
             if lost := sorted(self.told - there - ({"position"} if has_position else set())):
-                values = {"line": self.head.line, "role": lost[0], "sample": roles.BY_NAME[lost[0]].sample}
-                raise _TableError("lacks_in_first_row", self.here[0][0], **values)
+                line, sample = self.faults.span([self.head.line]), roles.BY_NAME[lost[0]].sample
+                raise self.faults.refuse("lacks_in_first_row", self.here[0][0], line=line, role=lost[0], sample=sample)
         self.runs.append((row, self.places, self.given))
 
     def _begin_runs(self) -> None:
@@ -487,12 +479,12 @@ class _Sheet:
         if untimed or (means and self.runs and not self.only_means):
             self.skipped = True
             why = "untimed_table" if untimed else "table_of_means"
-            self.faults.add(why, self.here[0][0], line=self.head.line, name=names[0])
+            self.faults.add(why, self.here[0][0], line=self.faults.span([self.head.line]), name=names[0])
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
             if cell.text and cell.text in names[:at]:
-                raise _TableError("same_names", cell, name=cell.text)
+                raise self.faults.refuse("same_names", cell, name=cell.text)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
@@ -503,8 +495,8 @@ class _Sheet:
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
-                values = {"line": cell.place.line, "second": cell.text, "first": self.columns[place][0].text}
-                raise _TableError("other_unit", cell, **values)
+                line, old_name = self.faults.span([cell.place.line]), self.columns[place][0].text
+                raise self.faults.refuse("other_unit", cell, line=line, second=cell.text, first=old_name)
             self.places.append(place)
 
     def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
@@ -513,18 +505,16 @@ class _Sheet:
         Above the first table the last row that says something is of this table; those before it are of all tables.
         """
         found: _Given = {}
-        lacking = lacking - {key.lower() for key, _ in self.grid.metadata}
-        if "turns" in lacking:
-            lacking = lacking & _lacking([], self.grid)
+        lacking = lacking & _lacking([], self.grid)
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                values = {"line": row.line, "where": where, "said": told}
+                values = {"line": self.faults.span([row.line]), "where": where, "said": told}
                 self.said.append((self.grid.cell(row, _filled(row)[0]), values))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
-            elif not row.texts[0].startswith("#"):
+            elif not row.texts[0].startswith("#") and row.line not in dict(self.faults.sheets):
                 self._leave_out("title", row)
         self.words = []
         return found
@@ -558,7 +548,7 @@ class _Sheet:
                 self._leave_out("summary", part.pop())
         for why, left in self.left_out.items():
             if left:
-                lines = span(sorted({row.line for row, _ in left}))
+                lines = self.faults.span(sorted({row.line for row, _ in left}))
                 values = {"lines": lines, "texts": listing([row.texts[at] for row, at in left], 4)}
                 origins = [one for row, _ in left if (one := roles.origin_in(" ".join(row.texts)))]
                 if why == "title" and origins:
@@ -568,16 +558,16 @@ class _Sheet:
         for cell, said in self.said:
             self.faults.add("caption", cell, **said)
         if not self.runs:
-            raise _TableError("no_runs")
+            raise self.faults.refuse("no_runs")
         seen: set[tuple[str, ...]] = set()
         for part in parts:
             rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in rows) > 1:
                 cell = self.grid.cell(part[0], _filled(part[0])[0])
-                raise _TableError("repeated_table", cell, line=part[0].line)
+                raise self.faults.refuse("repeated_table", cell, line=self.faults.span([part[0].line]))
             seen.update(rows)
         if len(parts) > 1:
-            lines = ", ".join(span([row.line for row in part]) for part in parts)
+            lines = ", ".join(self.faults.span([row.line for row in part]) for part in parts)
             self.faults.add("tables_joined", cells[0], count=len(parts), lines=lines)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
         there = {role for header in headers for role in header.roles}
@@ -585,7 +575,7 @@ class _Sheet:
             # A header may be split at its own comma: "period [s], 5 turns".
             turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
             if turns and not any(row.texts[at] for row in table.rows):
-                raise _TableError("header_split", behind, part=behind.text, header=cell.text, turns=turns)
+                raise self.faults.refuse("header_split", behind, part=behind.text, header=cell.text, turns=turns)
         is_timed = not there.isdisjoint(roles.TIMINGS) and "spin_turns" not in there
         return table if is_timed else _with_differences(table, there, self.faults)
 

@@ -72,7 +72,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if len(data) > MAX_BYTES:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        return _grid(digest, Faults(shown, _workbook_text(data, faults)), "\t")
+        return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
     if kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), ""):
         raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
@@ -181,8 +181,8 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
-def _workbook_text(data: bytes, faults: Faults) -> str:
-    """Write the filled sheets of a workbook below each other as tab-separated text."""
+def _workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
@@ -195,9 +195,14 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
         raise faults.refuse("workbook", why=f"{type(error).__name__}: {error}") from None
     if not filled:
         raise faults.refuse("workbook_empty")
-    # The name of a sheet is a title of what is on it.
-    titled = (text if len(filled) == 1 else f"sheet {title}\n{text}" for title, text in filled.items())
-    return "\n".join(titled) + "\n"
+    lines: list[str] = []
+    sheets = []
+    for title, text in filled.items():
+        # The name of a sheet is a title of what is on it.
+        lines += [f"sheet {title}"] if len(filled) > 1 else []
+        sheets.append((len(lines), title if title.isalnum() else f"'{title}'"))
+        lines += text.split("\n")
+    return "\n".join(lines) + "\n", tuple(sheets)
 
 
 def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
@@ -376,7 +381,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add("line_read_as_key", cell, line=row.line, key=key, value=value)
+    faults.add("line_read_as_key", cell, line=faults.span([row.line]), key=key, value=value)
     return True
 
 

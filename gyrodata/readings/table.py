@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, roles, source
-from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing, span
+from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing
 from gyrodata.readings.roles import TEXTS, Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
@@ -167,9 +167,8 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in list(several):
         # "T" can only be the time of one turn if no turns are counted, or each time covers one.
         known = {"time", "precession_period", "angle"} & choice.there
-        if column.header.roles != ("time", "precession_period") or known or not counted <= {"", "1"}:
-            continue
-        if "turns" not in choice.there or counts:
+        single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
+        if column.header.roles == ("time", "precession_period") and single and not known:
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
             faults.add("period_of_one_turn", column.cell, header=column.cell.text)
@@ -211,10 +210,9 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     fits: list[Chosen] = []
     for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
         texts = [row.texts[column.at] for row in table.rows]
-        if column.cell in choice.unplaced and roles.are_turns(column.header, texts):
-            fits.append(replace(column, role="turns"))
-        elif column.cell in choice.unplaced and kinds_of(column.header.unit or "") == {"angle"}:
-            fits.append(replace(column, role="angle"))
+        is_angle = kinds_of(column.header.unit or "") == {"angle"}
+        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
+            fits.append(replace(column, role="angle" if is_angle else "turns"))
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)
@@ -300,8 +298,8 @@ class TableReader:
                 columns = choice.used.pop(given.key)
                 self.replaced |= {one.at for one in columns}
                 faults.add("option_replaces", label=given.label, header=columns[0].cell.text)
-        stating = [role for role in _COUNTS if any(one.turns for one in choice.used.get(_COUNTS[role], ()))]
-        self.stating = {role: choice.used[_COUNTS[role]] for role in stating}
+        times = {role: choice.used.get(time, []) for role, time in _COUNTS.items()}
+        self.stating = {role: many for role, many in times.items() if any(one.turns for one in many)}
         """The times whose headers state their turns, by the role of these turns."""
         self.there = {*choice.used, *settings.roles, *self.stating} - TEXTS
         self.derived = roles.derived_roles(self.there)
@@ -380,7 +378,7 @@ class TableReader:
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            lines = span([row.line for row in left_out])
+            lines = self.faults.span([row.line for row in left_out])
             self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
         return read, is_run
 
@@ -594,12 +592,17 @@ class TableReader:
             filled = []
         if early and first is not None:
             cell = self.grid.cell(self.rows[first], at)
-            faults.add("below_first_row", cell, role=role, lines=span([lines[i] for i in early]))
+            faults.add("below_first_row", cell, role=role, lines=self.faults.span([lines[i] for i in early]))
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             row = self.rows[filled[0]]
-            faults.add("filled_down", self.grid.cell(row, at).place, role=role, lines=span([lines[i] for i in filled]))
+            faults.add(
+                "filled_down",
+                self.grid.cell(row, at).place,
+                role=role,
+                lines=self.faults.span([lines[i] for i in filled]),
+            )
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
@@ -734,7 +737,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
             name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
-            faults.add(name, Place(lines[0], 1), lines=span(lines), role=role)
+            faults.add(name, Place(lines[0], 1), lines=faults.span(lines), role=role)
     turns, angle = log.columns.get("turns"), log.columns.get("angle")
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)

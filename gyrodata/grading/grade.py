@@ -126,6 +126,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """What is kept of the log to compare it with others; None where it cannot be analysed."""
+    partner: str = ""  # the partners that the log names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -201,6 +202,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
+        partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
         reported={name: getattr(evidence.reported, name) for name in _REPORTED if evidence.reported},
         own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
         inertia=analysis.inertia.value,

@@ -10,6 +10,7 @@ import difflib
 import hashlib
 import io
 import re
+import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import permutations, zip_longest
 from pathlib import Path
@@ -282,8 +283,11 @@ def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[
     if data.startswith(b"PK"):
         import openpyxl
 
-        sheet = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
-        text = csv_lines([csv_cell(cell) for cell in row] for row in sheet.iter_rows(values_only=True))
+        try:
+            sheet = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
+            text = csv_lines([csv_cell(cell) for cell in row] for row in sheet.iter_rows(values_only=True))
+        except (zipfile.BadZipFile, ValueError, OSError, KeyError, IndexError):
+            raise LookupError("it is not a workbook") from None
     else:
         text = decode(data, Faults(name))[0]
     for number, cells in csv_table(text, *needed) if text.strip() else ():

@@ -39,6 +39,7 @@ FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
+CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
@@ -84,7 +85,7 @@ class Desk(Struct, frozen=True):
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
-        name = self.value(item.student, "log")
+        name = self.value(item.student, CORRECTED)
         if name is None:
             return item
         path = (self.folder / name).resolve()
@@ -99,7 +100,7 @@ class Desk(Struct, frozen=True):
         stale = [
             f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
-            if one.what not in (*SEVERAL, *BARE, "log") and seen.get(repr(one), grade.digest) != grade.digest
+            if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
         ]
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
@@ -196,9 +197,11 @@ def _decision(
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
     what = row["what"] if row["what"] in points else row["what"].casefold()
+    if what == "log" and value and (what not in points or read_number(value) is None):
+        what = CORRECTED
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
     people, fault = sorted({_student(one, students) for one in names}), ""
-    if what not in (*points, *WORDS):
+    if what not in (*points, *WORDS, CORRECTED):
         fault = f'"{row["what"][:60]}" is no criterion of the rubric, and nothing else that can be decided'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
     elif what in BARE:
@@ -209,7 +212,7 @@ def _decision(
         fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
     elif what == "late" and value and not _is_points(value, points["total"]):
         fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
-    elif what == "log" and value and not (folder / value).is_file():
+    elif what == CORRECTED and not (folder / value).is_file():
         fault = f'there is no file "{value[:60]}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
     elif what in points and value and not _is_points(value, points[what]):

@@ -1,4 +1,4 @@
-"""Classes as they are: zips, Word files and prose in submissions, partners, absent students, and all words of the desk."""
+"""Classes as they are: zips, Word files and prose, partners, absent students, and all words of the desk."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import openpyxl
 import pytest
-from classes.cells import gyro, rows_of
+from classes.cells import gyro
 from grading.classes import LOG, make_folder
 from grading.reports import a_log
 
@@ -85,17 +85,16 @@ def test_rows_below_the_runs_of_a_workbook_do_no_harm(row: list[object]) -> None
     assert (log.ok, len(log.runs), answer and answer.value) == (True, 2, 4.4e-3)
 
 
-ROSTER = "student,name,email\n{}\n".format(
-    "\n".join(f"{key},{name},{key}@uni.example" for key, name in (("p1", "Patel, Dev"), ("p2", "Lee, Ann"), ("p3", "Roe, Max"), ("p9", "Ahmed, Sara")))
-)  # fmt: skip
+PEOPLE = {"p1": "Patel, Dev", "p2": "Lee, Ann", "p3": "Roe, Max", "p9": "Ahmed, Sara"}
+ROSTER = "student;name;email\n" + "".join(f"{key};{name};{key}@uni.example\n" for key, name in PEOPLE.items())
 
 
 class Room:
-    """A class with a roster: two partners, a third with their data, and one who is absent."""
+    """A class with a roster: two partners with one log, a third student, and one who is absent."""
 
     def __init__(self, folder: Path) -> None:
         partners = {"p1": "# partner: Ann Lee", "p2": "# partner: Patel, Dev", "p3": "# partner: Nobody Else"}
-        files = {f"class/{key}/lab.csv": a_log(1, head) for key, head in partners.items()}
+        files = {f"class/{key}/lab.csv": a_log(key == "p3", head) for key, head in partners.items()}
         self.home = make_folder(folder, {**files, "roster.csv": ROSTER})
         self.out = folder / "grades"
 
@@ -108,7 +107,8 @@ class Room:
         )
         assert done.exit_code == code, done.stderr
         self.told = done.stderr
-        return {row["student"]: row for row in rows_of(self.out / "grades.csv")[1:]} if code < 2 else {}
+        table = csv.DictReader(io.StringIO((self.out / "grades.csv").read_text(encoding="utf-8")))
+        return {row["student"]: row for row in table}
 
 
 @pytest.fixture
@@ -118,30 +118,23 @@ def room(tmp_path: Path) -> Room:
 
 def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     rows = room.grade()
-    assert [rows[key]["flags"] for key in ("p1", "p2")] == ["shared rows with p3"] * 2
+    assert [rows[key]["flags"] for key in ("p1", "p2", "p3")] == [""] * 3
+    (room.home / "class" / "p2" / "lab.csv").write_text(a_log(0), encoding="utf-8")
+    assert room.grade()["p1"]["flags"] == "shared rows with p2", "only one names the other"
     assert ["cannot find, Nobody Else" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
 
 
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
     full = room.grade()["p1"]["total"]
     make_folder(room.out, {"mended.csv": a_log(5)})
-    lines = (
-        "Dev Patel,total,12",
-        "p1@uni.example,bonus,2.5",
-        "Ann Lee,bonus,-1",
-        "Lee Ann,late,3",
-        "p3,log,mended.csv",
-        "Sara Ahmed,excuse,",
-    )
-    rows = room.grade("student,what,value\n" + "\n".join(lines))  # fmt: skip
+    lines = ["Dev Patel,total,12", "p1@uni.example,bonus,2.5", "Ann Lee,bonus,-1", "Lee Ann,late,3"]
+    lines += ["p3,log,mended.csv", "Sara Ahmed,excuse,"]
+    rows = room.grade("\n".join(["student,what,value", *lines]))
     assert [rows[key]["total"] for key in ("p1", "p2", "p3")] == ["14.50", f"{float(full) - 4:.2f}", full]
     assert (rows["p9"]["status"], rows["p9"]["name"], rows["p3"]["flags"]) == ("excused", "Ahmed, Sara", "")
     assert room.grade("student,what,value\nSara Ahmed,total,11")["p9"]["total"] == "11.00"
-    for line, hint in (
-        ("p1,total,+2", "write bonus,2"),
-        ("p1,log,no.csv", "write the corrected log there"),
-        ("p1,late,99", "or 0"),
-    ):
+    hints = {"p1,total,+2": "write bonus,2", "p1,log,no.csv": "write the corrected log there", "p1,late,99": "or 0"}
+    for line, hint in hints.items():
         room.grade(f"student,what,value\n{line}", code=2)
         assert hint in room.told
     words = gyro("explain", "desk").stdout

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 Form = Literal["text", "json", "ndjson", "csv"]
-Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "gradescope"]
+Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"]
 
 
 def grade(
@@ -102,9 +102,13 @@ def grade(
     listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, found)
     # Decisions are used too if the grades are only printed.
-    decisions, desk = (folder or _usual_folder(path.resolve())) / ledger.DESK, ledger.NO_DESK
-    if decisions.exists():
-        desk = ledger.read_desk(_read(decisions), people.who_is_meant(found), judged)
+    home, desk = folder or _usual_folder(path.resolve()), ledger.NO_DESK
+    desks = [one for one in (home / ledger.DESK, home / "desk.xlsx") if one.exists()]
+    if len(desks) > 1:
+        message, hint = f'both desk.csv and desk.xlsx are in "{home}"', "join them in one file, and remove the other"
+        refuse(diagnostics.DESK_CANNOT_BE_READ, message, hint)
+    if desks:
+        desk = ledger.read_desk(desks[0], _read(desks[0]), people.who_is_meant(found), judged)
     complain(found.diagnostics, quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(

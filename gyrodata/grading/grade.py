@@ -124,6 +124,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """Summary of the log to compare it with others; None if the log cannot be analysed."""
+    partner: str = ""  # the partners that the log names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -208,6 +209,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
+        partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
         reported={name: getattr(answers.inertia, name) for name in _REPORTED if answers.inertia},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,

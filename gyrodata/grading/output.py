@@ -146,7 +146,7 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
     desk = found.desk
     graded = {one for one in found.names if any(desk.value(one, what) is not None for what in ledger.SETTLING)}
     single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
-    known = [*desk.partners, *found.roster.partners, *desk.settled]
+    known = [*desk.partners, *found.partners, *desk.settled]
     for flag in found.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs too.
         if flag.previous or len(flag.students) == 1:

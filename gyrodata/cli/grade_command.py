@@ -121,7 +121,7 @@ def grade(
     from gyrodata.grading.exports.gradebooks import platform_of
     from gyrodata.grading.journal import JOURNAL, Journal
     from gyrodata.grading.roster import Roster, read_roster
-    from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading.rubric import read_rubric, unknown_exceptions
     from gyrodata.grading.submissions import find_submissions
     from gyrodata.workers import count_workers
 
@@ -137,7 +137,7 @@ def grade(
     listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, submissions)
     desk = find_desk(folder or _usual_folder(path.resolve()), people.who_is_meant(submissions), judged)
-    complain(submissions.diagnostics, quiet)
+    complain((*submissions.diagnostics, *unknown_exceptions(judged, submissions)), quiet)
     options = GradingOptions(
         workers=count_workers() if workers is None else workers,
         limit=timeout,
@@ -204,9 +204,11 @@ def _executor_of(address: str) -> Executor:
 
 
 def _rubric_bytes(path: Path | None) -> bytes:
-    from gyrodata.grading.rubric import default_rubric_text
+    from gyrodata.grading.rubric import BUILT_IN, default_rubric_text
 
-    return default_rubric_text().encode() if path is None else _read(path)
+    if path is None or (str(path) in BUILT_IN and not path.exists()):
+        return default_rubric_text("full" if path is None else str(path)).encode()
+    return _read(path)
 
 
 def _read(path: Path) -> bytes:

@@ -132,15 +132,20 @@ def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
     return tuple((group.product.chi2, group.runs - 1) for group in groups if group.product.chi2 is not None)
 
 
+def spread_of(analysis: Analysis) -> float | None:
+    """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean; None if no torque has two runs."""
+    products = [group.product for group in analysis.torques if group.torque]
+    return max((one.spread / abs(one.value) for one in products if one.spread is not None), default=None)
+
+
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
-    products = [group.product for group in evidence.analysis.torques if group.torque]
-    spreads = [one.spread / abs(one.value) for one in products if one.spread is not None]
-    if not spreads:
+    spread = spread_of(evidence.analysis)
+    if spread is None:
         return mark(criterion, "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant", {}, 0.0)
     words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
     if any(one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")) for one in evidence.bench):
         words = "the uncertainties that the rubric gives your bench"
-    return _scatter_mark(criterion, max(spreads), scatter_of(evidence.analysis), words, 1.0)
+    return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
 
 
 def _scatter_mark(

@@ -6,6 +6,7 @@ A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no o
 from __future__ import annotations
 
 import datetime as dt
+import difflib
 import hashlib
 import json
 import math
@@ -13,17 +14,21 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 from importlib.resources import files
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import asdict, force_setattr
 
 from gyrodata import diagnostics
+from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
 from gyrodata.grading.late import Deduction, LateRule, points_of
 from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, read_bench, station_key
 from gyrodata.toml_table import Number, Path, Text, TomlFile, UnfitError
+
+if TYPE_CHECKING:
+    from gyrodata.grading.submissions import Submissions
 
 ACCEPTED = tuple(FIT_WORDS)
 """Fits of a student's own runs that a rubric may accept."""
@@ -83,6 +88,13 @@ def parse_condition(text: str, key: str) -> Condition:
     return Condition(
         match["name"], relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
     )
+
+
+RESERVED = (
+    "student", "name", "status", "total", "late_deduction", "late", "matched", "d", "z", "slips", "flags", "look",
+    "by_hand", "why_not_graded", "section", "reported", "station", "partner", "flag", "comment", "hold", "excuse",
+)  # fmt: skip
+"""Ids that a criterion cannot have: columns of ``grades.csv``, and words of ``desk.csv``."""
 
 
 # --- the file -----------------------------------------------------------------------------------------------
@@ -175,6 +187,9 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             if one.id in ids[:at]:
                 message = f'two criteria have the id "{one.id}"'
                 raise UnfitError(message, "give each criterion its own id", path=("criterion", at, "id"))
+            if one.id.casefold() in RESERVED:
+                message = f'"{one.id}" cannot be the id of a criterion: grades.csv or desk.csv uses this word'
+                raise UnfitError(message, f'write another id, such as "{one.id}_points"', path=("criterion", at, "id"))
             if one.check == "reference" and self.reference is None:
                 message = f'criterion "{one.id}" compares with a reference, but none is given'
                 hint = 'add [reference] with from = "class", or [reference.3] with inertia and u'
@@ -234,8 +249,11 @@ class Rubric(_Table, frozen=True, dict=True):
         return self._hash("name", "reference")
 
 
-def default_rubric_text(kind: Literal["simple", "full", "manual"] = "full") -> str:
-    """Return the text of a built-in rubric, with its remarks; "full" is the one that is used by default."""
+BUILT_IN = ("simple", "full", "manual")
+
+
+def default_rubric_text(kind: str = "full") -> str:
+    """Return the text of a rubric of `BUILT_IN`, with its remarks; "full" is used by default."""
     name = "rubric.toml" if kind == "full" else f"rubric-{kind}.toml"
     return files("gyrodata.grading").joinpath(name).read_text("utf-8")
 
@@ -254,6 +272,19 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
         if station != "from":
             file.record(Station, ("reference", station))
     return Rubric(**asdict(file.record(_Table)), name=name)
+
+
+def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
+    """Warn of each late exception for a student who is not in the class: it has no effect."""
+    known = {name.casefold(): key for name, key in submissions.aliases.items()}
+    found = []
+    for one in rubric.late.exceptions if rubric.late else ():
+        if one.student.casefold() not in known:
+            close = difflib.get_close_matches(one.student.casefold(), known, n=1)
+            hint = f"did you mean {known[close[0]]}?" if close else "write the name, key or id of a student"
+            message = f'the late exception for "{one.student}" has no effect: no submission has this name'
+            found.append(Diagnostic.of(diagnostics.EXCEPTION_FOR_NOBODY, message, hint, rubric.name))
+    return found
 
 
 def rubric_shape() -> dict[str, Any]:

@@ -78,7 +78,7 @@ def parse_condition(text: str, key: str) -> Condition:
     """Read a condition; raise UnfitError if it cannot be used."""
     match = re.fullmatch(CONDITION, text)
     if match is None:
-        hint = 'write it like "d <= 0.3", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
+        hint = 'write it like "d <= 0.6", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
         raise _unfit(f'"{text[:60]}" is not a condition', hint, key)
     relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low, high = float(match["low"] or match["bound"]), float(match["high"] or match["bound"])
@@ -100,7 +100,7 @@ RESERVED = (
 # --- the file -----------------------------------------------------------------------------------------------
 
 _PATTERN = {"pattern": re.sub(r"\?P<\w+>", "", CONDITION), "description": str(MEANINGS)}
-ConditionText = Annotated[str, Meta(examples=["d <= 0.3"], extra_json_schema=_PATTERN)]
+ConditionText = Annotated[str, Meta(examples=["d <= 0.6"], extra_json_schema=_PATTERN)]
 
 
 class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):

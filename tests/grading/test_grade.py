@@ -119,6 +119,13 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     assert "no common mistake explains it" in odd.look[0]
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
+    rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
+    found = grade(rows.log(reported_line(VALUE, U)))
+    assert found.status == "not graded" or "do not follow from the spins" in found.look[0]
+
+
 PLAIN = """schema = 1
 points = 10
 criterion = [

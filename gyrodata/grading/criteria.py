@@ -245,7 +245,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     return mark(criterion, f"{inertia_text(value, None)}{undone} is {far} from {reference.words}", detail)
 
 
-ROUNDED = 0.5  # relative difference of an uncertainty that is rounded to one digit, from another computation
+ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one digit, from another computation
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:

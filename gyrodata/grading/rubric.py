@@ -92,7 +92,8 @@ def parse_condition(text: str, key: str) -> Condition:
 
 RESERVED = (
     "student", "name", "status", "total", "late_deduction", "late", "matched", "d", "z", "slips", "flags", "look",
-    "by_hand", "why_not_graded", "section", "reported", "station", "partner", "flag", "comment", "hold", "excuse",
+    "by_hand", "why_not_graded", "section", "reported", "station", "partner", "flag", "comment", "hold",
+    "excuse", "bonus",
 )  # fmt: skip
 """Ids that a criterion cannot have: columns of ``grades.csv``, and words of ``desk.csv``."""
 
@@ -276,7 +277,8 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
     """Warn of each late exception for a student who is not in the class: it has no effect."""
-    known = {name.casefold(): key for name, key in submissions.aliases.items()}
+    items = submissions.items
+    known = {name.casefold(): one.student for one in items for name in (one.student, one.name, *one.ids.values())}
     found = []
     for one in rubric.late.exceptions if rubric.late else ():
         if one.student.casefold() not in known:

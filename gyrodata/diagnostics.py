@@ -235,6 +235,7 @@ RUBRIC_PARTS_CONTRADICT = _error("G727")
 
 # the roster
 ROSTER_CANNOT_BE_READ = _error("G744")
+EXCEPTION_FOR_NOBODY = _warning("G745")
 
 # the gradebook
 GRADEBOOK_CANNOT_BE_READ = _error("G751")

@@ -88,7 +88,7 @@ def grade(
     from gyrodata.grading import classroom, ledger, output, submissions
     from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
-    from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading.rubric import read_rubric, unknown_exceptions
     from gyrodata.workers import count_workers
 
     judged = read_rubric(*_rubric(rubric))
@@ -109,7 +109,7 @@ def grade(
         refuse(diagnostics.DESK_CANNOT_BE_READ, message, hint)
     if desks:
         desk = ledger.read_desk(desks[0], _read(desks[0]), people.who_is_meant(found), judged)
-    complain(found.diagnostics, quiet)
+    complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
@@ -181,9 +181,11 @@ def _read(path: Path) -> bytes:
 
 def _rubric(path: Path | None) -> tuple[bytes, str]:
     """Read the text and the name of the rubric."""
-    from gyrodata.grading.rubric import default_rubric_text
+    from gyrodata.grading.rubric import BUILT_IN, default_rubric_text
 
-    return (default_rubric_text().encode(), "built-in rubric") if path is None else (_read(path), path.name)
+    if path is None or (str(path) in BUILT_IN and not path.exists()):
+        return default_rubric_text("full" if path is None else str(path)).encode(), "built-in rubric"
+    return _read(path), path.name
 
 
 def _executor_of(address: str) -> Executor:

@@ -176,7 +176,9 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
             ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [exports.flags_csv(found.flags)],
-            "class.html": [class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files)],
+            "class.html": [
+                class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files, folder)
+            ],
             "grades.json": grades_document(found),
         }
         for name, parts in texts.items():

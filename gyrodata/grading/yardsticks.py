@@ -9,6 +9,7 @@ uncertainties of the readings if a log does not state them.
 from __future__ import annotations
 
 import math
+import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -172,6 +173,11 @@ def station_key(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
+def in_order(station: str) -> str:
+    """Return a key that sorts stations by their numbers: "2" before "10"."""
+    return re.sub(r"\d+", lambda number: number[0].zfill(9), station)
+
+
 class Station(Struct, frozen=True, forbid_unknown_fields=True):
     """The reference of a station, as a rubric states it."""
 
@@ -308,7 +314,7 @@ def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     if every is not None and 0 < every.logs < ENOUGH:
         few = f"{count_text(every.logs, 'log')} without an uncertainty of the times"
         return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
-    told = [one.words for _, one in sorted(scatter.items()) if one.factor > 1]
+    told = [one.words for _, one in sorted(scatter.items(), key=lambda pair: in_order(pair[0])) if one.factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 

@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import Bound, FormatOption, example_of, quantity
+from gyrodata.cli.options import Bound, FormatOption, constants_of, example_of, quantity
 from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _read(log: str | None) -> _Numbers:
     from gyrodata.analysis import analyze
 
     [name] = names_of([log])
-    found = analyze(source_of(log, name)["source"], name=name)
+    found = analyze(source_of(log, name)["source"], name=name, config=constants_of(log, None))
     measured, runs = found.measurements, found.run_table
     fastest = sorted((i for i, run in enumerate(runs) if not run.left_out), key=lambda i: -abs(measured.spin[i]))
     values = {"--inertia": found.inertia.value, "--spin": float(measured.spin[fastest[0]]), "--g": measured.g}

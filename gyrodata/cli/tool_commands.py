@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import ConfigOption, FormatOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, FormatOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
 from gyrodata.disk import telling, write_folder
 
@@ -38,7 +38,9 @@ def selfcheck(
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
     source = source_of(log, names_of([log])[0])
-    analysis = analyze_readings(read_log(**source, settings=given[0], mapping=given[1], config=config))
+    analysis = analyze_readings(
+        read_log(**source, settings=given[0], mapping=given[1], config=constants_of(log, config))
+    )
     tilted = any(effect.effect == "tilt" and effect.kept for effect in analysis.effects)
     kept = [i for i, run in enumerate(analysis.run_table) if not run.left_out]
     measured = select(analysis.measurements, kept)

@@ -61,6 +61,8 @@ class Door(TyperGroup):
 
 def _usage_error(error: Any) -> Diagnostic:
     """Write an error of the command line in the form of all others."""
+    from difflib import get_close_matches
+
     words = " ".join(error.format_message().split())
     message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
     message = (message[:1].lower() + message[1:]).rstrip(".")
@@ -72,6 +74,9 @@ def _usage_error(error: Any) -> Diagnostic:
             hint = f"for example: {' '.join(epilog.partition('Example:')[2].replace(chr(92), '').split())}"
     if names:
         hint = f"did you mean {names[0].rstrip('?)')}?"
+    if choice := re.search(r"'([^']*)' is not one of (.*)", message):
+        near = get_close_matches(choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1)
+        hint = f"did you mean {near[0]}?" if near else hint
     wrong = getattr(error, "option_name", "").lstrip("-")
     for option in error.ctx.command.params if error.ctx else ():
         if wrong in getattr(option.type, "choices", ()):

@@ -61,9 +61,10 @@ def _workbook(text: str) -> bytes:
     workbook = Workbook()
     sheet = workbook.active
     for line in text.splitlines():
-        key, _, value = line.partition(": ")
-        cells = [f"{key}:", value] if line.startswith("#") and not value else next(csv.reader([line]))
-        sheet.append([line] if line.startswith("# ") and value else cells)
+        if line.endswith(": "):
+            sheet.append([line.rstrip(), ""])
+        else:
+            sheet.append([line] if line.startswith("#") else next(csv.reader([line])))
     header = next(row for row in sheet if row[0].value == "mass [g]")
     for cell in header:
         cell.font = Font(bold=True)

@@ -26,7 +26,7 @@ ConfigOption = Annotated[
     Path | None, typer.Option("--config", help="TOML file with constants. Default: gyro.toml next to the log.")
 ]
 
-Bound = Literal["", "above zero", "not zero", "not below zero", "below 90 degrees", "from -90 to 90 degrees"]
+Bound = Literal["", "above zero", "other than zero", "zero or above", "below 90 degrees", "from -90 to 90 degrees"]
 
 
 def example_of(*lines: str) -> str:
@@ -103,8 +103,8 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         refuse(diagnostics.OPTION_IS_NO_QUANTITY, f"{option}: {error}", error.hint)
     broken = {
         "above zero": value <= 0,
-        "not zero": value == 0,
-        "not below zero": value < 0,
+        "other than zero": value == 0,
+        "zero or above": value < 0,
         "below 90 degrees": abs(value) >= math.pi / 2,
         "from -90 to 90 degrees": abs(value) > math.pi / 2,
     }

@@ -76,7 +76,7 @@ def read_log(
     mapping : mapping of str to str
         ``--map``: role to header as written.
     config : path, optional
-        TOML file with more settings; they win over `settings`.
+        TOML file with more settings; `settings` replace them.
 
     Returns
     -------

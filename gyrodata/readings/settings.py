@@ -71,9 +71,9 @@ def read_options(
 ) -> list[Given]:
     """Check the options before the log is read; give what ``--set`` and ``--config`` say."""
     faults = Faults("")
-    given = [Given(key.strip(), value_text(value).strip(), f"--set {key}", None) for key, value in settings.items()]
     table = {} if config is None else _read_config(Path(config), faults)
-    given += [Given(key, text, f"--config {key}", None) for key, text in table.items()]
+    given = [Given(key, text, f"--config {key}", None) for key, text in table.items()]
+    given += [Given(key.strip(), value_text(value).strip(), f"--set {key}", None) for key, value in settings.items()]
     keys = [key for key in roles.KEYS if key not in TEXTS]
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     names = [(codes.OPTION_KEY_UNKNOWN, f"{item.label}: there is no such key", item.key, keys) for item in given]

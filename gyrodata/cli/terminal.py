@@ -73,7 +73,7 @@ def _usage_error(error: Any) -> Diagnostic:
         if message.startswith("missing argument") and epilog:
             hint = f"for example: {' '.join(epilog.partition('Example:')[2].replace(chr(92), '').split())}"
     if names:
-        hint = f"did you mean {names[0].rstrip('?)')}?"
+        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
     if choice := re.search(r"'([^']*)' is not one of (.*)", message):
         near = get_close_matches(choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1)
         hint = f"did you mean {near[0]}?" if near else hint

@@ -192,8 +192,7 @@ STREAM_CANNOT_BE_USED = _error("G606")
 EXPLAINED_CODE_UNKNOWN = _error("G607")
 HAND_IN_AS_IT_IS = _error("G608")
 FOLDER_IN_USE = _error("G609")
-COMMAND_UNKNOWN = _error("G610")
-COMMAND_LINE_WRONG = _error("G611")
+COMMAND_LINE_WRONG = _error("G610")
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error("G621")

@@ -62,7 +62,7 @@ def read_log(
     mapping : mapping of str to str
         ``--map``: role to header as written.
     config : path, optional
-        TOML file with more settings; they replace those of `settings`.
+        TOML file with more settings; `settings` replace them.
 
     Returns
     -------

@@ -371,8 +371,8 @@ def read_options(
         except (OSError, ValueError, RecursionError) as error:
             why = getattr(error, "strerror", None) or error
             raise faults.refuse("config", path=str(config), why=why) from None
-    given = [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
-    given += [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
+    given = [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
+    given += [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
     keys = [key for key in roles.KEYS if key not in roles.TEXTS]
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     names = [("option_unknown", item.label, item.key, keys) for item in given]

@@ -67,7 +67,8 @@ def entry(name: str) -> str:
     signature = inspect.signature(thing)
     parameters = [one.replace(annotation=one.empty) for one in signature.parameters.values()]
     call = str(signature.replace(parameters=parameters, return_annotation=signature.empty))
-    words = f"`{name}{re.sub(r'=(mappingproxy[(].*?[)]|{.*})', '=…', call)}` → `{signature.return_annotation}`"
+    call = re.sub(r"=(mappingproxy[(].*?[)]|{.*})", "=…", call)
+    words = f"```text\n{name}{call} -> {signature.return_annotation}\n```"
     errors = "\n".join(f"* `{kind}`: {text[0].lower()}{text[1:]}" for kind, _, text in section(thing, "Raises"))
     tables = table("parameter", section(thing, "Parameters"))
     return "\n\n".join(filter(None, [words, summary, tables, errors and f"Errors:\n\n{errors}"]))

@@ -74,7 +74,7 @@ def grade(
     Raises
     ------
     InputError
-        If there is no submission, or the rubric is none.
+        If there is no submission, or if the rubric is invalid.
     OSError
         If the rubric cannot be read.
     TypeError

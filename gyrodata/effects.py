@@ -123,6 +123,20 @@ def release_may_matter(lab: Lab) -> bool:
     return not size < 0.7 * DROP_ONE * relative_u(lab.fit)
 
 
+STEEP, FALLEN = math.radians(45), math.radians(52)
+"""A released rod that sags by more than the first angle hits the cup of the ball. No answer is given from the
+second angle on: without a fit the sag is known to some degrees only."""
+
+
+def _stays_up(lab: Lab) -> bool:
+    """Return whether no run of a log would sag steeply if the rod was released."""
+    measured, fit = lab.measured, lab.fit
+    loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
+    total = measured.torque + fit.residual_torque.value
+    sag = physics.greatest_sag(total, measured.spin, fit.inertia.value, across, measured.pitch)
+    return bool(np.max(sag[loaded]) < FALLEN)
+
+
 def _by_release(measured: Measurements, fit: FitResult) -> Floats:
     """By what share each run's own I_zz is too high if a level rod was released from rest, and is taken for steady."""
     total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
@@ -169,7 +183,7 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
 
 def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto", lab.fit)
+    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
 
@@ -178,27 +192,30 @@ ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out where the log does not tell enough, and count towards all that is."""
 
 
-def choose_model(measured: Measurements, model: Model, near: FitResult | None = None) -> ChosenModel:
-    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for.
+def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+    """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
 
-    `near` is a fit of a similar log.
+    If the log does not say how the rod was started, a release from rest is assumed if it matters.
     """
     tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
-    released = measured.motion == "released"
     if model != "auto":
         tilted = model == "steady" or (model == "released" and tilts)
         return ChosenModel(tilted, released=model == "released", asked=True)
-    named = {"tilt": tilts, "release": released, "earth": told}
     simplest = ChosenModel(tilted=False, released=False, asked=False)
-    fullest = ChosenModel(tilts, released, asked=False, earth=told)
-    if simplest == fullest:
+    fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
+    if simplest == fullest and measured.motion == "steady":
         return simplest
     try:
-        runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED, near=near)
+        runs, fit = fitting.fit_model(measured, simplest)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # It is unknown what could be left out.
         return fullest
+    shows = release_may_matter(lab) or _seen_in_scatter(measured, lab.fit, "release")
+    released = fullest.released or (measured.motion is None and shows and _stays_up(lab))
+    if simplest == fullest and not released:
+        return simplest
+    named = {"tilt": tilts, "release": released, "earth": told}
     sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
     may = {name: sizes[name].bias for name, has in named.items() if has}
     # If the fit without an effect fails, the effect cannot be left out.
@@ -206,7 +223,7 @@ def choose_model(measured: Measurements, model: Model, near: FitResult | None = 
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
     kept = _kept(known, dropped, relative_u(lab.fit)) | (set(may) - set(known))
-    kept |= {name for name in may if name in named and _seen_in_scatter(measured, lab.fit, name)}
+    kept |= {name for name in may if _seen_in_scatter(measured, lab.fit, name)}
     return ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
 
 

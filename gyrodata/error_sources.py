@@ -36,9 +36,12 @@ class SourceKind(Struct, frozen=True):
     """Kind of its quantity in a log if it belongs to no column: "length"; "" for the error of a column."""
 
 
-DECAY_TIME = 300.0
-"""Time constant [s] of the spin's decay that a late reading is taken with: that of a fair air bearing. One reading in
-each run does not tell it."""
+DECAY_TIME, DECAY_SPREAD = 1000.0, math.log(2)
+"""Time [s] in which the spin falls by 1/e if the log does not show it, and the standard deviation of its logarithm. The
+13 runs of a published air ball (Heidelberg) have 714 to 1315 s, with a median of 1047 s."""
+
+LATE = 2.0
+"""How long after the midpoint of a run the spin is read [s]: a judgement."""
 
 NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
 """Of g where the latitude is given: 300 m of height, or what is underground."""
@@ -83,19 +86,19 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "spin_delay": SourceKind(
         "spin",
-        Uncertainty(1.35),
-        f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
+        Uncertainty(1.7),
+        f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {DECAY_TIME:g} s, within a factor of 2",
         "all runs (the same habit)",
-        "the spin read at the start and at the end",
+        'a spin-down in the log, such as "# spin_down: 612 rpm to 540 rpm in 120 s"',
         words="delay of the spin reading while the ball slows down",
         kind="time",
     ),
     "decay_exponent": SourceKind(
         "spin",
         Uncertainty(0.8),
-        "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
+        "an exponent of 1 ± 0.8 before the readings of the spin: an air film has 1, dry friction 0, turbulence 2",
         "all runs (the same drag)",
-        "the spin read at half time as well",
+        "the spin read at the midpoint as well",
         words="decay law of the spin",
         kind="number",
     ),
@@ -142,8 +145,8 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "position_zero": SourceKind(
         "position",
-        Uncertainty(0.0005),
-        "0.5 mm",
+        Uncertainty(0.001),
+        "1 mm",
         "all runs (one ruler, one zero)",
         "the ruler's zero twice as well known (measure the arm from both ends)",
         words="ruler's zero",

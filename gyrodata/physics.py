@@ -13,8 +13,8 @@ through the fixed point [kg*m^2]; masses are in kg, lengths in m, times in s, ra
 All arguments are arrays or numbers that broadcast; what does not exist is NaN. ``total_spin`` says that a spin is
 ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
-The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit's bias is
-their mean with the fit's weights: equal for a mean of ratios, (φ̇ψ̇)² for M against φ̇ψ̇, (2πfψ̇/M)²/u_T² for the time.
+The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit with M0 and b
+as unknowns can weight runs negatively, so its bias can have another sign than those of all its runs.
 
 A rod let go from rest falls a little, picks up speed sideways, and nutates in cusps about the steady precession. All
 of it is governed by δ = I h m g/(I_zz ω3)², the mean sag of a level rod; ω3 is the spin at the moment of release.
@@ -185,7 +185,7 @@ def tilt_bias(
 # --- a spin that falls while it is timed ----------------------------------------------------------------------
 
 
-def _sinhc(x: Any) -> Any:
+def sinhc(x: Any) -> Any:
     """sinh(x)/x; its series where that is 0/0."""
     near = np.abs(x) < 1e-4
     safe = np.where(near, 1.0, x)
@@ -202,7 +202,7 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
     """
     half = np.log(np.divide(start, end)) / 2
     share = np.multiply(exponent, half)
-    return np.multiply(start, np.exp(-half)) * _sinhc(half - share) / _sinhc(share)
+    return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
 
 
 def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:

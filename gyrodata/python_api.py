@@ -33,7 +33,7 @@ _OTHERS = {
 
 
 class GyroWarning(UserWarning):
-    """A warning about a log, one for each code of its diagnostics.
+    """A warning about a log, one for each code of its warnings, as `gyro analyze` prints them.
 
     ``warnings.simplefilter("ignore", gyrodata.GyroWarning)`` hides these warnings.
     """
@@ -74,7 +74,7 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
         except GyroError as error:
             raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
         result = replace(result, diagnostics=tuple(PythonDiagnostic(*astuple(one)) for one in result.diagnostics))
-        for code in dict.fromkeys(one.code for one in result.diagnostics):
+        for code in dict.fromkeys(one.code for one in result.diagnostics if one.severity == "warning"):
             first, *others = (one for one in result.diagnostics if one.code == code)
             more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)

@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from gyrodata import plotting
+from gyrodata.reporting.content import defaults_used
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.page import report_page
-from gyrodata.reporting.phrases import defaults_used
 from gyrodata.results import Analysis
 
 TOLD = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 KINDS: dict[str, str] = TOLD["logs"]
 LOG = KINDS["ball and a slip"]
+IN_ORDER = ("torque", "period", "product", "residuals")
 PIXEL = dict.fromkeys(plotting.FIGURES, b"\x89PNG\r\n")
 WORDS = {name: f"what {name} shows" for name in plotting.FIGURES}
 

@@ -18,9 +18,10 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, effects, findings, motion, physics, schema
+from gyrodata import changes, docs, effects, findings, motion, physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
+from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.platforms import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
 from gyrodata.readings import parse_header, read_log
@@ -184,11 +185,10 @@ def test_approximations_are_complete() -> None:
 def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
     told = [[f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"] for key, kind in SOURCES.items()]
     assert marked("statistics", "sources") == told
-    kinds, tables = [], schema.rubric_schema()["$defs"]
-    for name in tables["_File"]["properties"]["criterion"]["items"]["discriminator"]["mapping"]:
-        keys = tables[name]["properties"]
-        title, full, zero = (keys.get(key, {}).get("default") for key in ("title", "full", "zero"))
-        kinds.append([f"`{name}`", title, *(f"`{one}`" if one else "" for one in (full, zero))])
+    kinds = [
+        [f"`{name}`", kind.title, *(f"`{one}`" if one else "" for one in (kind.full, kind.zero))]
+        for name, kind in KINDS.items()
+    ]
     assert marked("instructors", "kinds") == kinds
     shown = {name: sample.strip("`") for name, sample in marked("instructors", "platforms")}
     assert shown == {name: platform.sample for name, platform in PLATFORMS.items()}

@@ -9,9 +9,9 @@ import re
 from itertools import pairwise
 
 import pytest
-from pages import KINDS, LOG, Structure, find, known, make_page
+from pages import IN_ORDER, KINDS, LOG, Structure, find, known, make_page
 
-from gyrodata import analyze, plotting
+from gyrodata import analyze
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -46,7 +46,7 @@ def test_headings_images_tables_and_identities(page: str) -> None:
     levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
     assert (levels[0], levels.count(1)) == (1, 1)
     assert all(after - before <= 1 for before, after in pairwise(levels))
-    assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [f"what {name} shows" for name in plotting.FIGURES]
+    assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [f"what {name} shows" for name in IN_ORDER]
     identities = [attrs["id"] for _, attrs in tags if "id" in attrs]
     assert len(set(identities)) == len(identities)
     assert {str(attrs["href"])[1:] for tag, attrs in tags if tag == "a"} <= set(identities)

@@ -1,4 +1,4 @@
-"""The commands: the only place that prints, writes and exits. Heavy modules are imported inside them."""
+"""The commands: only this package prints and exits. Commands import heavy modules when they run."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from typing import Annotated, Any
 import typer
 from msgspec import Struct
 
-from gyrodata import __version__
+from gyrodata import __version__, diagnostics
 from gyrodata.cli.options import example_of
 from gyrodata.cli.terminal import Door, refuse, write_out
-from gyrodata.diagnostics import COMMAND_UNKNOWN, NO_UNLOADED_RUN
 
 
 class _Kind(Struct, frozen=True):
-    """A command before anything of it is loaded."""
+    """The description of a command that is not loaded yet."""
 
     module: str
     short: str = ""
-    """Its line in ``gyro --help``; none if it is not for people."""
+    """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
 
 
@@ -45,7 +44,7 @@ _COMMANDS = {
     "explain": _Kind(
         "explain_command",
         "Explain a message code, a word or a key; or show a page.",
-        (f"gyro explain {NO_UNLOADED_RUN}",),
+        (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
     ),
     "grade": _Kind(
         "grade_command", "Grade a class, with feedback for each student.", ("gyro grade sample_data/class",)
@@ -99,7 +98,7 @@ _MEANT = {
 
 @cache
 def _load(name: str) -> Any:
-    """Make a command of its function, or of its own commands."""
+    """Import the module of a command, and return the command."""
     kind = _COMMANDS[name]
     found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
     if not isinstance(found, typer.Typer):
@@ -113,7 +112,7 @@ def _load(name: str) -> Any:
 
 
 class _OnDemand(Mapping[str, Any]):
-    """The commands by name, each loaded when it is asked for: a start pays for the one that it runs."""
+    """The commands by name. Each is loaded when it is used, so that the start is fast."""
 
     def __getitem__(self, name: str) -> Any:
         if name not in _COMMANDS:
@@ -128,6 +127,8 @@ class _OnDemand(Mapping[str, Any]):
 
 
 class _Gyro(Door):
+    """The command ``gyro``."""
+
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes | {"commands": _OnDemand()})
 
@@ -146,7 +147,7 @@ class _Gyro(Door):
         name = args[0]
         meant = _MEANT.get(name.lower(), f"gyro analyze {name}" if Path(name).suffix.lower() in _LOGS else "")
         if meant and name not in _COMMANDS:
-            refuse(COMMAND_UNKNOWN, f'there is no command "{name}"', f"type: {meant}")
+            refuse(diagnostics.COMMAND_UNKNOWN, f'there is no command "{name}"', f"type: {meant}")
         return super().resolve_command(ctx, args)
 
 
@@ -154,8 +155,6 @@ app = typer.Typer(
     name="gyro",
     cls=_Gyro,
     help="Compute the moment of inertia of a gyroscope, with a realistic uncertainty, from the log of a lab.",
-    no_args_is_help=True,
-    add_completion=True,
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

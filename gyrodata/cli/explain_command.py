@@ -105,12 +105,12 @@ def _explanation(asked: str) -> str:
 
 
 def _about_key(key: str) -> str:
-    """Say what a key of a log means and how it is written."""
+    """Describe the meaning and the form of a key of a log."""
     from gyrodata.error_sources import SOURCES
     from gyrodata.readings import roles
     from gyrodata.units import DISPLAY
 
-    if key in (*roles.BALANCE, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
+    if key in (*roles.BALANCE, roles.SPIN_DOWN, roles.TACHOMETER, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
         # The glossary shows these lines as a whole.
         return ""
     lines = []
@@ -132,7 +132,7 @@ def _about_key(key: str) -> str:
 
 
 def _about_code(code: str) -> str:
-    """Say what a code means, why it matters and how to fix it, with an example and what gyro says about it."""
+    """Describe the meaning, the effect and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
     lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
     shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
-from gyrodata.grading.exports.gradebooks import read_sheet
 from gyrodata.grading.grade import Grade
+from gyrodata.grading.ledger import read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
 
@@ -24,7 +25,7 @@ NAMES = ("name", "full name", "student")
 class Person(NamedTuple):
     """One row."""
 
-    student: str  # key of the submission; for one who handed in nothing, the first id of the row
+    student: str  # key of the submission; without a submission, the first id of the row
     name: str
     section: str
     station: str
@@ -34,11 +35,11 @@ class Person(NamedTuple):
 class Roster(Struct, frozen=True):
     """All rows."""
 
-    people: Mapping[str, Person] = field(default_factory=dict)  # those who handed in, by key
-    absent: tuple[Person, ...] = ()  # those who did not
+    people: Mapping[str, Person] = {}  # students with a submission, by key
+    absent: tuple[Person, ...] = ()  # students without one
 
     def named(self, grade: Grade) -> Grade:
-        """Give a grade its student's name and section, and the station where the log says none."""
+        """Add the name and section of the student to a grade, and the station if the log states none."""
         person = self.people.get(grade.student)
         if person is None:
             return grade
@@ -46,22 +47,22 @@ class Roster(Struct, frozen=True):
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
-        """Give the keys of all who may be called by a name, by the name in small letters.
+        """Return the keys of all students with a name, by the name in small letters.
 
-        A key means its own student only. One who handed in nothing may have the name of one who did.
+        A key means only its own student. A student without a submission may have the name of one with a submission.
         """
-        people = (*self.people.values(), *self.absent)
-        called = [(one.student, name) for one in people for name in (one.name, _alone(one.name, one.student)) if name]
-        for item in submissions.items:
-            names = (item.name, _alone(item.name, item.student), *item.ids.values())
-            called += [(item.student, name) for name in names]
+        called: list[tuple[str, tuple[str, ...]]]
+        called = [(one.student, (one.name,)) for one in (*self.people.values(), *self.absent)]
+        called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
+        meant: dict[str, set[str]] = {}
+        for student, names in called:
+            # Without the key, which a name has if others have the same name.
+            for name in {*names, *(one.removesuffix(f" ({student})") for one in names)} - {""}:
+                meant.setdefault(name.casefold(), set()).add(student)
         keys: dict[str, set[str]] = {}
         for item in submissions.items:
             keys.setdefault(item.student.casefold(), set()).add(item.student)
-        meant: dict[str, set[str]] = {}
-        for student, name in called:
-            meant.setdefault(name.casefold(), set()).add(student)
-        here = set().union(*keys.values())
+        here = {item.student for item in submissions.items}
         return {name: students for name, students in meant.items() if students & here} | keys
 
     @property
@@ -71,52 +72,40 @@ class Roster(Struct, frozen=True):
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
-    """Read a table whose first row names its columns, of `IDS`, `NAMES`, section, station and partner."""
-    rows = [[cell.strip() for cell in row] for row in read_sheet(data, name).rows]
-    head = [title.casefold() for title in rows[0]]
-    if not any(title in IDS for title in head):
-        hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
+    """Read a table with columns of `IDS`, `NAMES`, section, station and partner. Raises InputError."""
+    hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
+    try:
+        rows = [cells for _, cells in read_list(data, name)]
+    except csv.Error as error:
+        raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
+    if not rows or not set(IDS) & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)
-    known = {alias.casefold(): key for alias, key in submissions.aliases.items()}
-    known |= {member.casefold(): item.student for item in submissions.items for member in item.members_of_group}
+    known: dict[str, str] = {}
+    for item in submissions.items:
+        known |= dict.fromkeys(map(str.casefold, (item.name, *item.ids.values(), *item.members_of_group)), item.student)
+    known |= {item.student.casefold(): item.student for item in submissions.items}
     people: dict[str, Person] = {}
     absent: list[Person] = []
-    for row in rows[1:]:
-        cells = dict(zip(head, row, strict=False))
-        ids = [_bare(cells[column]) for column in IDS if cells.get(column)]
+    for cells in rows:
+        # Moodle writes "Participant N" for N.
+        ids = [re.sub(r"^\D+ (\d+)$", r"\1", cells[column]) for column in IDS if cells.get(column)]
         # Canvas's rows of points possible and of test students have a title and no number.
-        if not ids or ("id" in head and not cells.get("id")):
+        if not ids or ("id" in cells and not cells["id"]):
             continue
         # A platform may write "Adler, Nina" as "adlernina".
         tried = (known.get(form) for one in ids for form in (one.casefold(), re.sub(r"\W", "", one.casefold())))
         key = next(filter(None, tried), None)
-        partners = (known.get(_bare(one).casefold()) for one in re.split("[,;]", cells.get("partner", "")))
-        person = Person(
-            key or ids[0],
-            next((cells[column] for column in NAMES if cells.get(column)), None)
-            or " ".join(filter(None, (cells.get("first name"), cells.get("last name")))),
-            cells.get("section", ""),
-            cells.get("station", ""),
-            tuple(one for one in partners if one),
-        )
+        partners = (known.get(one.strip().casefold()) for one in re.split("[,;]", cells.get("partner", "")))
+        called = next((cells[column] for column in NAMES if cells.get(column)), "")
+        called = called or f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
+        about = called, cells.get("section", ""), cells.get("station", ""), tuple(filter(None, partners))
         if key is None:
-            absent.append(person)
+            absent.append(Person(ids[0], *about))
         else:
-            people.setdefault(key, person)
+            people.setdefault(key, Person(key, *about))
     counts = Counter(one.name for one in (*people.values(), *absent))
-    # Two with one name are told apart by what each is known by.
-    parted = {
-        key: one._replace(name=f"{one.name} ({key})") if one.name and counts[one.name] > 1 else one
-        for key, one in people.items()
-    }
-    return Roster(parted, tuple(sorted(absent)))
-
-
-def _alone(name: str, student: str) -> str:
-    """Take the key from a name that has it, because others have the same name."""
-    return name.removesuffix(f" ({student})")
-
-
-def _bare(text: str) -> str:
-    """Take N of Moodle's "Participant N"."""
-    return re.sub(r"^\D+ (\d+)$", r"\1", text.strip())
+    # Students with one name are shown with their keys.
+    for key, one in people.items():
+        if one.name and counts[one.name] > 1:
+            people[key] = one._replace(name=f"{one.name} ({key})")
+    return Roster(people, tuple(sorted(absent)))

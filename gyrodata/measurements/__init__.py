@@ -8,7 +8,7 @@ error, equal positions share theirs, a spin read once for the whole log is read 
 """
 
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, WHOLE
-from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
+from gyrodata.measurements.measured import Measurements, measure, select, torque_groups, total_spin_excess
 from gyrodata.measurements.sources import (
     Source,
     as_spin,

@@ -24,17 +24,9 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
-from gyrodata.measurements.sources import (
-    Source,
-    as_spin,
-    list_sources,
-    mean_spin,
-    spin_columns,
-    stated_or_default,
-    tilt_sources,
-    told_by_period,
-    values_of,
-)
+from gyrodata.measurements import sources as parts
+from gyrodata.measurements.drag import Drag, find_drag
+from gyrodata.measurements.sources import Source, as_spin, spin_columns, values_of
 from gyrodata.physics import Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
 from gyrodata.units import Uncertainty
@@ -103,6 +95,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """+1 counterclockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
     motion: str | None = None
     """"released" from rest, or "steady"; None where the log does not say."""
+    tachometer: str | None = None
+    """"still", or "follows" the rod; None if the log does not say."""
     added: Floats | float = 0.0
     """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
     latitude: float | None = None
@@ -114,6 +108,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     torque_unseen: float | None = None
     """Torque over I_zz that a run without a weight in which the rod did not move leaves possible [rad²/s²]; None
     without such a run."""
+    drag: Drag | None = None
+    """How fast the spin falls; None if the log does not show it."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -196,14 +192,18 @@ def measure(readings: Readings) -> Measurements:
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
     time, turns, timing = _timing(columns, count)
-    spin, spin_start, spin_end = _mean_spins(readings, diagnostics)
+    drag = _drag(readings, time)
+    spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
     pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
+    if readings.tachometer == "still":
+        spin = spin - total_spin_excess(sense, turns, time, np.nan_to_num(pitch))
     transverse = None
     if "transverse_inertia" in columns:
         transverse = values_of(columns["transverse_inertia"])
 
     balance_test, balance_test_from = _balance(readings)
+    bias, _ = parts.stated_or_default(readings, "time_bias")
     measurements = Measurements(
         runs=readings.runs,
         lines=readings.lines,
@@ -222,16 +222,17 @@ def measure(readings: Readings) -> Measurements:
         spin_end=spin_end,
         g=g,
         timed=timing.role != "precession_rate",
-        timing_bias_u=stated_or_default(readings, "time_bias")[0].absolute if timing.role != "precession_rate" else 0.0,
+        timing_bias_u=bias.absolute if timing.role != "precession_rate" else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
         sources=(
-            *list_sources(readings, timing, time, turns, spin, mass, position),
-            *tilt_sources(readings, pitch, transverse),
+            *parts.list_sources(readings, timing, time, turns, spin, mass, position, drag),
+            *parts.tilt_sources(readings, pitch, transverse),
         ),
         diagnostics=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
+        tachometer=readings.tachometer,
         precession_sense=np.nan_to_num(values_of(columns["precession_sense"]))
         if "precession_sense" in columns
         else None,
@@ -241,12 +242,18 @@ def measure(readings: Readings) -> Measurements:
         mass_step=np.array(columns["mass"].steps) if uses_weight else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
         torque_unseen=_torque_unseen(readings, diagnostics),
+        drag=drag,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))
-    diagnostics.extend(_find_unheard(readings, timing))
+    diagnostics.extend(_find_unheard(readings, measurements, timing))
     diagnostics.extend(_find_copies(readings, measurements, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
+
+
+def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats) -> Floats:
+    """Compute what a tachometer that stands still reads in excess of the spin [rad/s]: φ̇ sin(pitch), shape (n,)."""
+    return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
 
 
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
@@ -294,12 +301,31 @@ def _added(table: Mapping[str, Column], mass: Floats) -> Floats | float:
     return np.nan_to_num(0.5 * mass * (values_of(table["weight_diameter"]) / 2) ** 2)
 
 
-def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
-    """Mean spin of each run, and the spin at its start and end where they were read [rad/s]."""
+def _drag(readings: Readings, time: Floats) -> Drag | None:
+    """Find the drag from the spin-downs of a log, and from the spin at the start and the end of each run."""
+    used, falls = spin_columns(readings), list(readings.spin_down)
+    if len(used) > 1:
+        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
+    stated = [
+        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
+    ]
+    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+    return find_drag(falls, u_spin, parts.stated_or_default(readings, "decay_exponent")[0].at(1.0))
+
+
+def _mean_spins(
+    readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Compute the mean spin of each run, and the spin at its start and end if these were read [rad/s]."""
     used = spin_columns(readings)
     spins = [as_spin(column) for column in used]
     if len(used) == 1:
-        return spins[0], None, None
+        if drag is None or not parts.read_once(used):
+            return spins[0], None, None
+        # The spin at the midpoint, which was read too late, and then the harmonic mean over the run.
+        rate = drag.at(spins[0])
+        mean = 1 + parts.lateness(readings) * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
+        return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
     diagnostics.extend(
         readings.diagnose(
@@ -311,7 +337,7 @@ def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floa
         )
         for i in np.flatnonzero(end > start * 1.02).tolist()
     )
-    return mean_spin(spins), start, end
+    return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -378,7 +404,7 @@ def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float |
     usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
     sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics)[0]
+    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics, time, None)[0]
     best = int(unseen.argmin())
     diagnostics.append(
         readings.diagnose(
@@ -422,7 +448,7 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
     return found
 
 
-def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
+def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Name every ``u_…`` that the log states and that changes nothing, with the reason; but none that is zero."""
     columns = readings.columns
     load = next(role for role in ("mass", "force", "torque") if role in columns)
@@ -434,7 +460,9 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
         "u_g": None if weighed else f"the {load} is given, and no mass",
         "u_position_zero": None if placed else "no position is read",
         "u_spin_delay": _not_at_half_time(spins),
-        "u_decay_exponent": None if len(spins) == 2 else "the spin is not read at start and end alone",
+        "u_decay_exponent": None
+        if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
+        else "the log does not show how the spin falls, or the spin is read three times in each run",
         **dict.fromkeys(
             ("u_ball_mass", "u_ball_diameter"),
             None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
@@ -443,7 +471,7 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
     }
     if readings.position_from == "surface":
         silent["u_ball_diameter"] = None
-    read = {load, timing.role, *(column.role for column in (*spins, *told_by_period(columns, timing)))}
+    read = {load, timing.role, *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
     read |= {"weight_diameter"} if weighed else set()
@@ -454,8 +482,11 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
+        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
+        elif base in ("turns", "angle") and whole:
+            why = "whole turns end where they began, so no mark is sighted"
         elif any(
             as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
             for role in read & set(columns)

@@ -7,16 +7,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DECAY_TIME, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
+from gyrodata.error_sources import (
+    DECAY_SPREAD,
+    DECAY_TIME,
+    LATE,
+    NORMAL_GRAVITY_U,
+    SOURCES,
+    TRANSVERSE_U,
+    WHOLE,
+    Quantity,
+)
+from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
-from gyrodata.readings import Column, Reading, Readings, rounded_turns
+from gyrodata.readings import Column, Reading, Readings, rounded_turns, stated_u
 from gyrodata.units import Uncertainty
 
 
@@ -63,7 +73,14 @@ class Source(Struct, frozen=True):
 
 
 def list_sources(
-    readings: Readings, timing: Column, time: Floats, turns: Floats, spin: Floats, mass: Floats, position: Floats
+    readings: Readings,
+    timing: Column,
+    time: Floats,
+    turns: Floats,
+    spin: Floats,
+    mass: Floats,
+    position: Floats,
+    drag: Drag | None,
 ) -> list[Source]:
     """All sources of uncertainty that touch this log, in the order of the table; but for those of a tilt."""
     columns = readings.columns
@@ -71,7 +88,7 @@ def list_sources(
     used = spin_columns(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     sources = [
-        *_timing_sources(columns, timing, time, turns),
+        *_timing_sources(readings, timing, time, turns),
         _source(
             "spin",
             groups,
@@ -81,7 +98,7 @@ def list_sources(
             SOURCES["time"].usual if used[0].role == "spin_time" else None,
         ),
         _of_whole_log(readings, "spin_scale"),
-        *_decay_sources(readings, used),
+        *_decay_sources(readings, used, spin, drag),
     ]
     load = next(role for role in ("mass", "force", "torque") if role in columns)
     values = values_of(columns[load])
@@ -124,24 +141,42 @@ def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Sourc
     return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
 
 
-def _decay_sources(readings: Readings, used: tuple[Column, ...]) -> list[Source]:
-    """Doubt about the spin of a run, which falls: when it was read, or how it fell between two readings.
-
-    What is the same spin for the whole log was never read at half time.
-    """
-    if len(used) == 1 and any(spot >= 0 for spot in used[0].spots):
-        key, change = "spin_delay", np.full(len(used[0].readings), 1 / DECAY_TIME)
-    elif len(used) == 2:
-        key, change = "decay_exponent", np.abs(physics.decay_law_doubt(*map(as_spin, used)))
-    else:
-        return []
-    u, default = stated_or_default(readings, key)
-    return [_source(key, np.zeros(len(change), dtype=int), np.zeros(len(change)), u.at(1.0) * change, default)]
+def read_once(used: tuple[Column, ...]) -> bool:
+    """Return whether the spin was read once in each run; one spin for the whole log was never read at a midpoint."""
+    return len(used) == 1 and any(spot >= 0 for spot in used[0].spots)
 
 
-def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
+def lateness(readings: Readings) -> float:
+    """Return how long after the midpoint the spin was read [s]; 0 if the log states how uncertain this is."""
+    return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
+
+
+def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> list[Source]:
+    """List what is uncertain of a spin that falls: when it was read, and the law by which it falls."""
+    delay, delay_default = stated_or_default(readings, "spin_delay")
+    law, law_default = stated_or_default(readings, "decay_exponent")
+    every, nothing = np.zeros(len(spin), dtype=int), np.zeros(len(spin))
+    late = math.hypot(lateness(readings), delay.absolute)
+    if read_once(used) and drag is None:
+        rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
+        return [_source("spin_delay", every, nothing, np.full(len(spin), late * rate), delay_default)]
+    if read_once(used) and drag is not None:
+        by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
+        words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
+        return [
+            _source("spin_delay", every, nothing, delay.absolute * drag.at(spin), delay_default, words),
+            _source("decay_exponent", every, nothing, by_law, law_default),
+        ]
+    if len(used) == 2:
+        u = law.at(1.0) if drag is None else drag.u_exponent
+        doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
+        return [_source("decay_exponent", every, nothing, doubt, law_default)]
+    return []
+
+
+def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
     """Errors of the times, or of the rates given instead, and of the angles timed."""
-    every = np.arange(len(time))
+    columns, every = readings.columns, np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
         absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
@@ -151,19 +186,27 @@ def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats,
     )
     sources = [_source("time", every, absolute, relative, default)]
     if timing.role == "time":
-        sources += _sighting_sources(columns, turns)
+        sources += _sighting_sources(readings, turns)
     return sources
 
 
-def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Source]:
-    """Error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
-    column = columns["turns"] if "turns" in columns else columns["angle"]
+def is_part(turns: Floats) -> Any:
+    """Return which runs end where they did not begin; only these need a mark to sight the rod against."""
+    return np.abs(turns - np.round(turns)) > WHOLE
+
+
+def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
+    """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
+    column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
-    part = np.abs(turns - np.round(turns)) > WHOLE
+    part = is_part(turns)
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
     relative, default = np.zeros(len(turns)), part.copy()
+    of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
-        absolute[i], relative[i], default[i] = u.absolute / per_turn, u.relative, False
+        # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
+        ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
+        absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
     rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
@@ -356,10 +399,11 @@ def as_spin(column: Column) -> Floats:
     return cast(Floats, 2 * np.pi / values if column.role.startswith(("spin_period", "spin_time")) else values)
 
 
-def mean_spin(spins: list[Floats]) -> Floats:
-    """Harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
-    mean = physics.simpson_mean_spin if len(spins) == 3 else physics.harmonic_mean_spin
-    return cast(Floats, mean(*spins))
+def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
+    """Compute the harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
+    if len(spins) == 3:
+        return cast(Floats, physics.simpson_mean_spin(*spins))
+    return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))
 
 
 def spin_weights(spins: list[Floats]) -> list[Floats]:

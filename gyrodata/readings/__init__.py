@@ -43,6 +43,7 @@ from gyrodata.readings.roles import (
 )
 from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, value_text
+from gyrodata.readings.spin_down import split_table
 from gyrodata.readings.table import TableReader
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
@@ -107,6 +108,11 @@ def read_log(
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     warn_of_notes(grid, faults)
+    try:
+        grid, falls = split_table(grid)
+        given.spin_down = (*given.spin_down, *falls)
+    except CellError as error:
+        faults.add(codes.KEY_VALUE_CANNOT_BE_READ, f"the table of the spin-down {error}", error.hint)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
     log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))

@@ -142,6 +142,10 @@ class Readings(Struct, frozen=True, dict=True):
         Rod released unspun: angle [rad], time [s].
     balance_drift : tuple of float or None
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
+    spin_down : tuple of tuple
+        Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+    tachometer : str or None
+        "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
         "released" from rest, or "steady"; None where the log does not say.
     balanced : bool or None
@@ -177,6 +181,8 @@ class Readings(Struct, frozen=True, dict=True):
     stated_at: Mapping[str, Place | None] = field(default_factory=dict)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
+    spin_down: tuple[tuple[float, float, float], ...] = ()
+    tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None

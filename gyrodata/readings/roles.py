@@ -130,6 +130,10 @@ SHARED_UNCERTAINTIES = {
 
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
 BALANCE = ("balance_tilt", "balance_drift")
+SPIN_DOWN = "spin_down"
+TACHOMETER = "tachometer"
+TACHOMETERS = ("follows", "still")
+"""How the tachometer was held: it follows the rod, or it stands still."""
 MOTION = "motion"
 MOTIONS = ("steady", "released")
 """How the rod was started: led along until it precesses steadily, or let go from rest."""
@@ -139,7 +143,7 @@ YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys
 POSITION_FROM = "position_from"
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
 """Where positions count from."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED, POSITION_FROM)
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, SPIN_DOWN, TACHOMETER, MOTION, BALANCED, POSITION_FROM)
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 

@@ -22,6 +22,7 @@ from gyrodata.readings import lablog, roles
 from gyrodata.readings.lablog import Faults, Place, Reading, Text, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role
 from gyrodata.readings.source import value_text
+from gyrodata.readings.spin_down import Fall, read_spin_down
 from gyrodata.units import Uncertainty, UnitError
 
 _REMARKS_LOOKED_AT = 200
@@ -55,6 +56,8 @@ class Settings(Struct):
     given_uncertainties: dict[str, Given] = field(default_factory=dict)
     balance_tilt: tuple[float, ...] | None = None
     balance_drift: tuple[float, ...] | None = None
+    spin_down: tuple[Fall, ...] = ()
+    tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None
@@ -135,7 +138,7 @@ def read_settings(metadata: list[tuple[str, Text]], options: list[Given], faults
         elif (known == "time" and ":" in text.text) or not text.text:
             # The hour of the day, not a stopwatch; or a line of a template that was left blank.
             settings.metadata[key] = text.text
-        elif known in seen and seen[known].text != text.text:
+        elif known in seen and seen[known].text != text.text and known != roles.SPIN_DOWN:
             message = f"{known} is given twice, in lines {seen[known].line} and {text.line}"
             faults.add(codes.KEY_GIVEN_TWICE, message, "keep one, or write it as a column", text)
         else:
@@ -204,6 +207,10 @@ def _nearest(key: str) -> list[str]:
 
 
 _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
+    "tachometer": (
+        {word: word for word in roles.TACHOMETERS},
+        'write "follows" (it was turned with the rod) or "still" (it was held in one place)',
+    ),
     "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
     "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
     "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
@@ -228,6 +235,9 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
     key, word = item.key, item.text.strip().lower()
     if key in roles.BALANCE:
         setattr(settings, key, _read_balance(item))
+    elif key == roles.SPIN_DOWN:
+        # Several lines are several falls.
+        settings.spin_down = (*settings.spin_down, *read_spin_down(item.text))
     elif key in _WORDS:
         words, hint = _WORDS[key]
         if word not in words:

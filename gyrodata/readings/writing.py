@@ -126,7 +126,12 @@ def _head(readings: Readings) -> list[str]:
         lines["balance_tilt"] = "{!r} rad in {!r} s".format(*readings.balance_tilt)
     if readings.balance_drift is not None:
         lines["balance_drift"] = "{!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift)
+    if readings.spin_down:
+        lines["spin_down"] = "; ".join(
+            "{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down
+        )
     words = {None: None, True: "yes", False: "no"}
+    lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.
     key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)

@@ -33,49 +33,41 @@ RUN_UNITS = {
 
 
 _FORMULA = r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])"
-"""Where a spreadsheet would find a formula: at a cell's start, or behind what parts cells in another country."""
+"""Places where a spreadsheet expects a formula: the start of a cell, also with the delimiters of other countries."""
 
 
 _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
 
 
 def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
-    """Write a result as JSON, one line for ``indent=None``. Not-a-number does not pass: it is a fault of the tool."""
+    """Write a result as JSON, on one line if `indent` is None; not-a-number is an error of the tool."""
     return json.dumps(document, indent=indent, allow_nan=False) + "\n"
 
 
 def runs_csv(analysis: Analysis) -> str:
-    """Write one row for each run, units in the header: SI, every digit, as in the JSON; the spin in rpm too."""
-    return runs_header() + runs_rows(analysis)
+    """Write one row for each run, with a header: SI units and every digit as in the JSON, and the spin in rpm too."""
+    return table_header("runs") + table_rows(analysis, "runs")
 
 
-def runs_header() -> str:
-    """Write the header of `runs_csv`."""
+def table_header(table: str) -> str:
+    """Write the header of a table of `table_rows`; several logs can share it."""
+    if table == "logs":
+        return ",".join(_LOG_COLUMNS) + "\n"
     heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__struct_fields__]
     return ",".join(["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]) + "\n"
 
 
-def runs_rows(analysis: Analysis) -> str:
-    """Write the rows of `runs_csv`; several logs can share one header."""
-    rows = []
-    for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-        cells = list(asdict(run).values())
-        # As many digits as survive the way to rad/s and back.
-        rpm = float(f"{run.spin / RPM:.14g}")
-        row = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
-        rows.append(map(csv_cell, row))
-    return csv_lines(rows)
-
-
-def table_header(table: str) -> str:
-    """Write the header of a table of `table_rows`."""
-    return runs_header() if table == "runs" else ",".join(_LOG_COLUMNS) + "\n"
-
-
 def table_rows(analysis: Analysis, table: str) -> str:
-    """Write the rows of a log in one of the tables: its runs, or one row for the log."""
+    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log."""
     if table == "runs":
-        return runs_rows(analysis)
+        rows = []
+        for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
+            cells = list(asdict(run).values())
+            # As many digits as survive the conversion to rad/s and back.
+            rpm = float(f"{run.spin / RPM:.14g}")
+            cells = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
+            rows.append(map(csv_cell, cells))
+        return csv_lines(rows)
     document = analysis.to_dict()
     result = document["result"]
     row = {**document["input"], **result, **result["goodness"]}
@@ -104,13 +96,13 @@ _LOG_COLUMNS = (
     "log", "rows", *(f"{name}_{part}" for name in _QUANTITIES for part in _PARTS),
     "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics",
 )  # fmt: skip
-"""Columns of the table of logs: the names in the JSON, joined if one is in another."""
+"""Columns of the table of logs: the names in the JSON, joined if one contains the other."""
 
 
 def csv_cell(value: object) -> str:
     """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number.
 
-    A text has a ' wherever a spreadsheet would take it for a formula, and pictures of control characters.
+    A text gets a ' where a spreadsheet would read a formula, and pictures of control characters.
     """
     if value is None or value == "":
         return ""
@@ -118,7 +110,7 @@ def csv_cell(value: object) -> str:
         return "true" if value else "false"
     if isinstance(value, int | float):
         return repr(value)
-    # The csv module leaves a carriage return unquoted, and readers take it for a row's end.
+    # The csv module does not quote a carriage return, and readers end the row there.
     text = str(value).replace("\r", " ").replace("\t", " ").translate(PICTURES)
     return re.sub(_FORMULA, lambda start: f"{start[1] or ''}'", text)
 

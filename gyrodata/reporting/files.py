@@ -1,4 +1,4 @@
-"""The files of a report, made in memory: figures, page, data, and a document where one is asked for."""
+"""The files of a report, made in memory: figures, page, data, and a document if one is asked for."""
 
 from __future__ import annotations
 
@@ -13,32 +13,41 @@ from gyrodata.results import Analysis
 
 
 def report_files(
-    analysis: Analysis,
-    figures: plotting.Form = "png",
-    style: str = "screen",
-    document: str = "",
+    analysis: Analysis, figures: plotting.Form = "png", style: str = "screen", document: str = ""
 ) -> dict[str, bytes]:
-    """Make every file of the report, by name, so that a fault half-way leaves nothing behind.
+    """Make every file of the report, so that an error leaves no half of it behind.
 
-    `document`: name of one that ends in .md or .tex, if there is to be one.
+    Parameters
+    ----------
+    analysis : Analysis
+    figures : {"png", "svg", "pdf"}
+        File type of the figures.
+    style : {"screen", "slides", "print"}
+        Of the figures.
+    document : str
+        Name of a document that ends in .md or .tex, if there is one.
+
+    Returns
+    -------
+    dict of str to bytes
+        The contents by name of the file.
     """
-    markdown = document.endswith(".md")
-    shown = shown_form(figures)
-    # Markdown shows no PDF either, and LaTeX includes no SVG.
-    beside: plotting.Form = shown if markdown else "pdf" if figures == "svg" else figures
-    kinds = sorted({figures, beside} if document else {figures})
+    shown, kinds = shown_form(figures), {figures}
+    if document:
+        # Markdown shows no PDF, and LaTeX includes no SVG.
+        kinds.add(shown if document.endswith(".md") else "pdf" if figures == "svg" else figures)
     drawn = {one: plotting.render(analysis, one, style) for one in {shown, *kinds}}
-    looks = plotting.list_looks(analysis)
-    words = alternatives(analysis)
-    contents = {f"{name}.{one}": data for one in kinds for name, data in drawn[one].items()}
-    if markdown:
-        contents[document] = markdown_report(analysis, f"{{}}.{shown}", words).encode()
-    elif document:
-        contents[document] = latex_report(analysis).encode()
-    contents["report.html"] = report_page(analysis, drawn[shown], shown, words, looks).encode()
-    contents["results.json"] = json_text(analysis.to_dict()).encode()
-    contents["runs.csv"] = runs_csv(analysis).encode()
-    return contents
+    alt = alternatives(analysis)
+    texts = {
+        "report.html": report_page(analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)),
+        "results.json": json_text(analysis.to_dict()),
+        "runs.csv": runs_csv(analysis),
+    }
+    if document:
+        is_markdown = document.endswith(".md")
+        texts[document] = markdown_report(analysis, f"{{}}.{shown}", alt) if is_markdown else latex_report(analysis)
+    files = {f"{name}.{one}": data for one in sorted(kinds) for name, data in drawn[one].items()}
+    return files | {name: text.encode() for name, text in texts.items()}
 
 
 def shown_form(figures: plotting.Form) -> Literal["png", "svg"]:
@@ -47,5 +56,5 @@ def shown_form(figures: plotting.Form) -> Literal["png", "svg"]:
 
 
 def alternatives(analysis: Analysis) -> dict[str, str]:
-    """Say in words what each figure shows."""
+    """Describe each figure in words."""
     return {name: plotting.alt_text(analysis, name) for name in plotting.FIGURES}

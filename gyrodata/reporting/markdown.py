@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Mapping
 
-from msgspec import Struct
-
-from gyrodata.errors import PICTURES
-from gyrodata.reporting import tree
+from gyrodata.errors import shown
 from gyrodata.reporting.content import report
+from gyrodata.reporting.elements import Block, Cell, Head, Number, Part, Picture, Sentence, Styled, Table, join
 from gyrodata.results import Analysis
 
-_ACTIVE = re.compile(r"[\\`*_{}\[\]<>#|~$&!@^]|:(?=[\w+-]+:)")
+_ACTIVE = re.compile(r"[\\`*{}\[\]<>#|~$&!@^]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])|:(?=[\w+-]+:)")
 """What could begin emphasis, code, a link, HTML, a table cell, mathematics, a name or a picture."""
 
 _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
@@ -21,74 +18,68 @@ _BLOCK_START = re.compile(r"^(?:([-+=])(?=[-+=\s]|$)|(\d{1,9})([.)])(?=\s|$))")
 
 
 def markdown_report(analysis: Analysis, figures: str = "{}.png", alt: Mapping[str, str] | None = None) -> str:
-    """Write the report as Markdown; whatever comes from the log is escaped.
+    """Write the report as Markdown; text from the log is escaped.
 
-    `figures` is where a figure stands, with {} for its name: beside the report as a PNG, if not given. `alt` has
-    for each name what the figure shows in words.
+    Parameters
+    ----------
+    analysis : Analysis
+    figures : str
+        Path of a figure, with {} for its name.
+    alt : mapping of str to str, optional
+        What each figure shows, in words.
+
+    Returns
+    -------
+    str
     """
-    whole, write = report(analysis), _Markdown(figures, alt or {})
-    blocks = [f"# {write.sentence(whole.title)}", write.sentence(whole.read_as)]
-    blocks += [f"**{write.sentence(doubt)}**" for doubt in whole.doubts]
-    answer = write.sentence(whole.answer)
+    whole = report(analysis)
+    blocks = [f"# {_sentence(whole.title)}", _sentence(whole.read_as)]
+    blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
     # An unreliable answer is not bold.
-    blocks.append(answer if whole.doubts else f"**{answer}**")
+    blocks.append(_sentence(whole.answer) if whole.doubts else f"**{_sentence(whole.answer)}**")
+    contents: list[str | Block] = [*whole.top]
     for section in whole.sections:
-        blocks += [f"{'#' * section.level} {escape(section.title)}"] if section.title else []
-        blocks += [line for block in section.blocks for line in write.block(block)]
+        contents += [f"## {escape(section.title)}", *section.blocks]
+    for block in contents:
+        if isinstance(block, str):
+            blocks.append(block)
+        elif isinstance(block, Table):
+            blocks += [f"{escape(block.caption)}:", _table(block)]
+        elif isinstance(block, Picture):
+            shows = escape((alt or {}).get(block.name, block.name))
+            blocks += [f"![{shows}]({figures.format(block.name)})", f"*{escape(block.caption)}*"]
+        elif block.is_list:
+            blocks.append("\n".join(f"- {_sentence(line)}" for line in block.sentences))
+        else:
+            blocks += map(_sentence, block.sentences)
     return "\n\n".join(blocks) + "\n"
 
 
 def escape(text: str) -> str:
-    """Make text stay text in Markdown, on one line."""
-    blank = "".join(" " if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in text)
-    line = " ".join(blank.translate(PICTURES).split())
-    line = _ACTIVE.sub(lambda found: f"\\{found[0]}", line)
+    """Write text as one line of Markdown that has no other meaning."""
+    line = _ACTIVE.sub(lambda found: f"\\{found[0]}", shown(text))
     return _BLOCK_START.sub(lambda found: f"\\{found[1]}" if found[1] else f"{found[2]}\\{found[3]}", line)
 
 
-class _Markdown(Struct, frozen=True):
-    """Return the writers of the parts of a report in Markdown."""
-
-    figures: str
-    alt: Mapping[str, str]
-
-    def block(self, block: tree.Block) -> list[str]:
-        """Write a block as paragraphs."""
-        if isinstance(block, tree.Table):
-            return [f"{escape(block.caption)}:", self.table(block)]
-        if isinstance(block, tree.Figure):
-            shows, place = escape(self.alt.get(block.name, block.name)), self.figures.format(block.name)
-            return [f"![{shows}]({place})", f"*{escape(block.caption)}*"]
-        found = [self.sentence(line) for line in tree.lines(block)]
-        return ["\n".join(f"- {line}" for line in found)] if tree.is_list(block) else found
-
-    def sentence(self, sentence: tree.Sentence) -> str:
-        """Write a sentence; the text between two pieces of code is escaped as a whole."""
-        done, text = "", ""
-        for part in sentence:
-            if isinstance(part, tree.Styled) and part.style == "code" and "`" not in part.text:
-                done += f"{_inside(text)}`{part.text}`"
-                text = ""
-            else:
-                text += tree.part_text(part)
-        return f"{done}{_inside(text)}".strip()
-
-    def table(self, table: tree.Table) -> str:
-        """Write a table in pipes."""
-        rows = [
-            [escape(tree.head_text(head)) for head in table.heads],
-            ["---:" if head.scale else "---" for head in table.heads],
-            *([self.cell(cell, head) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
-        ]
-        return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-    def cell(self, cell: tree.Cell, head: tree.Head) -> str:
-        """Write a cell."""
-        if cell is None:
-            return "–" if head.scale else ""
-        return escape(tree.cell_text(cell))
+def _sentence(sentence: Sentence) -> str:
+    return join(sentence, escape, _code)
 
 
-def _inside(text: str) -> str:
-    """Make text stay text inside a line, with a blank where one stood at its ends."""
-    return f"{' ' * text.startswith(' ')}{escape(text)}{' ' * text.endswith(' ')}"
+def _code(part: Part) -> str | None:
+    is_code = isinstance(part, Styled) and part.style == "code" and "`" not in part.text
+    return f"`{part}`" if is_code else None
+
+
+def _table(table: Table) -> str:
+    rows = [
+        [escape(str(head)) for head in table.heads],
+        ["---:" if head.scale else "---" for head in table.heads],
+        *([_cell(cell, head) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
+    ]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _cell(cell: Cell, head: Head) -> str:
+    if isinstance(cell, Number):
+        return escape(cell.write(cell.shown, unit=False))
+    return _sentence(cell) if cell else "–" * bool(head.scale)

@@ -1,7 +1,7 @@
 """The report as one HTML page that needs nothing else.
 
-A number becomes ``<data value="0.00444" data-from="inertia.value" data-size="0.001">4.44</data>``: the value as
-results.json has it, where it stands there, and what one unit of the shown text is worth. Nothing is computed.
+A number becomes ``<data value="0.00444" data-from="inertia.value" data-size="0.001">4.44</data>``: the value in
+results.json, its place there, and the value of a displayed 1.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ import re
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from markupsafe import Markup, escape
 
-from gyrodata.reporting import content, tree, values
+from gyrodata.reporting import content
+from gyrodata.reporting.elements import SYMBOLS, Cell, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
 from gyrodata.results import Analysis
 
 _STYLES = {
@@ -37,6 +38,9 @@ _SHAPES = {
     "X": "M3.5 1 6 3.5 8.5 1 11 3.5 8.5 6 11 8.5 8.5 11 6 8.5 3.5 11 1 8.5 3.5 6 1 3.5z",
 }
 
+FARTHEST = 5.0
+"""A drawn value is cut off if it is further from the band than this many widths of the band."""
+
 
 def report_page(
     analysis: Analysis,
@@ -47,14 +51,26 @@ def report_page(
 ) -> str:
     """Write the report as one HTML page that needs nothing else.
 
-    `figures` are the files of "period", "product", "torque" and "residuals", `alt` what each shows in words, `looks`
-    label, colour and marker of each torque in them. The page has no clock time and no folder's name; whatever comes
-    from the log is escaped, and every number says where in results.json it stands.
+    Parameters
+    ----------
+    analysis : Analysis
+    figures : mapping of str to bytes
+        The files of "period", "product", "torque" and "residuals".
+    form : {"png", "svg"}
+        Of these files.
+    alt : mapping of str to str
+        What each figure shows, in words.
+    looks : sequence of (str, str, str)
+        Label, colour and marker of each torque in the figures.
+
+    Returns
+    -------
+    str
+        Text from the log is escaped; there is no clock time and no name of a folder in it.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    write, whole = _Page(analysis.to_dict(), looks), content.report(analysis)
-    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
+    write, whole = _Writer(analysis, looks), content.report(analysis)
     room = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
         autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
@@ -62,142 +78,98 @@ def report_page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    room.filters |= {
-        "sentence": write.sentence, "cell": write.cell, "sort_value": _sort_value, "typeset": _typeset, "draw": _draw,
-        "kind": lambda block: type(block).__name__,
-    }  # fmt: skip
+    room.filters |= {"sentence": write.sentence, "cell": write.cell, "typeset": _typeset, "draw": _draw}
+    room.filters["kind"] = lambda block: type(block).__name__
+    kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
     images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
-    title = f"{tree.sentence_text(whole.answer)} – {analysis.name}"
+    title = f"{plain(whole.answer)} – {analysis.name}"
     page = room.get_template("report.html.jinja")
     return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
 
 
-class _Page:
-    """Return the filters that write the parts of a report in HTML."""
+class _Writer:
+    """Write the parts of a report in HTML."""
 
-    def __init__(self, document: Mapping[str, Any], looks: Sequence[tuple[str, str, str]]) -> None:
-        self.document, self.looks = document, looks
+    def __init__(self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> None:
+        self.numbers, self.looks = Numbers(analysis), looks
 
-    # --- numbers
+    def number(self, number: Number, unit: bool = True) -> Markup:
+        """Write a number with links to its places in results.json."""
+        texts = []
+        for text, place in zip(number.shown, number.places, strict=True):
+            found, shown = self.numbers.find(place), escape(text)
+            size = ""
+            if not isinstance(found, str):
+                shown, size = escape(text.replace("-", "−")), f' data-size="{number.size!r}"'
+            value = escape(found if isinstance(found, str) else repr(found))
+            texts.append(f'<data value="{value}" data-from="{place}"{size}>{shown}</data>')
+        written = number.write(texts, unit)
+        return Markup(f'<span class="q">{written}</span>' if unit and number.scale.unit else written)
 
-    def at(self, place: str) -> Any:
-        """Return the value at a place below "result", or below the top with a leading "/"; "length" counts a list."""
-        found: Any = self.document if place.startswith("/") else self.document["result"]
-        for key in place.removeprefix("/").split("."):
-            if key == "length":
-                return len(found)
-            found = found[int(key) if isinstance(found, list) else key]
-        return found
-
-    def mark(self, text: str, place: str, size: float = 1.0) -> Markup:
-        """Mark a text as the number, or the name, at a place."""
-        found = self.at(place)
-        # Formatted by Python itself, each text escaped by hand: a page has hundreds of numbers, cells and sentences.
-        if isinstance(found, str):
-            return Markup(f'<data value="{escape(found)}" data-from="{escape(place)}">{escape(text)}</data>')
-        shown = escape(text.replace("-", "−"))
-        return Markup(f'<data value="{found!r}" data-from="{escape(place)}" data-size="{size!r}">{shown}</data>')
-
-    def number(self, value: tree.Value) -> Markup:
-        """Write a value rounded to its uncertainty, without unit: "4.441 ± 0.023"."""
-        size = value.scale.size
-        # M0 is minus the constant of a line, which is what results.json has.
-        signed = size if self.at(value.place) == value.value else -size
-        if not value.u:
-            return self.mark(value.without_u, value.place, signed)
-        nominal, spread, exponent = values.rounded(value.value, value.u, size)
-        factor = 10.0**exponent
-        above, _, last = value.place.rpartition(".")
-        beside = self.at(above) if above else self.at("inertia")
-        key = f"{last}_u" if f"{last}_u" in beside else "u"
-        number = self.mark(nominal, value.place, signed * factor)
-        shown = f"{number} ± {self.mark(spread, f'{above}.{key}', size * factor)}"
-        return Markup(f"({shown}) × {values.power_of_ten(factor)[1]}" if exponent else shown)
-
-    # --- sentences
-
-    def sentence(self, sentence: tree.Sentence) -> Markup:
+    def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
         done = []
         for before, part in pairwise(("", *sentence)):
-            # A number stays on the line of its unit.
-            if isinstance(before, tree.Number) and isinstance(part, str) and part.startswith(" "):
+            # A number stays on the line of its noun.
+            if isinstance(before, Number) and isinstance(part, str) and part.startswith(" "):
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
             done.append(self.part(part))
         return Markup("".join(done))
 
-    def part(self, part: tree.Part) -> Markup:
+    def part(self, part: Part) -> Markup:
         """Write a part of a sentence."""
-        if isinstance(part, tree.Number):
-            return self.mark(part.text, part.place, part.size)
-        if isinstance(part, tree.Value):
-            number, unit = str(self.number(part)), str(part.scale)
-            if part.scale.exponent:
-                number = f"({number}) ×" if part.u else f"{number} ×"
-            return Markup(f'<span class="q">{number}{" " * bool(unit)}{escape(unit)}</span>')
-        if isinstance(part, tree.Interval):
-            size, times = part.scale.size, " × " if part.scale.exponent else " "
-            low, high = values.interval_ends(part.low, part.high, size)
-            ends = self.mark(low, f"{part.place}.0", size), self.mark(high, f"{part.place}.1", size)
-            return Markup('<span class="q">{} to {}{}{}</span>').format(*ends, times, part.scale)
-        if isinstance(part, tree.Styled):
+        if isinstance(part, Number):
+            return self.number(part)
+        if isinstance(part, Styled):
             return Markup(_STYLES[part.style]).format(part.text)
-        if isinstance(part, tree.Mark):
+        if isinstance(part, Mark):
             _, colour, marker = self.looks[part.group]
             shape = '<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>'
             return Markup(shape).format(colour, _SHAPES[marker])
         return _typeset(part)
 
-    def cell(self, cell: tree.Cell, head: tree.Head) -> Markup:
-        """Write the content of a cell of a table."""
-        if cell is None:
-            return Markup("–" if head.scale else "")
-        return self.number(cell) if isinstance(cell, tree.Value) else self.sentence(cell)
-
-
-def _sort_value(cell: tree.Cell) -> Markup:
-    """Give the attribute by which a table sorts the names of torques."""
-    marks = [part for part in cell if isinstance(part, tree.Mark)] if isinstance(cell, tuple) else []
-    return Markup(f' data-value="{marks[0].torque!r}"' if marks else "")
+    def cell(self, cell: Cell, head: Head) -> Markup:
+        """Write a cell of a table."""
+        if isinstance(cell, Number):
+            return self.number(cell, unit=False)
+        return self.sentence(cell) if cell else Markup("–" * bool(head.scale))
 
 
 def _typeset(text: str) -> Markup:
     """Escape a text, set its symbols and keep numbers with their units."""
-    plain = re.sub(
-        r"(?<=\d) (?=[^\W\d]|%|°)|(?<=\b[ukpn]) (?==)|(?<=\b[ukpn] =) ", "\N{NO-BREAK SPACE}", str(escape(text))
-    )
-    plain = tree.SYMBOLS.sub(r"<i>\g<0></i>", plain.replace("I_zz", "<i>I</i><sub>zz</sub>"))
-    return Markup(plain.replace("M0", "<i>M</i><sub>0</sub>"))
+    spaces = r"(?<=\d) (?=[^\W\d]|%|°)|(?<=\b[ukpn]) (?==)|(?<=\b[ukpn] =) "
+    text = re.sub(spaces, "\N{NO-BREAK SPACE}", str(escape(text)))
+    text = SYMBOLS.sub(r"<i>\g<0></i>", text.replace("I_zz", "<i>I</i><sub>zz</sub>"))
+    return Markup(text.replace("M0", "<i>M</i><sub>0</sub>"))
 
 
-def _draw(picture: tree.Picture) -> list[Markup]:
-    """Draw a picture for each row: a bar, or a dot with its uncertainty on one axis for all rows.
+def _draw(head: Head) -> list[Markup]:
+    """Draw the values of a column, one drawing for each row: bars, or dots with their u on one axis.
 
-    Screen readers do not see them: the table's cells say the same in numbers.
+    Screen readers skip the drawings, because the cells contain the same numbers.
     """
-    if picture.band is None:
+    if head.band is None:
         bar = Markup('<span class="bar" style="width: {:.1f}%"></span>')
-        return [bar.format(100 * value[0]) if value else Markup() for value in picture.values]
-    reference = picture.band
-    drawn = [value for value in picture.values if value is not None]
-    low = min([reference[0], *(value - u for value, u in drawn)])
-    high = max([reference[1], *(value + u for value, u in drawn)])
-    if picture.reach is not None:
-        farthest = picture.reach * (reference[1] - reference[0])
-        low, high = max(low, reference[0] - farthest), min(high, reference[1] + farthest)
+        return [bar.format(100 * value[0]) if value else Markup() for value in head.dots]
+    ends = [*head.band, *(value[0] + sign * value[1] for value in head.dots if value for sign in (-1, 1))]
+    low, high, reach = min(ends), max(ends), FARTHEST * (head.band[1] - head.band[0])
+    if reach:
+        low, high = max(low, head.band[0] - reach), min(high, head.band[1] + reach)
     space = 0.05 * (high - low) or 1.0
-    low, high = low - space, high + space
 
-    def mark(kind: str, start: float, end: float | None = None) -> Markup:
-        start = min(max(start, low), high)
-        width = "" if end is None else f";width:{100 * (min(max(end, low), high) - start) / (high - low):.1f}%"
-        return Markup('<i class="{}" style="left:{:.1f}%{}"></i>').format(
-            kind, 100 * (start - low) / (high - low), width
-        )
+    def percent(value: float) -> float:
+        return min(max(100 * (value - low + space) / (high - low + 2 * space), 0.0), 100.0)
 
-    def shown(value: float, u: float) -> Markup:
-        kind = "off left" if value < low else "off right" if value > high else "dot"
-        return mark("bar", value - u, value + u) + mark(kind, value)
-
-    behind = mark("ref", *reference) if reference[1] > reference[0] else mark("line", reference[0])
-    return [behind + (shown(*value) if value else "") for value in picture.values]
+    mark = Markup('<i class="{}" style="left:{:.1f}%"></i>')
+    bar = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
+    left, right = map(percent, head.band)
+    behind = bar.format("ref", left, right - left) if reach else mark.format("line", left)
+    drawn = []
+    for value in head.dots:
+        found = behind
+        if value:
+            start, end = percent(value[0] - value[1]), percent(value[0] + value[1])
+            kind = "off left" if value[0] < low - space else "off right" if value[0] > high + space else "dot"
+            found += bar.format("bar", start, end - start) + mark.format(kind, percent(value[0]))
+        drawn.append(found if value else behind)
+    return drawn

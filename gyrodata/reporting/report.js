@@ -1,6 +1,6 @@
 for (const table of document.querySelectorAll("table.sortable")) {
   const heads = [...table.tHead.rows[0].cells], body = table.tBodies[0];
-  const key = (row, i) => (row.cells[i].dataset.value ?? row.cells[i].querySelector("data")?.value ?? row.cells[i].textContent).trim();
+  const key = (row, i) => (row.cells[i].querySelector("data:only-child")?.value ?? row.cells[i].textContent).trim();
   heads.forEach((head, i) => {
     const button = document.createElement("button");
     button.type = "button";

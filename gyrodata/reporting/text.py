@@ -2,125 +2,141 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
-from gyrodata.errors import Diagnostic
+from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting import values
-from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
-from gyrodata.reporting.phrases import visible
-from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
+from gyrodata.reporting.content import FAR, report, residual_torque
+from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
 
 _OF_ONE_LOAD = {TOO_FEW_RUNS, SPINS_TOO_CLOSE}
-"""Codes of what a single weight lacks."""
+"""Codes of missing runs of a single weight."""
 
-_TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE}
-"""Odd runs are told with the weight they belong to, and one torque is too few by another code."""
+_SAID_ELSEWHERE = {OUTLIER, SINGLE_TORQUE}
+"""Codes that repeat what is said of the runs of a weight, or of the number of torques."""
 
 
 def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
-    """Write what a person reads first: a screen, and where the `rest` is told, or all that needs no picture."""
+    """Write the answer and what a screen has room for, or the full report.
+
+    Parameters
+    ----------
+    analysis : Analysis
+    verbose : bool
+        True for the full report: everything up to the diagnostics, which are printed elsewhere, but no figures.
+    rest : str
+        Last line of the short form, which says where the rest is.
+
+    Returns
+    -------
+    str
+    """
     whole = report(analysis)
-    answer = f"{sentence_text(whole.answer)}   (± u, one standard uncertainty)"
-    top = _indented([*map(sentence_text, whole.doubts), answer])
-    blocks = [[f"{whole.name}: {sentence_text(whole.size)}", f"  {sentence_text(whole.read_as)}"]]
-    if not verbose:
-        blocks.append([*top, *_indented(sentence_text(line) for line in whole.brief), f"  {rest}"])
-    for section in whole.sections if verbose else ():
-        told = [line for block in section.blocks if not block.full for line in _block(block)]
-        if told:
-            blocks.append([*([section.title] if section.title else top), *_indented(told)])
+    top = [*map(plain, whole.doubts), f"{plain(whole.answer)}   (± u, one standard uncertainty)"]
+    top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
+    blocks = [_first_lines(whole), [f"  {line}" for line in top]]
+    sections = itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ())
+    for one in sections:
+        lines = (f"  {line}" for block in one.blocks for line in _block(block))
+        blocks += [[one.title, *lines]] if one.blocks else []
+    return _joined(blocks)
+
+
+def _joined(blocks: Iterable[Iterable[str]]) -> str:
     return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
 
 
+def visible(text: str) -> str:
+    """Show control characters as pictures, so that nothing in a log commands the terminal."""
+    return text.translate(PICTURES)
+
+
+def _first_lines(whole: Report) -> list[str]:
+    return [f"{whole.name}: {plain(whole.size)}", f"  {plain(whole.read_as)}"]
+
+
 def _block(block: Block) -> list[str]:
+    if isinstance(block, Picture):
+        return []
     if isinstance(block, Table):
-        return _table(block)
-    return [sentence_text(line) for line in lines(block, short=True)]
-
-
-def _table(table: Table) -> list[str]:
-    """Set cells in columns, two blanks between."""
-    told = [(i, head) for i, head in enumerate(table.heads) if not head.full]
-    short = range(len(table.rows)) if table.short is None else table.short
-    rows = [[head_text(head) for _, head in told]]
-    rows += [[_cell(table.rows[i][j], head) for j, head in told] for i in short]
-    return list(values.in_columns(rows))
+        used = [i for i, head in enumerate(block.heads) if not head.page_only]
+        rows = [[_cell(row[i], block.heads[i]) for i in used] for row in block.rows]
+        return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
+    return [plain(line) for line in block.sentences]
 
 
 def _cell(cell: Cell, head: Head) -> str:
-    if cell is None:
-        return "-" if head.scale else ""
-    return cell_text(cell)
+    if isinstance(cell, Number):
+        return cell.write(cell.shown, unit=False)
+    return plain(cell) if cell else "-" * bool(head.scale)
 
 
 # --- during the lab ------------------------------------------------------------------------------------------
 
 
 def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
-    """Say how the lab stands, and what to do before the weight that is on the rod comes off.
+    """Describe the state of the lab, and what to do before the weight is removed from the rod.
 
-    The answer; then the load of the log's last run, taken as the one on the rod; then the rest of what is lacking.
+    Parameters
+    ----------
+    analysis : Analysis
+        Of the runs so far; the load of the last run is on the rod.
+    lacking : iterable of Diagnostic
+        What the log lacks.
+
+    Returns
+    -------
+    str
+        The answer, then what to do with this load, then the rest.
     """
     found = list(dict.fromkeys(d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"))
-    found = [d for d in found if d.code not in _TOLD_OTHERWISE]
-    groups = list(torque_groups(analysis.measurements))
+    found = [d for d in found if d.code not in _SAID_ELSEWHERE]
+    n, runs, groups = Numbers(analysis), analysis.run_table, list(torque_groups(analysis.measurements))
     group_of = {i: k for k, members in enumerate(groups) for i in members}
-    members = groups[group_of[len(analysis.run_table) - 1]]
-    whole, torque = report(analysis), common_torque_scale(analysis)
-
-    def on_the_rod(index: int) -> str:
-        return sentence_text(load(analysis, group_of[index], torque))
-
-    loaded = [analysis.run_table[i] for i in members]
-    here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in {run.line for run in loaded}]
-    elsewhere = [
-        f"repeat {_place(run)}, with {on_the_rod(i)}: {run.reason}"
-        for i, run in enumerate(analysis.run_table)
+    members = groups[group_of[len(runs) - 1]]
+    lines = {runs[i].line for i in members}
+    here = [d for d in found if d.code in _OF_ONE_LOAD and d.line in lines]
+    still_open = [
+        f"repeat {_place(run)}, with {plain(n.load(group_of[i]))}: {run.reason}"
+        for i, run in enumerate(runs)
         if run.flagged and i not in members
     ]
-    still_open = [*elsewhere, *(_advice(d) for d in found if d not in here)]
-    inertia = analysis.inertia
+    still_open += [_advice(d) for d in found if d not in here]
+    whole, inertia = report(analysis), analysis.inertia
     relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
+    state = [*map(plain, whole.doubts), f"{plain(whole.answer)}{relative}", plain(residual_torque(n))]
     blocks = [
-        [
-            f"{whole.name}: {sentence_text(whole.size)}",
-            f"  {sentence_text(whole.read_as)}",
-            *_indented(sentence_text(doubt) for doubt in whole.doubts),
-            f"  {sentence_text(whole.answer)}{relative}",
-            f"  {sentence_text(residual_torque(analysis, torque).sentence)}",
-        ],
-        [
-            f"while {on_the_rod(len(analysis.run_table) - 1)} is on the rod:",
-            *_indented(_with_this_load(analysis, loaded, here)),
-        ],
-        ["still to do:", *_indented(still_open)] if still_open else ["nothing else to do"],
+        [*_first_lines(whole), *(f"  {line}" for line in state)],
+        [f"while {plain(n.load(group_of[len(runs) - 1]))} is on the rod:"],
+        ["still to do:", *(f"  {line}" for line in still_open)] if still_open else ["nothing else to do"],
     ]
+    blocks[1] += [f"  {line}" for line in _with_this_load(analysis, [runs[i] for i in members], here)]
     if not still_open and analysis.advice:
-        blocks.append(["what would reduce u most:", *_indented(analysis.advice[:3])])
-    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
+        blocks.append(["what would reduce u most:", *(f"  {line}" for line in analysis.advice[:3])])
+    return _joined(blocks)
 
 
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
-    """Say why a log cannot be analysed as it stands."""
-    told = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
-    return visible(f"{name}: no answer yet\n\n{told}")
+    """Say why a log cannot be analysed yet."""
+    found = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
+    return visible(f"{name}: no answer yet\n\n{found}")
 
 
 def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:
-    """Return what to do before this load is removed: suspected outliers, runs far off, and missing runs."""
-    odd = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
-    far = [
-        f"repeat {_place(run)}: it is {abs(run.studentized_residual):.1f} u away from the other runs' prediction"
-        for run in loaded
-        if not run.flagged and run.studentized_residual is not None and abs(run.studentized_residual) > FAR
-    ]
-    todo = [*odd, *far, *map(_advice, here)]
+    """List what to do before this load is removed: suspected outliers, runs far off, and missing runs."""
+    todo = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
+    for run in loaded:
+        far = abs(run.studentized_residual or 0.0)
+        if not run.flagged and far > FAR:
+            todo.append(f"repeat {_place(run)}: it is {far:.1f} u away from the other runs' prediction")
+    todo += map(_advice, here)
     if todo:
         return todo
     done = f"{values.count_text(len(loaded), 'run')}, and nothing is missing"
@@ -139,10 +155,6 @@ def _advice(found: Diagnostic) -> str:
     return f"{found.message}; {found.hint}".replace("\n", "\n  ") if found.hint else found.message
 
 
-def _indented(lines: Iterable[str]) -> list[str]:
-    return [f"  {line}" for line in lines]
-
-
 # --- what a check has found, and the table of codes ---------------------------------------------------------------
 
 
@@ -153,24 +165,40 @@ def check_text(
     well: str = "complete",
     analysis: Analysis | None = None,
 ) -> str:
-    """Write how the log was read, the doubts, what `gyro check` found, and a last line that sums it up.
+    """Write what ``gyro check`` found.
 
-    `well`: what the log is if nothing was found.
+    Parameters
+    ----------
+    name : str
+        Of the log.
+    runs : int, optional
+        Number of runs, if the log was read.
+    diagnostics : sequence of Diagnostic
+    well : str
+        The verdict if nothing was found.
+    analysis : Analysis, optional
+        Its reading of a run and its doubts come first.
+
+    Returns
+    -------
+    str
+        The last line is the verdict.
     """
-    first: list[Sentence] = []
-    doubts: tuple[Sentence, ...] = ()
+    lines, parts = [], []
     if analysis is not None:
         whole = report(analysis)
-        doubts = whole.doubts
-        first = [whole.read_as, *([(NO_BALL,)] if analysis.ball is None else ()), *doubts]
-    top = "".join(f"{name}: {sentence_text(line)}\n" for line in first)
-    counts = {severity: sum(d.severity == severity for d in diagnostics) for severity in ("error", "warning", "note")}
-    told = ", ".join(values.count_text(count, severity) for severity, count in counts.items() if count)
+        lines = [plain(whole.read_as), *([NO_BALL] if analysis.ball is None else ()), *map(plain, whole.doubts)]
+        parts = [values.count_text(len(whole.doubts), "doubt")] if whole.doubts else []
+    clean = not parts and all(d.severity == "note" for d in diagnostics)
+    for severity in ("error", "warning", "note"):
+        if count := sum(d.severity == severity for d in diagnostics):
+            parts.append(values.count_text(count, severity))
+    verdict = ", ".join(parts)
+    if clean:
+        verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
-    told = ", ".join(filter(None, (values.count_text(len(doubts), "doubt") * bool(doubts), told)))
-    clean = not (doubts or counts["error"] or counts["warning"])
-    verdict = f"{well}{f' ({told})' if told else ''}" if clean else told
-    return visible(top + "".join(f"{diagnostic}\n" for diagnostic in diagnostics) + f"{name}: {read}{verdict}\n")
+    text = "".join(f"{name}: {line}\n" for line in lines) + "".join(f"{diagnostic}\n" for diagnostic in diagnostics)
+    return visible(f"{text}{name}: {read}{verdict}\n")
 
 
 def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:

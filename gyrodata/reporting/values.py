@@ -32,10 +32,12 @@ class Scale(Struct, frozen=True):
         return self.unit_size * 10.0**self.exponent
 
     def __str__(self) -> str:
-        return f"{_ten_to(self.exponent)} {self.unit}".strip()
+        return f"{ten_to(self.exponent)} {self.unit}".strip()
 
 
 NUMBER = Scale("", "")
+PERCENT = Scale("%", r"\percent", 0.01)
+IN_U = Scale("u", "u")
 SECOND = Scale("s", r"\second")
 RPM = Scale("rpm", r"\rpm", units.RPM)
 CENTIMETRE = Scale("cm", r"\centi\metre", 1e-2)
@@ -73,7 +75,8 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
     """
     if u is None or u == 0 or not math.isfinite(u):
         return reading_text(value, factor)
-    return _formatted(value / factor, u / factor, ".2uP").replace("±", " ± ").replace("×", " × ")
+    nominal, spread, exponent = rounded(value, u, factor)
+    return f"({nominal} ± {spread}) × {ten_to(exponent)}" if exponent else f"{nominal} ± {spread}"
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -90,50 +93,44 @@ def uncertainty_text(u: float, factor: float = 1.0) -> str:
 
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
     """Round a value to its uncertainty: ("4.441", "0.023", 0); the last is a common exponent of ten."""
-    number, _, exponent = _formatted(value / factor, u / factor, ".2u").partition("e")
-    nominal, _, spread = number.strip("()").partition("+/-")
-    return nominal, spread, int(exponent or 0)
-
-
-def _formatted(value: float, u: float, form: str) -> str:
     from uncertainties import ufloat
 
-    text = f"{ufloat(value, u):{form}}"
-    # A value that rounds to zero has no sign.
-    return f"{ufloat(0.0, u):{form}}" if re.match(r"\(?-[0.]+(?![0-9.])", text) else text
-
-
-def value_text(value: float, u: float | None, scale: Scale) -> str:
-    """Write a value with its uncertainty and its unit: "(4.441 ± 0.023) × 10⁻³ kg·m²"."""
-    number = number_text(value, u, scale.size)
-    if not scale.exponent:
-        return f"{number} {scale.unit}".rstrip()
-    return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
+    text = f"{ufloat(value / factor, u / factor):.2u}"
+    if re.match(r"\(?-[0.]+(?![0-9.])", text):
+        # A value that rounds to zero has no sign.
+        text = f"{ufloat(0.0, u / factor):.2u}"
+    number, _, exponent = text.partition("e")
+    nominal, _, spread = number.strip("()").partition("+/-")
+    return nominal, spread, int(exponent or 0)
 
 
 def _exponent(value: float) -> int:
     return math.floor(math.log10(abs(value))) if value else 0
 
 
-def _ten_to(exponent: int) -> str:
+def ten_to(exponent: int) -> str:
+    """Write a power of ten: "10⁻³"; "" for 10⁰."""
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent else ""
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
     """Find the power of ten that leaves one digit before the point, and write it: (1e-3, "10⁻³"), (1.0, "")."""
     exponent = _exponent(value)
-    return 10.0**exponent, _ten_to(exponent)
+    return 10.0**exponent, ten_to(exponent)
+
+
+def with_unit(number: str, scale: Scale) -> str:
+    """Add the unit to a number: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
+    if scale.exponent:
+        return f"({number}) × {scale}" if "±" in number else f"{number} × {scale}"
+    return f"{number} {scale}".rstrip()
 
 
 @lru_cache(maxsize=1024)
 def inertia_text(value: float, u: float | None) -> str:
     """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
-    return value_text(value, u, inertia_scale(value, u))
-
-
-def interval_text(low: float, high: float, factor: float = 1.0) -> str:
-    """Write an interval with as many digits as its half-width needs: "4.32 to 4.56"."""
-    return " to ".join(interval_ends(low, high, factor))
+    scale = inertia_scale(value, u)
+    return with_unit(number_text(value, u, scale.size), scale)
 
 
 def interval_ends(low: float, high: float, factor: float = 1.0) -> tuple[str, str]:

@@ -134,7 +134,7 @@ def happen(truth: Truth, design: Design) -> Runs:
 
 def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
-    impossible, contradiction = diagnostics.SIMULATED_VALUE_IMPOSSIBLE, diagnostics.SIMULATED_OPTIONS_CONTRADICT
+    impossible = diagnostics.SIMULATED_VALUE_IMPOSSIBLE
     decay = truth.decay
     across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
     values: dict[str, tuple[str, tuple[float, ...]]] = {
@@ -166,15 +166,15 @@ def _check(truth: Truth, design: Design) -> None:
     if truth.motion not in get_args(Motion):
         _refuse(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
     if truth.motion == "horizontal" and any(design.pitches):
-        _refuse(contradiction, "a rod with a pitch is not horizontal", "use --motion steady")
+        _refuse(impossible, "a rod with a pitch is not horizontal", 'use motion="steady"')
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):
-        _refuse(contradiction, "a decay needs either a time constant or the part that is lost, not both")
+        _refuse(impossible, "a decay needs either a time constant or the part that is lost, not both")
     if decay.lost is not None and not 0 < decay.lost < 1:
         _refuse(impossible, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
     if truth.motion == "released":
-        _refuse(contradiction, "a released rod is simulated with a constant spin", "use --motion steady")
+        _refuse(impossible, "a released rod is simulated with a constant spin", 'use motion="steady"')
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
@@ -237,7 +237,7 @@ def _released(truth: Truth, runs: Runs) -> Runs:
         _refuse(
             diagnostics.TURNS_NEVER_COMPLETED,
             f"{_run(runs, i)}: the rod never completes its turns",
-            "use a faster spin, or --motion steady",
+            'use a faster spin, or motion="steady"',
         )
     return replace(runs, time=time)
 

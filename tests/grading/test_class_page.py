@@ -65,7 +65,7 @@ class Lab:
 
     def graded(self, *students: str, what: str = "points") -> list[Any]:
         document = json.loads(self.read("grades.json"))
-        jsonschema.validate(document, schema.grades_schema())
+        jsonschema.validate(document, schema.json_schema("grades"))
         return [one[what] for one in document["students"] if one["student"] in students]
 
     @property
@@ -196,7 +196,7 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(lab: Lab, tmp_path:
     assert "15 of 20 points so far; to come: The report is clear (5)." in lab.read("feedback/s0/feedback.md")
     todo = lab.read("desk-todo.csv").splitlines()
     assert "s0,report,,,a person gives these points,s0,lab.csv" in todo
-    assert any(line.startswith("s2,reported,,,no reported I_zz") and line.endswith("s2,report.pdf") for line in todo)
+    assert any(line.startswith("s2,reported,,,no I_zz is reported") and line.endswith("s2,report.pdf") for line in todo)
     lab.decide(*(f"s{i},report,{i + 1.5},Ann,clear" for i in range(3)))
     assert lab.graded("s0", "s2") == [16.5, None]
     assert "1.5 of 5 | Given by hand: clear (Ann)" in lab.read("feedback/s0/feedback.md")

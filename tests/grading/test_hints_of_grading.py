@@ -89,7 +89,7 @@ def assert_fine(words: list[str]) -> None:
 def test_a_command_mended_by_a_person(
     code: str, typed: str, says: str, mended: str, lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path, _: iter([path.read_bytes()]))
+    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path: iter([path.read_bytes()]))
     """A + adds to what was typed."""
     typed, mended = (words.replace("SAMPLE", str(SAMPLE)) for words in (typed, mended))
     done = gyro(*shlex.split(typed))
@@ -109,7 +109,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
 
 
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
-    words = ("predict", "earth", "--latitude", "42.5 deg", "--out")
+    words = ("analyze", str(SAMPLE), "--out")
     with alone_in(lab / "new"):
         assert "or choose another folder with --out" in hint_of(gyro(*words, "new"), "G609")
         assert gyro(*words, "other").exit_code == 0
@@ -308,7 +308,7 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
         patch.setattr("gyrodata.grading.exports.gradescope.distributions", lambda name: ())
-        assert hint_of(gyro(*words), "G768").startswith("install it, python3 -m pip install . in its folder")
+        assert hint_of(gyro(*words), "G768").startswith("install it with python3 -m pip install . in its folder")
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0
 
@@ -336,7 +336,7 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     given = words
     if named:
         done, _ = grade(words)
-        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+        assert hint_of(done, "G753").startswith("give the number after its title with --assignment")
         given += f" --assignment {found(named, done.stderr)}"
     assert_filled(given, POINTS)
     for fault, code, says in faulty:

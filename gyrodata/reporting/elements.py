@@ -1,0 +1,310 @@
+"""The elements of a report: numbers, sentences, tables, figures and sections. Each format has its own writer.
+
+The text in them is plain, whatever it contains: each writer escapes it. Each number names its place in results.json.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from msgspec import Struct
+
+from gyrodata.measurements import torque_groups
+from gyrodata.reporting import values
+from gyrodata.reporting.values import NUMBER, Scale
+from gyrodata.results import Analysis
+
+
+class Number(Struct, frozen=True):
+    """A number of results.json as it is shown: a value, a value ± u, or an interval; or a name from the log."""
+
+    shown: tuple[str, ...]
+    """The digits: one text, or two for ± and for an interval."""
+    places: tuple[str, ...]
+    """Place of each in results.json, below "result"; a place with a leading "/" starts at the top."""
+    scale: Scale = NUMBER
+    size: float = 1.0
+    """The value of a displayed 1 in the unit of results.json."""
+    exponent: int = 0
+    """Power of ten after the digits, in addition to that of the scale."""
+    between: str = " ± "
+
+    def write(self, texts: Sequence[str], unit: bool = True) -> str:
+        """Join the digits, as they are written in one format, and the unit."""
+        text = self.between.join(texts)
+        if self.exponent:
+            text = f"({text}) × {values.ten_to(self.exponent)}"
+        return values.with_unit(text, self.scale) if unit else text
+
+    def __str__(self) -> str:
+        return self.write(self.shown)
+
+
+class Styled(Struct, frozen=True):
+    """Text in a style: "strong", "warn" (strong, in another colour), "quote" or "code"."""
+
+    text: str
+    style: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class Mark(Struct, frozen=True):
+    """The marker of a torque in the figures; formats without colours omit it."""
+
+    group: int
+    """Index of the torque."""
+
+    def __str__(self) -> str:
+        return ""
+
+
+SYMBOLS = re.compile(r"(?<![\w&#])(?:b(?!\))|[knpuLM]|m g x|m r(?=²))(?=[²ⁿ]|[^\w;']|$)")
+"""Letters that mean a quantity in the texts of the tool."""
+
+Part = str | Number | Styled | Mark
+Sentence = tuple[Part, ...]
+Cell = Number | Sentence | None
+"""A number without its unit, which the head of the column contains; None for an empty cell."""
+
+
+def say(words: str, *parts: Part | Sentence) -> Sentence:
+    """Return a sentence with the parts in the places of "{}"; a text from a log is always a part."""
+    first, *others = words.split("{}")
+    sentence: list[Part] = [first]
+    for part, text in zip(parts, others, strict=True):
+        sentence += [*(part if isinstance(part, tuple) else (part,)), text]
+    return tuple(part for part in sentence if part != "")
+
+
+def plain(sentence: Sentence) -> str:
+    """Write a sentence as text."""
+    return "".join(map(str, sentence))
+
+
+def join(sentence: Sentence, escape: Callable[[str], str], write: Callable[[Part], str | None]) -> str:
+    """Write a sentence: `write` gives the markup of a part, or None for text; text is escaped up to the next markup."""
+    done, text = "", ""
+    for part in (*sentence, None):
+        markup = "" if part is None else write(part)
+        if markup is None:
+            text += str(part)
+            continue
+        start, end = " " * text.startswith(" "), " " * (text.endswith(" ") and not text.isspace())
+        done += f"{start}{escape(text)}{end}{markup}"
+        text = ""
+    return done.strip()
+
+
+class Head(Struct, frozen=True):
+    """The head of a column."""
+
+    words: str
+    scale: Scale | None = None
+    """Unit of the numbers in the column; None for a column of texts."""
+    wrap: float = 0.0
+    """Part of the line that a column of long texts may use; 0 for a column as wide as its cells."""
+    dots: tuple[tuple[float, float] | None, ...] = ()
+    """Value and u of each row, drawn on the page next to the column; without `band` the values are bars from 0 to 1."""
+    band: tuple[float, float] | None = None
+    """The interval that is drawn behind all dots."""
+    page_only: bool = False
+    """True if the column is too wide for a terminal."""
+
+    def __str__(self) -> str:
+        return f"{self.words} [{self.scale}]" if self.scale and str(self.scale) else self.words
+
+
+class Table(Struct, frozen=True):
+    """A table with one row of heads."""
+
+    heads: tuple[Head, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    caption: str
+    main: int | None = None
+    """The most important row."""
+    odd: tuple[int, ...] = ()
+    """Rows of suspected outliers."""
+
+
+def table(
+    heads: Sequence[Head],
+    rows: Iterable[Sequence[Cell]],
+    caption: str,
+    main: int | None = None,
+    odd: Sequence[int] = (),
+) -> Table:
+    """Return a table without the columns that are empty in every row."""
+    rows = list(rows)
+    used = [i for i in range(len(heads)) if any(row[i] is not None for row in rows)]
+    kept = tuple(tuple(row[i] for i in used) for row in rows)
+    return Table(tuple(heads[i] for i in used), kept, caption, main, tuple(odd))
+
+
+class Text(Struct, frozen=True):
+    """Paragraphs, or the items of a list."""
+
+    sentences: tuple[Sentence, ...]
+    kind: str = ""
+    """Lists are "list", "numbered" and "facts"; paragraphs can be "result" or "small"."""
+
+    @property
+    def is_list(self) -> bool:
+        """Return whether the sentences are the items of a list."""
+        return self.kind in ("list", "numbered", "facts")
+
+
+def paragraph(words: str, *parts: Part | Sentence, kind: str = "") -> Text:
+    """Return a paragraph of one sentence; see `say`."""
+    return Text((say(words, *parts),), kind)
+
+
+class Picture(Struct, frozen=True):
+    """One of the figures, in formats that show figures."""
+
+    name: str
+    caption: str
+
+
+Block = Text | Table | Picture
+
+
+class Section(Struct, frozen=True):
+    """A heading with its blocks in order."""
+
+    title: str
+    blocks: tuple[Block, ...]
+    anchor: str
+    """The target of links."""
+    folded: bool = False
+    """True for details that the page shows after a click, and does not print."""
+
+
+class Report(Struct, frozen=True):
+    """Everything that is said of one analysis."""
+
+    name: str
+    size: Sentence
+    """Of the log: "10 runs, 4 torques"."""
+    read_as: Sentence
+    """One run in words, which shows a wrong unit or origin."""
+    doubts: tuple[Sentence, ...]
+    """Reasons not to rely on the answer."""
+    answer: Sentence
+    top: tuple[Block, ...]
+    """Below the answer, before the first section."""
+    brief: tuple[Sentence, ...]
+    """Below the answer in the terminal."""
+    sections: tuple[Section, ...]
+
+    @property
+    def title(self) -> Sentence:
+        """Name the report."""
+        return say("Gyroscope lab report: {}, {}", self.name, self.size)
+
+
+class Numbers:
+    """The numbers of an analysis, as the report shows them.
+
+    Parameters
+    ----------
+    analysis : Analysis
+        Its JSON is the source of every number.
+    """
+
+    def __init__(self, analysis: Analysis) -> None:
+        self.analysis, self.document = analysis, analysis.to_dict()
+        self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
+        # One unit for all torques, so that they can be compared.
+        self.torque = values.torque_scale(max(abs(run.torque) for run in analysis.run_table))
+
+    def find(self, place: str) -> Any:
+        """Return what results.json contains at a place; "length" counts a list."""
+        found: Any = self.document if place.startswith("/") else self.document["result"]
+        for key in place.removeprefix("/").split("."):
+            if key == "length":
+                return len(found)
+            found = found[int(key) if isinstance(found, list) else key]
+        return found
+
+    def value(self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0) -> Number:
+        """Show the value at a place with its standard uncertainty, or to the last digit that was read.
+
+        Parameters
+        ----------
+        place : str
+            A number in SI units; its standard uncertainty is next to it.
+        scale : Scale
+            The unit to use.
+        u : bool
+            False to omit the standard uncertainty.
+        step : float
+            One step of the last digit of a reading [SI unit]; 0 if it is unknown.
+
+        Returns
+        -------
+        Number
+        """
+        value, (above, _, last) = self.find(place), place.rpartition(".")
+        key = "u" if last in ("value", "exponent") else f"{last}_u"
+        spread = self.find(above).get(key) if u and above else None
+        if not spread:
+            return self.number(place, values.reading_text(value, scale.size, step), scale)
+        *digits, exponent = values.rounded(value, spread, scale.size)
+        return Number(tuple(digits), (place, f"{above}.{key}"), scale, scale.size * 10.0**exponent, exponent)
+
+    def number(self, place: str, text: str | None = None, scale: Scale = NUMBER) -> Number:
+        """Show the number or name at a place as a text; as it is without a text."""
+        return Number((str(self.find(place)) if text is None else text,), (place,), scale, scale.size)
+
+    def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
+        """Show an uncertainty or a scatter, with two digits."""
+        return self.number(place, values.uncertainty_text(self.find(place), scale.size), scale)
+
+    def interval(self, place: str, scale: Scale) -> Number:
+        """Show an interval: "4.32 to 4.56"."""
+        low, high = self.find(place)
+        ends = values.interval_ends(low, high, scale.size)
+        return Number(ends, (f"{place}.0", f"{place}.1"), scale, scale.size, between=" to ")
+
+    def count(self, place: str, noun: str) -> Sentence:
+        """Show a count with its noun: "10 runs"."""
+        return say("{} {}", self.number(place), noun if self.find(place) == 1 else f"{noun}s")
+
+    def percent(self, place: str, sign: bool = True) -> Number:
+        """Show a relative size: "+0.03 %"."""
+        text = values.percent_text(self.find(place)).removesuffix(" %")
+        return self.number(place, text if sign else text.removeprefix("+"), values.PERCENT)
+
+    def p(self, place: str) -> Sentence:
+        """Show a probability: "p = 0.32"."""
+        text = values.p_text(self.find(place)).removeprefix("p ").removeprefix("= ")
+        return say("p {}" if text[0] == "<" else "p = {}", self.number(place, text))
+
+    def shift(self, place: str) -> Number:
+        """Show a difference in standard uncertainties: "-2.5 u"."""
+        size = self.find(place)
+        text = f"{size:+.1f}" if abs(size) < 10 else f"{size:+.0f}"
+        return self.number(place, text[1:] if float(text) == 0 else text, values.IN_U)
+
+    def hung(self, run: int, place: str) -> Sentence:
+        """Show the mass and the position of a run with the digits of the log: "20.00 g at 15.0 cm"."""
+        of_mass, of_position = self.analysis.measurements.steps_of_load(run)
+        grams = values.mass_scale(self.find(f"{place}.mass"))
+        mass = self.value(f"{place}.mass", grams, step=of_mass)
+        return say("{} at {}", mass, self.value(f"{place}.position", values.CENTIMETRE, step=of_position))
+
+    def load(self, group: int) -> Sentence:
+        """Show the load of a torque, or the torque if the log gives no load."""
+        analysis, place = self.analysis, f"torques.{group}"
+        torque, runs = analysis.torques[group], torque_groups(analysis.measurements)[group]
+        mark = Mark(group)
+        left_out = ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
+        if torque.torque == 0:
+            return say("{}no weight{}", mark, left_out)
+        if torque.mass is None or torque.position is None:
+            return say("{}a torque of {}{}", mark, self.value(f"{place}.torque", self.torque), left_out)
+        return say("{}{}{}", mark, self.hung(runs[0], place), left_out)

@@ -156,7 +156,7 @@ def test_warnings_name_each_code_once_with_python_remedies() -> None:
     codes = [re.search(r"G\d{3}", str(one.message))[0] for one in caught]  # type: ignore[index]
     assert codes == [*dict.fromkeys(one.code for one in lab.diagnostics if one.severity == "warning")]
     assert {one.filename for one in caught} == {__file__}
-    text = "\n".join(str(one.message) for one in caught)
+    text = "\n".join(map(str, lab.diagnostics))
     assert "--" not in text
     assert 'mapping={"role": "HEADER"}' in text
     with pytest.raises(gyrodata.LogError, match=r'settings=\{"turns": "1"\}') as error:

@@ -76,9 +76,10 @@ class Doubt(Struct, frozen=True):
 
 
 class Result(Estimate, frozen=True, kw_only=True):
-    """A value with its standard uncertainty u (k = 1) and its 95 % interval; see `CONVENTIONS`."""
+    """A value with its standard uncertainty u (k = 1) and its 95 % interval."""
 
     k: float | None
+    """Coverage factor: half the 95 % interval over u [1]."""
     dof: float | None
     """Degrees of freedom; null, see dof_reason."""
     expanded_u: float | None
@@ -88,6 +89,7 @@ class Result(Estimate, frozen=True, kw_only=True):
     level: float
     """Probability of the interval [1]."""
     dof_reason: str | None
+    """Why dof is null."""
 
     @property
     def ufloat(self) -> Any:

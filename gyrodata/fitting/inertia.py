@@ -39,9 +39,11 @@ class Estimate(Struct, frozen=True):
     """A value with its standard uncertainty (k = 1)."""
 
     value: float
+    """In the SI unit."""
     u: float | None
-    """null if the runs do not determine it; the note of its fit contains the reason."""
+    """Standard uncertainty; null if the runs do not determine it, and the note of the fit contains the reason."""
     unit: str
+    """The SI unit, such as "kg*m^2"."""
     interval_95: tuple[float, float] | None = None
     """null if it is value ± 1.96 u, or is not computed."""
 

@@ -73,7 +73,7 @@ def grade(
     Raises
     ------
     InputError
-        If there is no submission, or the rubric has a fault.
+        If there is no submission, or if the rubric is invalid.
     OSError
         If the rubric cannot be read.
     TypeError
@@ -307,12 +307,15 @@ class CriterionFigures(Struct, frozen=True):
 class ClassGrades(Struct, frozen=True, dict=True):
     """All results of a run."""
 
-    source: str  # name of the folder or zip, without its path
+    source: str
+    """Name of the folder or zip, without its path."""
     submissions: Submissions
     rubric: Rubric
-    grades: Sequence[Grade]  # in the order of `submissions`
+    grades: Sequence[Grade]
+    """The grade of each student: points, status, and the reason of each criterion."""
     references: Mapping[str, yardsticks.Reference]  # of I_zz, by station; "all" for every other station
     flags: tuple[Flag, ...]
+    """Logs that may be copies."""
     again: Mapping[str, str]  # why students were graded in this run, by key; the other grades were known
     damaged: int  # lines of the journal that could not be read
     figures: Mapping[str, Mapping[str, str]]

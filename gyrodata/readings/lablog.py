@@ -159,7 +159,7 @@ class Readings(Struct, frozen=True, dict=True):
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
-        The student's results in ``# reported_KEY: value ± u unit`` lines, for grading.
+        The results that the student reports in lines such as ``# reported_inertia``, for grading.
     unmoved : Readings or None
         The runs without a weight in which the rod did not move (0 turns); no other field contains them.
     unread : tuple of (str, tuple of str)

@@ -56,7 +56,7 @@ class Truth(Struct, frozen=True):
 
 
 class Design(Struct, frozen=True):
-    """The runs of the lab: every weight at every position, with every pitch, spin and number of turns."""
+    """The runs of the lab: all combinations of weights, positions, pitches, spins and numbers of turns."""
 
     masses: tuple[float, ...] = (0.020, 0.040, 0.060)
     """[kg]; 0: the rod without a weight, which has no position."""

@@ -114,7 +114,7 @@ def simulate(
     Raises
     ------
     InputError
-        If a value is impossible, or a run never ends.
+        If a value is impossible, or if a rod does not complete its turns.
     TypeError, ValueError
         If an argument has the wrong type, or a key of `noise` is unknown.
     """

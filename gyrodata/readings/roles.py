@@ -139,7 +139,7 @@ YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys
 POSITION_FROM = "position_from"
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
 """Where positions count from."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED, POSITION_FROM)
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED, POSITION_FROM, "question_numbers")
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 

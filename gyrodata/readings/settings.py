@@ -233,6 +233,10 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
         if word not in words:
             raise CellError("is none of the words that can be read here", hint)
         setattr(settings, key, words[word])
+    elif key == "question_numbers":
+        if word not in roles.YES_OR_NO:
+            raise CellError("is neither yes nor no", 'write "no" to omit the numbers of the questions in the report')
+        settings.metadata[key] = "yes" if roles.YES_OR_NO[word] else "no"
     elif key in roles.UNCERTAINTIES:
         settings.uncertainties[key] = read_uncertainty(key, item.text, ask)
         settings.given_uncertainties[key] = item

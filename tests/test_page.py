@@ -185,7 +185,7 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(analysis: Analysis, pa
     assert worksheet.count("Hint:") == worksheet.count('class="task"') == 8
     assert not re.search("agrees with|agree with one|is constant|is proportional|perfectly balanced", words(worksheet))
     shown = {text for _, text in Structure(worksheet).numbers}
-    assert {number_text(group.product.value, None).split()[0] for group in analysis.torques} - shown == set()
+    assert {number_text(group.product.value, group.product.u).split()[0] for group in analysis.torques} - shown == set()
     assert [worksheet.count(f"<{tag}") for tag in ("figure", "table")] == [
         page.count(f"<{tag}") for tag in ("figure", "table")
     ]

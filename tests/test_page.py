@@ -127,14 +127,6 @@ def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     assert "Do not rely" not in summary(analyze(LOG.encode()))
 
 
-def test_one_torque_has_the_value_of_a_balanced_ball() -> None:
-    analysis = analyze(KINDS["one torque"].encode())
-    assert analysis.if_balanced is not None
-    balanced = inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
-    assert f"well balanced, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
-    assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
-
-
 def test_one_run_is_worked_out_by_hand() -> None:
     """The first one with a load that is in the fit, and each step follows from the numbers before it."""
     head, row = KINDS["one torque"].splitlines()[1], "{},15,{},{:.2f},1\n".format

@@ -42,6 +42,8 @@ SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | {
     "unexplained_scatter": "unexplained scatter",
     "nutation": "nutation at the last button press",
     "release": "transverse inertia, in the nutation",
+    "habit": "push of the hand when the rod is released",
+    "push": "push of the hand in each run",
 }
 
 EFFECT_NAMES = {change.name: change.words for change in changes.CHANGES if change.use == "effect"}

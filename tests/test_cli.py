@@ -101,7 +101,7 @@ def test_the_first_screen_has_a_dozen_lines_and_a_run_in_words() -> None:
     shown = [CliRunner().invoke(app, ["analyze", str(SAMPLE), "--no-report", *more]).stdout for more in ([], ["-v"])]
     lines = shown[0].splitlines()
     assert len(lines) <= 12
-    assert lines[1].startswith("  Read as: run 1: 20.00 g at 15.00 cm from the centre, 205 rpm, 1/3 turn in 6.74 s: ")
+    assert lines[1].startswith("  Read as: run 1: 20.00 g at 15.00 cm from the centre, 205.0 rpm, 1/3 turn in 6.74 s: ")
     assert lines[3].startswith("  I_zz = ")
     assert lines[4].startswith("  The 10 runs agree with one straight line")
     assert ["Sensitivity to assumptions" in one for one in shown] == [False, True]

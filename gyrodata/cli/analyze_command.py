@@ -82,6 +82,9 @@ def analyze(
                      "auto: the simplest model that is sufficient.")
     ] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")] = False,
+    worksheet: Annotated[
+        bool, typer.Option("--worksheet", help="In the report, ask questions with hints instead of giving conclusions.")
+    ] = False,
     watched: Annotated[
         bool,
         typer.Option("--watch", help="During the lab: whenever you save the file, print what is missing and which run "
@@ -107,6 +110,7 @@ def analyze(
         map=dict(sorted(pairs(mapping, "--map").items())),
         model=model,
         keep_flagged=keep_flagged,
+        worksheet=worksheet,
     )
     request = _Request(options, config, form, table, figures, style, verbose, len(logs) > 1)
     if watched:

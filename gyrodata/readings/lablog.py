@@ -502,6 +502,12 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             if text.lower() not in words:
                 raise UnitError("is none of the words that can be read here", hint)
             setattr(settings, key, words[text.lower()])
+        elif key == "question_numbers":
+            if text.lower() not in roles.YES_OR_NO:
+                raise UnitError(
+                    "is neither yes nor no", 'write "no" to omit the numbers of the questions in the report'
+                )
+            settings.metadata[key] = "yes" if roles.YES_OR_NO[text.lower()] else "no"
         elif key in roles.UNCERTAINTIES:
             settings.uncertainties[key] = read_uncertainty(key, text, ask)
             settings.given_uncertainties[key] = item

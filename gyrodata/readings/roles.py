@@ -107,6 +107,7 @@ ORIGIN_LENGTHS = {
 }
 OTHER_KEYS = (
     "balance_tilt", "balance_drift", "spin_down", "tachometer", "motion", "balanced", "position_from",
+    "question_numbers",
 )  # fmt: skip
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.measurements import torque_groups
-from gyrodata.reporting import values
-from gyrodata.reporting.content import FAR, report, residual_torque
+from gyrodata.reporting import questions, values
+from gyrodata.reporting.content import FAR, report
 from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
@@ -111,7 +111,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     still_open += [_advice(d) for d in found if d not in here]
     whole, inertia = report(analysis), analysis.inertia
     relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
-    state = [*map(plain, whole.doubts), f"{plain(whole.answer)}{relative}", plain(residual_torque(n))]
+    state = [*map(plain, whole.doubts), f"{plain(whole.answer)}{relative}", plain(questions.residual_torque(n))]
     blocks = [
         [*_first_lines(whole), *(f"  {line}" for line in state)],
         [f"while {plain(n.load(group_of[len(runs) - 1]))} is on the rod:"],

@@ -38,7 +38,7 @@ TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55
 UNBALANCED = 6.0
 """Factor on the usual scale if the log says that the ball is not balanced."""
 
-SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.0)
+SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.5)
 """Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
 SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)

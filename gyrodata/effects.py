@@ -224,7 +224,24 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
     kept = _kept(known, dropped, relative_u(lab.fit)) | (set(may) - set(known))
     kept |= {name for name in may if _seen_in_scatter(measured, lab.fit, name)}
-    return ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
+    chosen = ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
+    steady = replace(chosen, released=False)
+    if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):
+        return steady
+    return chosen
+
+
+CLEARLY = math.log(200.0)
+"""One explanation is clearly better than another if it makes the times 200 times as likely."""
+
+
+def _agrees_better(measured: Measurements, one: ChosenModel, other: ChosenModel) -> bool:
+    """Return whether the runs agree clearly better with one model than with another."""
+    try:
+        fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
+    except fitting.NoFit:
+        return False
+    return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
 
 
 def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:

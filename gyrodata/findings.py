@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import changes, effects, fitting, physics
 from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, FALLEN, STEEP, Effect
+from gyrodata.effects import CLEARLY, DROP_ONE, FALLEN, STEEP, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
@@ -29,9 +29,6 @@ from gyrodata.readings import MOST_OF_ONE_CODE, Place, Readings, kind_of_role, t
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason, turn_words
 from gyrodata.units import from_si, parse_unit
-
-CLEARLY = math.log(200.0)
-"""Other counts are believed if they make the times so many times as likely as those that are written."""
 
 
 def count_findings(

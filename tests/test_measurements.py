@@ -57,6 +57,8 @@ def test_reading_in_any_form_has_its_si_value(log: str, field: str, value: float
 
 
 SURFACE = "# position_from: surface\n# ball_diameter: 10 cm\n"
+# The spin falls by 1/e in 1000 s, within a factor of 2.
+LATE = math.exp(math.log(2) ** 2) / 1000
 TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
 
 
@@ -66,12 +68,12 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
         # What is not stated has the default of its kind and the rounding of its last digit.
         (HEAD + ROW, {
             "time": math.hypot(0.14, 0.1 * DIGIT) / 7.1, "mass": math.hypot(0.002, DIGIT / 20), "mass_scale": 0.0005,
-            "position": 0.1 * DIGIT / 15, "position_zero": 0.05 / 15, "spin": math.hypot(0.002, DIGIT / 206),
-            "spin_scale": 0.001, "spin_delay": 0.0045, "g": 0.001, "angle": 3 * 2**0.5 / 360,
+            "position": 0.1 * DIGIT / 15, "position_zero": 0.1 / 15, "spin": math.hypot(0.002, DIGIT / 206),
+            "spin_scale": 0.001, "spin_delay": math.hypot(2, 1.7) * LATE, "g": 0.001, "angle": 3 * 2**0.5 / 360,
         }),
         ("# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
          + HEAD + ROW, {"time": 0.3 / 7.1, "mass": 0.01, "position_zero": 0.2 / 15,
-          "time_bias": 0.1 / 7.1, "spin_delay": 0.01}),
+          "time_bias": 0.1 / 7.1, "spin_delay": 3 * LATE}),
         # Gravity is known better from a latitude, and given is exact.
         ("# latitude: 45 deg\n" + HEAD + ROW, {"g": 0.0001}),
         ("# u_g: 1 %\n# latitude: 33.9 S\n" + HEAD + ROW, {"g": 0.01}),
@@ -82,7 +84,7 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
          {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
         # A part of a turn is sighted at both ends, a whole turn is not.
         (PERIOD, {"angle": None}),
-        ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 / 360}),
+        ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 * 2**0.5 / 360}),
         (SIGHTED + "angle [deg]\n20.0,15.0,206,7.06,120 ± 3\n", {"angle": 3 * 3 / 360}),
         (HEAD + ROW.replace("1/3", "0.33"), {"angle": math.hypot(2**0.5 / 360, 0.01 / 3**0.5) / 0.33}),
         # A spin read more than once, timed, or given for the whole log.
@@ -91,8 +93,8 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
         (TIMED, {"spin": math.hypot(0.14 / 10 / 0.3, 0.01 * DIGIT / 3)}),
         ("# u_spin_time: 0.03 s\n# u_spin_turns: 0.1\n" + TIMED, {"spin": math.hypot(0.01, 0.01)}),
         # What is added to a position makes its zero less certain.
-        (SURFACE + HEAD + ROW.replace("15.0", "10.0"), {"position_zero": math.hypot(0.05, 0.5 * DIGIT) / 15}),
-        (TIP + HEAD + ROW, {"position_zero": math.hypot(0.05, 0.1) / 15}),
+        (SURFACE + HEAD + ROW.replace("15.0", "10.0"), {"position_zero": math.hypot(0.1, 0.5 * DIGIT) / 15}),
+        (TIP + HEAD + ROW, {"position_zero": math.hypot(0.1, 0.1) / 15}),
         # A force or a torque instead of a mass.
         ("torque [mN*m],spin [rpm],time [s],turns\n30,400,39,1\n",
          {"mass": None, "position": None, "position_zero": None, "g": None, "torque": math.hypot(0.005, DIGIT / 30)}),
@@ -106,7 +108,10 @@ def test_each_source_of_error_has_its_size(log: str, shares: dict[str, float | N
 
 
 def test_a_spin_read_once_is_read_late() -> None:
-    assert budget("# u_spin_delay: 3 s\n" + HEAD + ROW)["spin_delay"] == pytest.approx(0.01)
+    assert budget("# u_spin_delay: 3 s\n" + HEAD + ROW)["spin_delay"] == pytest.approx(3 * LATE, rel=1e-3)
+    # A spin-down shows the decay time: 100 s.
+    down = budget("# spin_down: 412 rpm to 151.6 rpm in 100 s\n" + HEAD + ROW.replace("206", "250"))
+    assert down["spin_delay"] == pytest.approx(0.017, rel=0.01)
     assert "spin_delay" not in budget(FALLING)
 
 

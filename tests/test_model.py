@@ -109,7 +109,7 @@ def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
         "%": "spin spin_scale mass mass_scale turns g",
         "mm": "position position_zero",
     }
-    log = "# g: 9.803 m/s^2\n# latitude: 42.5 deg\n"
+    log = "# g: 9.803 m/s^2\n# motion: steady\n# latitude: 42.5 deg\n"
     log += "".join(f"# u_{key}: 1e-6 {unit}\n" for unit, keys in small.items() for key in keys.split())
     log += "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
     for mass, rpm in itertools.product((20, 40, 60), (200, 400, 600)):

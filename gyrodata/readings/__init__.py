@@ -108,11 +108,8 @@ def read_log(
     given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
     warn_of_lost_keys(grid.comments, faults)
     warn_of_notes(grid, faults)
-    try:
-        grid, falls = split_table(grid)
-        given.spin_down = (*given.spin_down, *falls)
-    except CellError as error:
-        faults.add(codes.KEY_VALUE_CANNOT_BE_READ, f"the table of the spin-down {error}", error.hint)
+    grid, falls = split_table(grid)
+    given.spin_down = (*given.spin_down, *falls)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
     log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from itertools import pairwise
 
 from msgspec.structs import replace
@@ -41,20 +40,14 @@ def read_spin_down(text: str) -> tuple[Fall, ...]:
         except UnitError as error:
             raise CellError(f"cannot be read: {error}", error.hint or f'write it like "{SAMPLE}"') from None
         found.append((abs(start), abs(end), seconds))
-    return checked(found)
-
-
-def checked(falls: Iterable[Fall]) -> tuple[Fall, ...]:
-    """Return the falls, or raise `CellError` if the spin does not fall or a value is impossible."""
-    for start, end, seconds in falls:
-        if not (seconds > 0 and start > 0 and end > 0):
+        if not (seconds > 0 and start and end):
             raise CellError("contains a spin or a time that is not above zero", f'write it like "{SAMPLE}"')
         fault, hint = check_value("spin", start)
         if fault:
             raise CellError(fault, hint)
-        if end > 1.02 * start:
+        if abs(end) > 1.02 * abs(start):
             raise CellError("says that the spin rises", "exchange start and end if they are swapped")
-    return tuple(falls)
+    return tuple(found)
 
 
 def split_table(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
@@ -66,11 +59,6 @@ def split_table(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         The other rows.
     tuple of Fall
         Empty if there is no such table.
-
-    Raises
-    ------
-    CellError
-        If a value of the table is impossible.
     """
     heads = [at for at, row in enumerate(grid.rows) if len(_filled(row)) > 1 and not any(map(is_number, row.texts))]
     for at in heads:
@@ -83,16 +71,22 @@ def split_table(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
             last += 1
         if last < at + 4:
             continue
-        times, spins = (
-            [abs(read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
-            for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
-        )
+        try:
+            times, spins = (
+                [abs(read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
+                for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
+            )
+        except CellError:
+            continue
+        # In a table of runs with one weight, a faster spin has a longer time.
+        if sorted(set(times)) != times or spins[-1] >= spins[0]:
+            continue
         # Few and long falls, so that the noise of the readings does not matter.
         ends = [*range(0, len(times) - 1, -(-(len(times) - 1) // MOST_FALLS)), len(times) - 1]
         falls = [(spins[a], spins[b], times[b] - times[a]) for a, b in pairwise(ends)]
         # A title of one cell, or the name of a sheet, belongs to the table.
         first = at - 1 if at and len(_filled(grid.rows[at - 1])) == 1 else at
-        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), checked(falls)
+        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), tuple(falls)
     return grid, ()
 
 

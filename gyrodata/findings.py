@@ -462,6 +462,22 @@ def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
     yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
 
 
+def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
+    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    if readings.falling_mass:
+        mass, radius, height, time, friction = readings.falling_mass
+        # The thread pulls with m (g − a), less the friction.
+        found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
+        off = f"{100 * (found / inertia.value - 1):+.2g} % from the fit, whose u is {percent_u(inertia):.2g} %"
+        words = f"the falling mass gives I_zz = {found:.4g} kg·m²: {off}"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+    if measured.nutation_ratio is not None:
+        ratio = float(np.nanmedian(measured.nutation_ratio))
+        words = f"the periods of the nutation give I/I_zz = {ratio:.3g}, as the median of the runs"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+
+
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
@@ -641,7 +657,7 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
-    _spin_falls, _direction, _digits, _model, _unusual, _body,
+    _spin_falls, _other_measurements, _direction, _digits, _model, _unusual, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 

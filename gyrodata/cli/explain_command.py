@@ -110,7 +110,15 @@ def _about_key(key: str) -> str:
     from gyrodata.readings import roles
     from gyrodata.units import DISPLAY
 
-    if key in (*roles.BALANCE, roles.SPIN_DOWN, roles.TACHOMETER, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
+    if key in (
+        *roles.BALANCE,
+        roles.SPIN_DOWN,
+        roles.FALLING_MASS,
+        roles.TACHOMETER,
+        roles.MOTION,
+        roles.BALANCED,
+        roles.POSITION_FROM,
+    ):
         # The glossary shows these lines as a whole.
         return ""
     lines = []

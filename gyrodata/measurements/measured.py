@@ -108,6 +108,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     torque_unseen: float | None = None
     """Torque over I_zz that a run without a weight in which the rod did not move leaves possible [rad²/s²]; None
     without such a run."""
+    nutation_ratio: Floats | None = None
+    """I/I_zz of each run from the period of its nutation [1], NaN if it was not measured; None without a column."""
     drag: Drag | None = None
     """How fast the spin falls; None if the log does not show it."""
 
@@ -242,6 +244,9 @@ def measure(readings: Readings) -> Measurements:
         mass_step=np.array(columns["mass"].steps) if uses_weight else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
         torque_unseen=_torque_unseen(readings, diagnostics),
+        nutation_ratio=spin * values_of(columns["nutation_period"]) / (2 * np.pi)
+        if "nutation_period" in columns and transverse is None
+        else None,
         drag=drag,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))

@@ -231,7 +231,8 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
         sources.append(_source("pitch", np.arange(count), *errors))
     elif readings.motion != "released":
         return []
-    size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
+    size = SOURCES["transverse_inertia"].default.relative if "nutation_period" in readings.columns else TRANSVERSE_U
+    default, usual = True, f"{100 * size:g} %"
     if transverse is not None:
         column = readings.columns["transverse_inertia"]
         stated = [read.u.at(value) / value for read, value in zip(column.readings, transverse, strict=True) if read.u]

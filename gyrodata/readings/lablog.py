@@ -144,6 +144,9 @@ class Readings(Struct, frozen=True, dict=True):
         Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
     spin_down : tuple of tuple
         Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+    falling_mass : tuple of float
+        A mass on a thread that turns the disk: mass [kg], radius [m], height [m], time [s], mass that balances the
+        friction [kg]; empty if the log has none.
     tachometer : str or None
         "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
@@ -182,6 +185,7 @@ class Readings(Struct, frozen=True, dict=True):
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     spin_down: tuple[tuple[float, float, float], ...] = ()
+    falling_mass: tuple[float, ...] = ()
     tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None

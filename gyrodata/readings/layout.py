@@ -674,22 +674,26 @@ def _with_differences(layout: Layout, faults: Faults) -> Layout:
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(layout.headers)}
     free = [at for at, one in enumerate(layout.headers) if one.unit in (None, "s") and not one.roles]
     clocks = {roles.clock_word(layout.headers[at].text): at for at in free}
-    made: list[tuple[str, int, int]] = []
+    made: list[tuple[str, int, int | None]] = []
+    stated = {key.lower(): text.text for key, text in layout.grid.metadata}
     if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
         made.append(("time [s]", clocks["stop"], clocks["start"]))
-    if "spin_turns" in there and {"spintimestart", "spintimeend"} <= names.keys():
-        counts = next(at for at, header in enumerate(layout.headers) if "spin_turns" in header.roles)
+    if {"spintimestart", "spintimeend"} <= names.keys() and ("spin_turns" in there or "spin_turns" in stated):
+        # A line for the whole log serves as well as a column.
+        counts = next((at for at, header in enumerate(layout.headers) if "spin_turns" in header.roles), None)
         made += [(f"spin_period_{end} [s]", names[f"spintime{end}"], counts) for end in ("start", "end")]
     for name, one, other in made:
         sign = "minus" if name == "time [s]" else "over"
         try:
-            pairs = [(_seconds(row.texts[one]), _seconds(row.texts[other])) for row in layout.rows]
+            others = [stated["spin_turns"] if other is None else row.texts[other] for row in layout.rows]
+            pairs = [(_seconds(row.texts[one]), _seconds(text)) for row, text in zip(layout.rows, others, strict=True)]
             texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
         except (DecimalException, IndexError):
             return layout
         if any(text.startswith("-") for text in texts):
             return layout
-        message = f'"{layout.cells[one].text}" {sign} "{layout.cells[other].text}" is read as {name}'
+        divisor = "spin_turns" if other is None else layout.cells[other].text
+        message = f'"{layout.cells[one].text}" {sign} "{divisor}" is read as {name}'
         faults.add(codes.HEADER_READ_AS, message, "if it is not, write that column yourself", layout.cells[one])
         width = len(layout.cells)
         rows = [

@@ -84,6 +84,7 @@ TABLE: tuple[Role, ...] = (
     Role("precession_sense", "sign"),
     Role("weight_diameter", "length", bound="above zero", meaning="how wide the added weight is, across the rod"),
     Role("transverse_inertia", "inertia", bound="above zero"),
+    Role("nutation_period", "time", bound="above zero", meaning="the period of the nutation"),
     Role("inertia", "inertia", derived_from=("",)),
     Role("run", "text"),
     Role("note", "text"),
@@ -114,8 +115,8 @@ CONSTANTS = {
     "g": "acceleration",
     "latitude": "angle",
     **dict.fromkeys(("ball_diameter", "rod_length", "bore_diameter", "bore_depth"), "length"),
-    **dict.fromkeys(("rod_diameter", "disk_diameter"), "length"),
-    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass"), "mass"),
+    **dict.fromkeys(("rod_diameter", "disk_diameter", "hoop_diameter"), "length"),
+    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass", "hoop_mass"), "mass"),
 }
 """Kinds of the constants of a log that are no role."""
 
@@ -131,6 +132,7 @@ SHARED_UNCERTAINTIES = {
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
 BALANCE = ("balance_tilt", "balance_drift")
 SPIN_DOWN = "spin_down"
+FALLING_MASS = "falling_mass"
 TACHOMETER = "tachometer"
 TACHOMETERS = ("follows", "still")
 """How the tachometer was held: it follows the rod, or it stands still."""
@@ -143,7 +145,18 @@ YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys
 POSITION_FROM = "position_from"
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
 """Where positions count from."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, SPIN_DOWN, TACHOMETER, MOTION, BALANCED, POSITION_FROM)
+KEYS = (
+    *ROLES,
+    *CONSTANTS,
+    *UNCERTAINTIES,
+    *BALANCE,
+    SPIN_DOWN,
+    FALLING_MASS,
+    TACHOMETER,
+    MOTION,
+    BALANCED,
+    POSITION_FROM,
+)
 """Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
 
 

@@ -57,6 +57,7 @@ class Settings(Struct):
     balance_tilt: tuple[float, ...] | None = None
     balance_drift: tuple[float, ...] | None = None
     spin_down: tuple[Fall, ...] = ()
+    falling_mass: tuple[float, ...] = ()
     tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
@@ -238,6 +239,8 @@ def _understand(settings: Settings, item: Given, ask: bool, faults: Faults) -> N
     elif key == roles.SPIN_DOWN:
         # Several lines are several falls.
         settings.spin_down = (*settings.spin_down, *read_spin_down(item.text))
+    elif key == roles.FALLING_MASS:
+        settings.falling_mass = _read_falling_mass(item)
     elif key in _WORDS:
         words, hint = _WORDS[key]
         if word not in words:
@@ -314,6 +317,22 @@ _BALANCE = {
     "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", "5 deg in 60 s at 400 rpm"),
 }
 """How the tests of the balance are written, with a sample."""
+
+
+def _read_falling_mass(item: Given) -> tuple[float, ...]:
+    """Read mass [kg], radius [m], height [m], time [s], and the mass that balances the friction [kg]."""
+    match = re.fullmatch(r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?", item.text.strip())
+    hint = 'write it like "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g"'
+    if match is None:
+        raise CellError("is not understood", hint)
+    texts = [text or "0 g" for text in match.groups()]
+    try:
+        numbers = tuple(map(quantities.parse_quantity, texts, ("mass", "length", "length", "time", "mass")))
+    except UnitError as error:
+        raise CellError(f"is not understood: {error}", error.hint or hint) from None
+    if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
+        raise CellError("contains a value that is impossible", hint)
+    return numbers
 
 
 def _read_balance(item: Given) -> tuple[float, ...]:

@@ -46,6 +46,9 @@ from gyrodata.reporting.tree import (
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 from gyrodata.tables import Run, turn_words
 
+WIDE = 3.0
+"""Coverage factor k above which the answer is an interval, because ± 2 u is far from the 95 % interval."""
+
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a word [1]."""
 
@@ -96,6 +99,8 @@ def report(analysis: Analysis) -> Report:
         Section("Conventions", (_conventions(),), "conventions", "", 3),
     )
     answer: Sentence = ("I_zz = ", Value(inertia.value, inertia.u, scale, "inertia.value"))
+    if inertia.interval_95 is not None and (inertia.k or 0.0) > WIDE:
+        answer = ("I_zz = ", Interval(*inertia.interval_95, scale, "inertia.interval_95"))
     brief = tuple(_brief(analysis, scale, torque))
     return Report(analysis.name, _size(analysis), _read_as(analysis, torque), _doubts(analysis), answer, brief, found)
 
@@ -181,7 +186,10 @@ def _brief(analysis: Analysis, scale: values.Scale, torque: values.Scale) -> Ite
     if analysis.if_balanced is not None:
         yield from _on_balance(analysis, analysis.if_balanced, scale)
     inertia, m0 = analysis.inertia, analysis.residual_torque
-    if inertia.interval_95 is not None:
+    if inertia.interval_95 is not None and (inertia.k or 0.0) > WIDE:
+        value = Value(inertia.value, inertia.u, scale, "inertia.value")
+        yield ("Median and half of the 68 % interval: ", value, "; the 95 % interval is much wider than ± 2 u.")
+    elif inertia.interval_95 is not None:
         yield (
             "95 % interval: ", Interval(*inertia.interval_95, scale, "inertia.interval_95"),
             "; torque without a weight M0 = ", Value(m0.value, m0.u, torque, "residual_torque.value"),

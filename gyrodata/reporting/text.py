@@ -10,7 +10,19 @@ from gyrodata.measurements import torque_groups
 from gyrodata.reporting import values
 from gyrodata.reporting.content import FAR, common_torque_scale, report, residual_torque
 from gyrodata.reporting.phrases import visible
-from gyrodata.reporting.tree import Block, Cell, Head, Sentence, Table, cell_text, head_text, lines, load, sentence_text
+from gyrodata.reporting.tree import (
+    Block,
+    Cell,
+    Head,
+    Interval,
+    Sentence,
+    Table,
+    cell_text,
+    head_text,
+    lines,
+    load,
+    sentence_text,
+)
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
 
@@ -26,7 +38,9 @@ _TOLD_OTHERWISE = {OUTLIER, SINGLE_TORQUE}
 def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     """Write what a person reads first: a screen, and where the `rest` is told, or all that needs no picture."""
     whole = report(analysis)
-    answer = f"{sentence_text(whole.answer)}   (± u, one standard uncertainty)"
+    is_interval = any(isinstance(part, Interval) for part in whole.answer)
+    meaning = "95 % interval" if is_interval else "± u, one standard uncertainty"
+    answer = f"{sentence_text(whole.answer)}   ({meaning})"
     top = _indented([*map(sentence_text, whole.doubts), answer])
     blocks = [[f"{whole.name}: {sentence_text(whole.size)}", f"  {sentence_text(whole.read_as)}"]]
     if not verbose:

@@ -266,7 +266,15 @@ def _largest_part(analysis: Analysis) -> Iterator[Part]:
     if largest.source != "residual_torque":
         name = SOURCE_NAMES.get(largest.source, largest.source)
         name = name if name == "g" or name.startswith("each") else f"the {name}"
-        yield from (f". Largest uncertainty: {name} (", *_share(largest.share, 0), " of the variance).")
+        shares = {share.source: share.share for share in analysis.budget}
+        scatter, of = shares.get("unexplained_scatter", 0.0), _share(largest.share, 0)
+        if scatter and largest.source in ("time", "unexplained_scatter") and "time" in shares:
+            # The scatter above the stated uncertainties is most likely that of the hand.
+            name, of = (
+                "the stopwatch readings with their unexplained scatter",
+                (f"{100 * (scatter + shares['time']):.0f} %",),
+            )
+        yield from (f". Largest uncertainty: {name} (", *of, " of the variance).")
     for at, share in enumerate(analysis.budget):
         if share.source == "residual_torque" and (at == 0 or share.share > UNTOLD):
             yield "." * (at == 0)

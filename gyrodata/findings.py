@@ -142,8 +142,14 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.diagnose(codes.NO_INERTIA_FITS, f"no single I_zz fits these runs: {why}", hint)
 
 
+def is_unmeasured(inertia: Estimate) -> bool:
+    """Return whether the interval of I_zz includes zero, or u is more than half of I_zz."""
+    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
+    return low <= 0 or (inertia.u or 0.0) > 0.5 * inertia.value
+
+
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Report that the interval of I_zz includes zero, and why it is so wide."""
+    """Report that the interval of I_zz is too wide, and why."""
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
@@ -152,7 +158,8 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
         hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
     elif widest == "unexplained_scatter":
         hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
-    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², includes zero"
+    fault = "includes zero" if low <= 0 else "is too wide"
+    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², {fault}"
     return readings.diagnose(codes.NOT_MEASURED, words, hint)
 
 

@@ -165,6 +165,7 @@ BALL_DISAGREES = _warning("G443")
 SIZE_NOT_USUAL = _warning("G444")
 EITHER_RUN_WRONG = _warning("G445")
 PERIOD_NOT_IN_PROPORTION = _warning("G446")
+OTHER_MEASUREMENT = _note("G447")
 
 # the procedure
 TOO_FEW_WEIGHTS = _warning("G451")

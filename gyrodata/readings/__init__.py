@@ -31,7 +31,7 @@ from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, check_value, 
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
 from gyrodata.readings.table import rounded_turns
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
-from gyrodata.units import Uncertainty, UnitError
+from gyrodata.units import Uncertainty
 
 if TYPE_CHECKING:
     from gyrodata.readings.source import Source
@@ -91,11 +91,8 @@ def read_log(
     ask = sources.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
     table.warn_of_notes(grid, faults)
-    try:
-        grid, falls = layout.split_spin_down(grid)
-        given.spin_down = (*given.spin_down, *falls)
-    except UnitError as error:
-        faults.add("spin_down_table", error=error, hint=error.hint)
+    grid, falls = layout.split_spin_down(grid)
+    given.spin_down = (*given.spin_down, *falls)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
     log = Readings(

@@ -11,7 +11,7 @@ import os
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -111,8 +111,6 @@ class Column(Struct, frozen=True, dict=True):
 Fall = tuple[float, float, float]
 """Spin at the start and at the end [rad/s], and the time between both [s]."""
 
-SPIN_DOWN_SAMPLE = "612 rpm to 540 rpm in 120 s"
-
 
 class Readings(Struct, frozen=True, dict=True):
     """The content of a log: one row for each timed run.
@@ -145,6 +143,9 @@ class Readings(Struct, frozen=True, dict=True):
         Rod released with spin, without a weight: angle [rad], time [s], spin [rad/s].
     spin_down : tuple of tuple
         Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+    falling_mass : tuple of float
+        A mass on a thread that turns the disk: mass [kg], radius [m], height [m], time [s], mass that balances the
+        friction [kg]; empty if the log has none.
     tachometer : str or None
         "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
@@ -185,6 +186,7 @@ class Readings(Struct, frozen=True, dict=True):
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
     spin_down: tuple[Fall, ...] = ()
+    falling_mass: tuple[float, ...] = ()
     tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
@@ -347,6 +349,7 @@ class Settings(Struct):
     balance_tilt: tuple[float, ...] | None = None
     balance_drift: tuple[float, ...] | None = None
     spin_down: tuple[Fall, ...] = ()
+    falling_mass: tuple[float, ...] = ()
     tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
@@ -497,6 +500,8 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         elif key == "spin_down":
             # Several lines are several falls.
             settings.spin_down = (*settings.spin_down, *read_spin_down(text))
+        elif key == "falling_mass":
+            settings.falling_mass = _read_falling_mass(text)
         elif key in _WORDS:
             words, hint = _WORDS[key]
             if text.lower() not in words:
@@ -570,6 +575,22 @@ def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
     return uncertainty
 
 
+def _read_falling_mass(text: str) -> tuple[float, ...]:
+    """Read mass [kg], radius [m], height [m], time [s], and the mass that balances the friction [kg]."""
+    match = re.fullmatch(r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?", text)
+    hint = 'write it like "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g"'
+    if match is None:
+        raise UnitError("is not understood", hint)
+    texts = [text or "0 g" for text in match.groups()]
+    try:
+        numbers = tuple(map(quantities.parse_quantity, texts, ("mass", "length", "length", "time", "mass")))
+    except UnitError as error:
+        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
+    if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
+        raise UnitError("contains a value that is impossible", hint)
+    return numbers
+
+
 def _read_balance(key: str, text: str) -> tuple[float, ...]:
     """Read an angle, the time in which the rod turned through it, and for a drift the spin [rad, s, rad/s]."""
     pattern, sample = _BALANCE[key]
@@ -595,27 +616,21 @@ def read_spin_down(text: str) -> tuple[Fall, ...]:
     UnitError
         If the text cannot be read.
     """
-    found = []
+    found, hint = [], 'write it like "612 rpm to 540 rpm in 120 s"'
     for part in filter(None, map(str.strip, text.split(";"))):
         match = re.fullmatch(r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", part)
         if match is None:
-            raise UnitError("cannot be read", f'write it like "{SPIN_DOWN_SAMPLE}"')
+            raise UnitError("cannot be read", hint)
         try:
             start, end, seconds = map(quantities.parse_quantity, match.groups(), ("rate", "rate", "time"))
         except UnitError as error:
-            raise UnitError(f"cannot be read: {error}", error.hint or f'write it like "{SPIN_DOWN_SAMPLE}"') from None
-        found.append((abs(start), abs(end), seconds))
-    return checked_falls(found)
-
-
-def checked_falls(falls: Iterable[Fall]) -> tuple[Fall, ...]:
-    """Return the falls, or raise `UnitError` if the spin does not fall or a value is impossible."""
-    for start, end, seconds in falls:
-        if not (seconds > 0 and start > 0 and end > 0):
-            raise UnitError("contains a spin or a time that is not above zero", f'write it like "{SPIN_DOWN_SAMPLE}"')
-        fault, hint = roles.check_value("spin", start)
+            raise UnitError(f"cannot be read: {error}", error.hint or hint) from None
+        if not (seconds > 0 and start and end):
+            raise UnitError("contains a spin or a time that is not above zero", hint)
+        fault, about = roles.check_value("spin", start)
         if fault:
-            raise UnitError(fault, hint)
-        if end > 1.02 * start:
+            raise UnitError(fault, about)
+        if abs(end) > 1.02 * abs(start):
             raise UnitError("says that the spin rises", "exchange start and end if they are swapped")
-    return tuple(falls)
+        found.append((abs(start), abs(end), seconds))
+    return tuple(found)

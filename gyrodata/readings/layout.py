@@ -21,10 +21,10 @@ from msgspec.structs import replace
 from gyrodata import quantities, vocabulary
 from gyrodata.errors import InputError
 from gyrodata.readings import roles, source
-from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, checked_falls, listing
+from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
-from gyrodata.units import kinds_of
+from gyrodata.units import UnitError, kinds_of
 
 _TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
@@ -160,11 +160,6 @@ def split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         The other rows.
     tuple of Fall
         Empty if there is no such table.
-
-    Raises
-    ------
-    UnitError
-        If a value of the table is impossible.
     """
     heads = [at for at, row in enumerate(grid.rows) if len(_filled(row)) > 1 and not any(map(is_number, row.texts))]
     for at in heads:
@@ -177,16 +172,22 @@ def split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
             last += 1
         if last < at + 4:
             continue
-        times, spins = (
-            [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
-            for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
-        )
+        try:
+            times, spins = (
+                [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
+                for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
+            )
+        except UnitError:
+            continue
+        # In a table of runs with one weight, a faster spin has a longer time.
+        if sorted(set(times)) != times or spins[-1] >= spins[0]:
+            continue
         # Three long falls: the noise of the readings then does not matter.
         ends = [*range(0, len(times) - 1, -(-(len(times) - 1) // 3)), len(times) - 1]
         falls = [(spins[a], spins[b], times[b] - times[a]) for a, b in pairwise(ends)]
         # A title of one cell, or the name of a sheet, belongs to the table.
         first = at - 1 if at and len(_filled(grid.rows[at - 1])) == 1 else at
-        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), checked_falls(falls)
+        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), tuple(falls)
     return grid, ()
 
 
@@ -624,23 +625,26 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
     free = [at for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles]
     clocks = {roles.clock_word(table.headers[at].text): at for at in free}
-    made: list[tuple[str, int, int]] = []
+    made: list[tuple[str, int, int | None]] = []
+    stated = {key.lower(): text.text for key, text in table.grid.metadata}
     if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
         made.append(("time [s]", clocks["stop"], clocks["start"]))
-    if "spin_turns" in there and {"spintimestart", "spintimeend"} <= names.keys():
-        counts = next(at for at, header in enumerate(table.headers) if "spin_turns" in header.roles)
+    if {"spintimestart", "spintimeend"} <= names.keys() and ("spin_turns" in there or "spin_turns" in stated):
+        # Instead of a column, a line may give the number of turns for the whole log.
+        counts = next((at for at, header in enumerate(table.headers) if "spin_turns" in header.roles), None)
         made += [(f"spin_period_{end} [s]", names[f"spintime{end}"], counts) for end in ("start", "end")]
     for name, one, other in made:
         sign = "minus" if name == "time [s]" else "over"
         try:
-            pairs = [(_seconds(row.texts[one]), _seconds(row.texts[other])) for row in table.rows]
+            others = [stated["spin_turns"] if other is None else row.texts[other] for row in table.rows]
+            pairs = [(_seconds(row.texts[one]), _seconds(text)) for row, text in zip(table.rows, others, strict=True)]
             texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
         except (DecimalException, IndexError):
             return table
         if any(text.startswith("-") for text in texts):
             return table
-        first, second = table.cells[one], table.cells[other]
-        faults.add("read_as", first, first=first.text, sign=sign, second=second.text, name=name)
+        first, second = table.cells[one], "spin_turns" if other is None else table.cells[other].text
+        faults.add("read_as", first, first=first.text, sign=sign, second=second, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts[:width], text]

@@ -106,7 +106,7 @@ ORIGIN_LENGTHS = {
     "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
 }
 OTHER_KEYS = (
-    "balance_tilt", "balance_drift", "spin_down", "tachometer", "motion", "balanced", "position_from",
+    "balance_tilt", "balance_drift", "spin_down", "falling_mass", "tachometer", "motion", "balanced", "position_from",
     "question_numbers",
 )  # fmt: skip
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)

@@ -132,6 +132,8 @@ def _head(readings: Readings) -> list[str]:
             "{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down
         )
     words = {None: None, True: "yes", False: "no"}
+    if readings.falling_mass:
+        lines["falling_mass"] = "{!r} kg at {!r} m, {!r} m in {!r} s, friction {!r} kg".format(*readings.falling_mass)
     lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.

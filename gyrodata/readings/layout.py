@@ -67,7 +67,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
             lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
-        grid = _with_captions(grid, head)
+        grid = _without_other_sheets(_with_captions(grid, head), faults)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
@@ -77,6 +77,29 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         return sheet.finish()
     except InputError:
         return None
+
+
+def _without_other_sheets(grid: Grid, faults: Faults) -> Grid:
+    """Leave out the sheets of a workbook that have neither a header nor runs, such as the numbers of a plot."""
+    above = [line for line, _ in faults.sheets]
+    by_sheet: dict[int, list[Row]] = {}
+    for row in grid.rows:
+        by_sheet.setdefault(bisect(above, row.line), []).append(row)
+
+    def is_log(rows: list[Row]) -> bool:
+        heads = ({role for text in row.texts for role in parse_header(text).roles} for row in rows if _is_head(row))
+        return any(len(found.intersection(roles.ROLES).difference(roles.TEXTS)) > 1 for found in heads)
+
+    of_log = {number for number, rows in by_sheet.items() if is_log(rows)}
+    if len(by_sheet) < 2 or not of_log:
+        return grid
+    fewest = min(max(map(_numbers, by_sheet[number])) for number in of_log)
+    others = {n: rows for n, rows in by_sheet.items() if n not in of_log and max(map(_numbers, rows)) < fewest}
+    for number, rows in others.items():
+        filled = next((row for row in rows if row.line not in above), rows[0])
+        faults.add("other_sheet", grid.cell(filled, 0), sheet=faults.sheets[number - 1][1] if number else "")
+    dropped = {id(row) for rows in others.values() for row in rows}
+    return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
 
 
 def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
@@ -410,6 +433,8 @@ class _Sheet:
             self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
+        elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[_filled(row)[0]]):
+            self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
         else:
             self._take_run(row)
 

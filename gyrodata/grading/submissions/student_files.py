@@ -20,7 +20,7 @@ from gyrodata.readings.roles import name_roles
 from gyrodata.reporting.values import size_text
 
 TABLES = (".csv", ".tsv")  # endings of tables
-PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log")  # endings of logs that are read if there is no table
+PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log", ".md")  # endings of logs that are read if there is no table
 TEXTS = (
     ".txt",
     ".md",

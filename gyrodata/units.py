@@ -164,19 +164,6 @@ _USUAL = (
 """Ways of writing a unit, and the usual one."""
 
 
-def _find_symbols(word: str) -> list[Unit]:
-    """Look up a symbol, or the symbols of a product such as "Nm" or "N.m"; an empty list for other words."""
-    bare = word.replace(".", "")
-    if known := _SYMBOLS.get(bare) or (_ANY_CASE.get(bare.lower()) if bare not in _MEGA else None):
-        return [known]
-    parts = [word.strip(".").split("."), [bare[:-2], bare[-2:]], [bare[:-1], bare[-1:]]]
-    for part in parts:
-        found = [_SYMBOLS[symbol] for symbol in part if symbol in _SYMBOLS]
-        if len(found) == len(part) and (part is parts[0] or found[1].dimensions == _BASES["m"]):
-            return found
-    return []
-
-
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Unit:
     """Read a unit text: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
@@ -190,8 +177,17 @@ def parse(text: str) -> Unit:
     dimensions, factor, position = Dimensions(), 1.0, 0
     while position < len(rest):
         match = _TOKEN.match(rest, position)
-        symbols = _find_symbols(match[2]) if match and match[2] else []
-        if match is None or (match[2] and not symbols):
+        word = (match and match[2]) or ""
+        bare = word.replace(".", "")
+        known = _SYMBOLS.get(bare) or (_ANY_CASE.get(bare.lower()) if bare not in _MEGA else None)
+        symbols = [known] if known else []
+        # A product may be written "N.m", or "Nm" and "gcm": then its last symbol is a length.
+        parts = [word.strip(".").split("."), [bare[:-2], bare[-2:]], [bare[:-1], bare[-1:]]]
+        for part in parts if word and not known else ():
+            found = [_SYMBOLS[symbol] for symbol in part if symbol in _SYMBOLS]
+            is_product = len(found) == len(part) and (part is parts[0] or found[-1].dimensions == _BASES["m"])
+            symbols = symbols or (found if is_product else [])
+        if match is None or (word and not symbols):
             inside = f' ("{match[2]}")' if match and match[2] != text else ""
             raise UnitError(f'the unit "{text}"{inside} is not known')
         position = match.end()

@@ -268,10 +268,6 @@ def is_of_means(header: str) -> bool:
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
 
 
-def _is_timed(row: Row) -> bool:
-    return any(turns_in(name) or set(parse_header(name).roles).intersection(roles.TIMINGS) for name in row.texts)
-
-
 # What a caption says -----------------------------------------------------------------------------------------------
 
 
@@ -389,7 +385,8 @@ class _Sheet:
         """What captions say of all tables."""
         self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
-        self.any_timed = any(_is_timed(row) for row in grid.rows if _is_head(row))
+        names = [name for row in grid.rows if _is_head(row) for name in row.texts]
+        self.any_timed = any(turns_in(name) or set(parse_header(name).roles) & {*roles.TIMINGS} for name in names)
         self.only_means = False
         self.told: set[str] = set()
         """Parts of a run in the first table."""
@@ -501,7 +498,7 @@ class _Sheet:
         timings = [header.text for _, header in self.here if set(header.roles).intersection(roles.TIMINGS)]
         title = " ".join(text for words in self.words for text in words.texts if text[:1] != "#")
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
-        untimed = self.any_timed and not _is_timed(Row(0, names))
+        untimed = self.any_timed and not timings and not any(map(turns_in, names))
         if untimed or (means and self.runs and not self.only_means):
             self.skipped = True
             why = "untimed_table" if untimed else "table_of_means"

@@ -59,13 +59,8 @@ LOADS, COUNTS, TIMINGS = (tuple(r.name for r in TABLE if r.part == part) for par
 """Roles by the part of a run that they measure; of several timings, the first is used."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
-SPIN_SETS = (
-    ("spin",),
-    ("spin_start", "spin_end"),
-    ("spin_period",),
-    ("spin_period_start", "spin_period_end"),
-    ("spin_time", "spin_turns"),
-)
+_SPIN_SETS = "spin, spin_start spin_end, spin_period, spin_period_start spin_period_end, spin_time spin_turns"
+SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 """Each of these sets gives the spin of a run; of several, the first is used."""
 
 CONSTANTS = vocabulary.CONSTANTS

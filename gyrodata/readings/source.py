@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
 import difflib
 import gzip
@@ -49,10 +48,8 @@ _OTHER_FILES = {
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """Beginnings of files that are not tables."""
-_CODE_PAGES = (
-    *("cp1252", "cp1251", "cp1250", "cp1254", "cp1253", "cp1255", "cp1256", "cp1257", "cp1258", "cp874"),
-    *("cp932", "gb18030", "cp949", "big5", "euc_jp", "koi8_r", "iso8859_2", "mac_roman"),
-)
+_CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"
+_CODE_PAGES += " koi8_r iso8859_2 mac_roman"
 """Encodings of spreadsheets and editors that do not write UTF-8; of several that fit equally, the first is used."""
 
 
@@ -119,10 +116,9 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
     """Decode by byte-order mark, as UTF-8, or in the code page with most known words; return the text and that page."""
     page = ""
     try:
-        is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        text = data.decode("utf-16" if is_utf16 else "utf-8-sig")
+        text = data.decode("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
     except UnicodeDecodeError:
-        page = max(_CODE_PAGES, key=lambda page: _known_letters(data[:20_000].decode(page, "replace")))
+        page = max(_CODE_PAGES.split(), key=lambda page: _known_letters(data[:20_000].decode(page, "replace")))
         text = data.decode(page, "replace")
     if "\x00" in text:
         raise faults.refuse("not_text", at=data.index(0) + 1)

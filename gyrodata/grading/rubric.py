@@ -44,15 +44,6 @@ CONDITION = (
 _OPPOSITE = {"<=": ">= NUMBER", ">=": "<= NUMBER", "in": "outside LOW..HIGH"}
 
 
-class Condition(NamedTuple):
-    """A comparison of a variable with one number or with two."""
-
-    variable: str
-    relation: str  # "<=", ">=", "in" or "outside"
-    low: float  # -inf for "<="
-    high: float  # inf for ">="
-
-
 class Curve(NamedTuple):
     """Share of the points as a function of a variable: 1 in `full`, 0 outside `zero`, linear in between."""
 
@@ -74,20 +65,18 @@ def _unfit(message: str, hint: str, key: str, code: str = diagnostics.CONDITION_
     return UnfitError(message, hint, code, key)
 
 
-def parse_condition(text: str, key: str) -> Condition:
-    """Read a condition; raise UnfitError if it cannot be used."""
+def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
+    """Read a condition; return its variable, "<=", ">=", "in" or "outside", and the ends, infinite if there is none."""
     match = re.fullmatch(CONDITION, text)
     if match is None:
         hint = 'write it like "d <= 0.6", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
         raise _unfit(f'"{text[:60]}" is not a condition', hint, key)
-    relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
+    name, relation = match["name"], match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low, high = float(match["low"] or match["bound"]), float(match["high"] or match["bound"])
     if match["word"] and not low < high:
-        hint = f'write "{match["name"]} {relation} {match["high"]}..{match["low"]}"'
+        hint = f'write "{name} {relation} {match["high"]}..{match["low"]}"'
         raise _unfit(f'"{text}": {match["low"]} is not below {match["high"]}', hint, key)
-    return Condition(
-        match["name"], relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
-    )
+    return name, relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
 
 
 RESERVED = (
@@ -136,24 +125,24 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         if self.check == "manual":
             return Curve("", (0.0, 0.0), (0.0, 0.0))
         full, zero = (parse_condition(getattr(self, key), key) for key in ("full", "zero"))
-        name, kind = full.variable, KINDS[self.check]
+        (name, relation, low, high), kind = full, KINDS[self.check]
         known = (kind.full.split()[0], *kind.variables)
-        for key, variable in (("full", name), ("zero", zero.variable)):
+        for key, variable in (("full", name), ("zero", zero[0])):
             if variable not in known:
                 message = f'"{variable}" cannot be used in a criterion with check = "{self.check}"'
                 raise _unfit(message, f"write a condition for {' or '.join(known)}", key)
-        opposite = _OPPOSITE.get(full.relation)
+        opposite = _OPPOSITE.get(relation)
         if opposite is None:
             raise _unfit('full contains "outside"', f'write full = "{name} in LOW..HIGH"', "full")
-        if (zero.variable, zero.relation) != (name, opposite.split()[0]):
+        if zero[:2] != (name, opposite.split()[0]):
             message = f'zero = "{self.zero}" does not fit full = "{self.full}"'
             raise _unfit(message, f'write zero = "{name} {opposite}", farther out', "zero")
         # "zero" says from which value on there are no points; the other end is infinite.
-        ends = {"<=": (-math.inf, zero.low), ">=": (zero.high, math.inf), "in": (zero.low, zero.high)}[full.relation]
-        if ends[0] > full.low or ends[1] < full.high:
+        ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[relation]
+        if ends[0] > low or ends[1] < high:
             hint = "put the limit of zero farther out than the limit of full"
             raise _unfit("full and zero overlap: some values would earn all points and no points", hint, "zero")
-        return Curve(name, (full.low, full.high), ends)
+        return Curve(name, (low, high), ends)
 
     @property
     def told(self) -> str:

@@ -1,7 +1,5 @@
 """Copied, edited and invented logs are flagged with their evidence; honest ones hardly ever are."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from classes.disguises import rows_of
@@ -39,9 +37,9 @@ def prints(logs: dict[str, Student]) -> Prints:
     return {key: print_of(one.log()) for key, one in logs.items()}
 
 
-def some(student: Student, which: list[int] | None = None) -> Student:
-    """Take some rows, or all in another order."""
-    which = np.random.default_rng(3).permutation(9).tolist() if which is None else which
+def some(student: Student) -> Student:
+    """Take the rows in another order."""
+    which = np.random.default_rng(3).permutation(9).tolist()
     return with_rows(student, rows_of(student.rows, which), student.number)
 
 
@@ -63,16 +61,9 @@ def converted(student: Student) -> str:
     return CONVERTED + "".join(f"{t};{s:.2f};{f};{x:.0f};{m:.3f}\n" for t, s, f, x, m in rows)
 
 
-COPIES: dict[str, Callable[[Student], str]] = {
-    "reordered, in other units, three rows changed": lambda one: converted(some(changed(one, 1, 3, 8))),
-    "four rows only": lambda one: some(one, [1, 3, 5, 8]).log(),
-}
-"""More disguises are cells of the simulated classes."""
-
-
-@pytest.mark.parametrize("how", COPIES)
-def test_a_copy_is_found(how: str, logs: dict[str, Student], prints: Prints) -> None:
-    (flag,) = flag_class({**prints, "zz": print_of(COPIES[how](logs["1002"]))})
+def test_copy_in_other_units_and_order_is_found(logs: dict[str, Student], prints: Prints) -> None:
+    """More disguises are cells of the simulated classes."""
+    (flag,) = flag_class({**prints, "zz": print_of(converted(some(changed(logs["1002"], 1, 3, 8))))})
     assert (flag.kind, flag.students) == ("shared rows", ("1002", "zz"))
     assert flag.p <= flag.expected <= ALLOWED
 

@@ -167,16 +167,12 @@ class Logs:
         The smaller of the two is used: a log that scatters more than most may contain a systematic error, which two
         logs can share. The scatter of the tachometer is subtracted, because students with the same spins share it.
         """
-        noise = np.zeros(len(self.prints))
-        for by_hand, least in ((True, HAND), (False, 0.0)):
-            own: dict[int, float] = {}
-            for at, (one, scatter) in enumerate(zip(self.prints, self.scatters, strict=True)):
-                if one.by_hand == by_hand and scatter is not None and scatter.dof >= TRUSTED_DOF:
-                    rows = zip(one.time, one.spin, one.spin_step, strict=True)
-                    from_spin = [t**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12) for t, spin, step in rows]
-                    own[at] = math.sqrt(max(scatter.squares / scatter.dof - statistics.median(from_spin), 0.0))
-            middle = statistics.median(own.values()) if own else 0.0
-            for at, one in enumerate(self.prints):
-                if one.by_hand == by_hand:
-                    noise[at] = max(min(own.get(at, 0.0), middle), least)
-        return noise
+        own: dict[int, float] = {}
+        for at, (one, scatter) in enumerate(zip(self.prints, self.scatters, strict=True)):
+            if scatter is not None and scatter.dof >= TRUSTED_DOF:
+                rows = zip(one.time, one.spin, one.spin_step, strict=True)
+                from_spin = [t**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12) for t, spin, step in rows]
+                own[at] = math.sqrt(max(scatter.squares / scatter.dof - statistics.median(from_spin), 0.0))
+        middle = statistics.median(own.values()) if own else 0.0
+        least = [HAND if one.by_hand else 0.0 for one in self.prints]
+        return np.array([max(min(own.get(at, 0.0), middle), hand) for at, hand in enumerate(least)])

@@ -231,7 +231,7 @@ def fit_runs(
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if fit.inertia.interval_95 is not None and fit.inertia.interval_95[0] <= 0:
+        if fit.inertia.interval_95 is not None and findings.is_unmeasured(fit.inertia):
             raise LogError([findings.not_measured(readings, fit)])
     except NoFit as reason:
         miscounted = findings.count_findings(readings, measured)

@@ -449,7 +449,7 @@ CHANGES = (
     Change("spin_decay", "falling spin, plain mean of start and end", "effect", _plain_mean_spin),
     Change("decay_law", "law by which the spin falls", "effect", _dry_friction),
     Change("tilt", "tilted rod, eq. (9) for eq. (8)", "effect", _tilt),
-    Change("tachometer", "tachometer that stands still", "effect", _tachometer),
+    Change("tachometer", "tilted rod, total spin taken for ψ̇", "effect", _tachometer),
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),

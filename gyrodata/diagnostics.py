@@ -107,7 +107,6 @@ COLONS_ARE_POINTS = _note("G234")
 FLOATS_WITHOUT_DIGITS = _note("G235")
 HEADER_READ_AS = _note("G236")
 NOTE_MAY_CHANGE_READING = _warning("G240")
-LAPS_OF_ONE_CLOCK = _error("G241")
 
 # what the log says
 QUANTITY_MISSING = _error("G301")
@@ -166,6 +165,7 @@ BALL_DISAGREES = _warning("G443")
 SIZE_NOT_USUAL = _warning("G444")
 EITHER_RUN_WRONG = _warning("G445")
 PERIOD_NOT_IN_PROPORTION = _warning("G446")
+OTHER_MEASUREMENT = _note("G447")
 
 # the procedure
 TOO_FEW_WEIGHTS = _warning("G451")
@@ -193,8 +193,7 @@ STREAM_CANNOT_BE_USED = _error("G606")
 EXPLAINED_CODE_UNKNOWN = _error("G607")
 HAND_IN_AS_IT_IS = _error("G608")
 FOLDER_IN_USE = _error("G609")
-COMMAND_UNKNOWN = _error("G610")
-COMMAND_LINE_WRONG = _error("G611")
+COMMAND_LINE_WRONG = _error("G610")
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error("G621")
@@ -236,6 +235,7 @@ RUBRIC_PARTS_CONTRADICT = _error("G727")
 
 # the roster
 ROSTER_CANNOT_BE_READ = _error("G744")
+EXCEPTION_FOR_NOBODY = _warning("G745")
 
 # the gradebook
 GRADEBOOK_CANNOT_BE_READ = _error("G751")

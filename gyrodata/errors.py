@@ -88,6 +88,8 @@ class Diagnostic(Struct, frozen=True):
     doubt : str
         Kind of doubt if the answer must not be quoted: "ball", "size", "contradiction", "exponent", "scatter" or
         "pattern"; else "".
+    cell : str
+        Cell of a workbook, such as "Sheet2!B5"; else "".
     """
 
     code: str
@@ -100,6 +102,7 @@ class Diagnostic(Struct, frozen=True):
     excerpt: str = ""
     width: int = 1
     doubt: str = ""
+    cell: str = ""
 
     @classmethod
     def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
@@ -111,8 +114,8 @@ class Diagnostic(Struct, frozen=True):
         return convert({name: getattr(self, name) for name in DiagnosticJson.__annotations__}, DiagnosticJson)
 
     def __str__(self) -> str:
-        places = [self.file, *(str(n) for n in (self.line, self.column) if n is not None)]
-        where = ":".join(place for place in places if place)
+        numbers = [str(n) for n in (self.line, self.column) if n is not None]
+        where = ":".join(filter(None, [self.file, self.cell] if self.cell else [self.file, *numbers]))
         head = f"{self.severity} {self.code}: {self.message}"
         lines = [f"{where}: {head}" if where else head]
         if self.excerpt and self.column is not None:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import changes, effects, fitting, physics
 from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, FALLEN, STEEP, Effect
+from gyrodata.effects import CLEARLY, DROP_ONE, FALLEN, STEEP, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
@@ -29,9 +29,6 @@ from gyrodata.readings import MOST_OF_ONE_CODE, Place, Readings, kind_of_role, t
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason, turn_words
 from gyrodata.units import from_si, parse_unit
-
-CLEARLY = math.log(200.0)
-"""Other counts are used if the times are this many times more likely with them than with the written counts."""
 
 
 def count_findings(
@@ -145,8 +142,14 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.diagnose(codes.NO_INERTIA_FITS, f"no single I_zz fits these runs: {why}", hint)
 
 
+def is_unmeasured(inertia: Estimate) -> bool:
+    """Return whether the interval of I_zz includes zero, or u is more than half of I_zz."""
+    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
+    return low <= 0 or (inertia.u or 0.0) > 0.5 * inertia.value
+
+
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Report that the interval of I_zz includes zero, and why it is so wide."""
+    """Report that the interval of I_zz is too wide, and why."""
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
@@ -155,7 +158,8 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
         hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
     elif widest == "unexplained_scatter":
         hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
-    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², includes zero"
+    fault = "includes zero" if low <= 0 else "is too wide"
+    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², {fault}"
     return readings.diagnose(codes.NOT_MEASURED, words, hint)
 
 
@@ -465,6 +469,22 @@ def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
     yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
 
 
+def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
+    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    if readings.falling_mass:
+        mass, radius, height, time, friction = readings.falling_mass
+        # The thread pulls with m (g − a), less the friction.
+        found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
+        off = f"{100 * (found / inertia.value - 1):+.2g} % from the fit, whose u is {percent_u(inertia):.2g} %"
+        words = f"the falling mass gives I_zz = {found:.4g} kg·m²: {off}"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+    if measured.nutation_ratio is not None:
+        ratio = float(np.nanmedian(measured.nutation_ratio))
+        words = f"the periods of the nutation give I/I_zz = {ratio:.3g}, as the median of the runs"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+
+
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
@@ -644,7 +664,7 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
-    _spin_falls, _direction, _digits, _model, _unusual, _body,
+    _spin_falls, _other_measurements, _direction, _digits, _model, _unusual, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 

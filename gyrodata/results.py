@@ -57,6 +57,8 @@ class Options(Struct, frozen=True):
     """Name of the TOML file with constants and headers, without its folder."""
     model: Model = "auto"
     keep_flagged: bool = False
+    worksheet: bool = False
+    """Whether the report asks questions instead of giving conclusions."""
 
 
 DoubtKind = Literal["ball", "size", "contradiction", "exponent", "scatter", "pattern"]
@@ -233,6 +235,18 @@ class Analysis(Struct, frozen=True, eq=False):
     def runs_disagree(self) -> bool:
         """Whether the runs contradict each other or the fitted law; other doubts are about the ball or a column."""
         return any(doubt.kind not in ("ball", "size") for doubt in self.doubts)
+
+    @property
+    def angular_momentum(self) -> Estimate:
+        """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard uncertainty of I_zz."""
+        spin = max(run.spin for run in self.run_table)
+        return Estimate(self.inertia.value * spin, (self.inertia.u or 0.0) * spin, "kg*m^2/s")
+
+    @property
+    def centre_of_mass(self) -> Estimate | None:
+        """Its distance M0/(m g) from the centre of the ball [m]; None if the log does not give the ball's mass."""
+        m0, weight = self.residual_torque, self.readings.constants.get("ball_mass", 0.0) * self.measurements.g
+        return Estimate(m0.value / weight, (m0.u or 0.0) / weight, "m") if weight else None
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -439,6 +453,10 @@ class AnalysisResult(Struct, eq=False):
     ball: Ball | None
     ball_reason: str | None
     """Why there is no comparison; null if there is one."""
+    angular_momentum: Estimate
+    """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard uncertainty of I_zz."""
+    centre_of_mass: Estimate | None
+    """Its distance M0/(m g) from the centre of the ball, along the rod towards the weight [m]; null without m."""
     torques: tuple[Torque, ...]
     runs: tuple[Run, ...]
     patterns: tuple[Pattern, ...]

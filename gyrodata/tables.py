@@ -360,6 +360,8 @@ def compare_with_ball(
         physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
         for part in ("rod", "disk")
     )
+    # A hoop is a disk whose mass is all at the rim.
+    disk += constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)

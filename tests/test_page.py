@@ -9,9 +9,11 @@ import re
 from itertools import pairwise
 
 import pytest
+from msgspec.structs import replace
 from pages import IN_ORDER, KINDS, LOG, Structure, find, known, make_page
 
 from gyrodata import analyze
+from gyrodata.errors import InputError
 from gyrodata.reporting.data import json_text
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -125,14 +127,6 @@ def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     assert "Do not rely" not in summary(analyze(LOG.encode()))
 
 
-def test_one_torque_has_the_value_of_a_balanced_ball() -> None:
-    analysis = analyze(KINDS["one torque"].encode())
-    assert analysis.if_balanced is not None
-    balanced = inertia_text(analysis.if_balanced.value, analysis.if_balanced.u)
-    assert f"step 2, {said('I_zz')} = {said(balanced)}" in words(make_page(analysis))
-    assert analysis.to_dict()["result"]["if_balanced"]["value"] == analysis.if_balanced.value
-
-
 def test_one_run_is_worked_out_by_hand() -> None:
     """The first one with a load that is in the fit, and each step follows from the numbers before it."""
     head, row = KINDS["one torque"].splitlines()[1], "{},15,{},{:.2f},1\n".format
@@ -152,3 +146,45 @@ def test_one_run_is_worked_out_by_hand() -> None:
         number = float(result.split()[0]) * (1e-3 if "10⁻³" in result else 1)
         assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
     assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
+
+
+def test_first_screen_has_author_and_few_words_and_details_are_folded() -> None:
+    lines = "# date: 2026-03-14\n# Author: Ana <b>Müller</b>\n# course: Physics II\n"
+    analysis = analyze(f"{lines}{LOG}".encode().replace(b",206,20.4,", b",206.0,20.40,"), name="log.csv")
+    page = make_page(analysis)
+    first = words(page.partition("<figure")[0])
+    assert re.search("Author: Ana <b>Müller</b> · Course: Physics II · .* · Date: 2026-03-14", first)
+    assert len(first.split()) <= 120
+    folded = re.findall(r'<details>\s*<summary><h2 id="(\w+)"', page)
+    assert folded[:3] == ["sensitivity", "fits", "effects"]
+    assert folded[-2:] == ["provenance", "conventions"]
+    by_hand = words(page.partition('id="byhand"')[2])
+    assert "ψ̇ = 206.0 rpm × (2π rad)/(60 s)" in by_hand
+    assert "/ 20.40 s = " in by_hand
+
+
+def test_angular_momentum_and_centre_of_mass_are_on_the_page(analysis: Analysis, page: str) -> None:
+    momentum, centre = analysis.angular_momentum, analysis.centre_of_mass
+    assert momentum.value == pytest.approx(analysis.inertia.value * 607 * 2 * math.pi / 60)
+    assert f"L = Izz ψ̇ = {number_text(momentum.value, momentum.u)} kg·m²/s" in words(page)
+    assert centre is not None
+    assert centre.value == pytest.approx(analysis.residual_torque.value / (4.10 * 9.803))
+    assert f"{number_text(centre.value, centre.u, 1e-6)} µm, along the rod" in words(page)
+
+
+def test_worksheet_keeps_numbers_and_asks_for_conclusions(analysis: Analysis, page: str) -> None:
+    worksheet = make_page(replace(analysis, options=replace(analysis.options, worksheet=True)))
+    assert worksheet.count("Hint:") == worksheet.count('class="task"') == 8
+    assert not re.search("agrees with|agree with one|is constant|is proportional|perfectly balanced", words(worksheet))
+    shown = {text for _, text in Structure(worksheet).numbers}
+    assert {number_text(group.product.value, group.product.u).split()[0] for group in analysis.torques} - shown == set()
+    assert [worksheet.count(f"<{tag}") for tag in ("figure", "table")] == [
+        page.count(f"<{tag}") for tag in ("figure", "table")
+    ]
+
+
+def test_numbers_of_questions_can_be_removed(page: str) -> None:
+    assert len(re.findall(r"\(question [124]|\(question 3 [a-e]\)", words(page))) == 10
+    assert "(question" not in words(make_page(analyze(LOG, settings={"question_numbers": "no"})))
+    with pytest.raises(InputError, match='write "no" to omit'):
+        analyze(LOG, settings={"question_numbers": "off-ish"})

@@ -110,7 +110,7 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),
     (lambda g: g.analyze(3), TypeError, "a log is a path"),
     (lambda g: g.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
-    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),
+    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping cannot be str"),
     (lambda g: g.analyze(SAMPLE).plot("torq"), ValueError, "did you mean 'torque'"),
     (lambda g: g.analyze(SAMPLE).plot("torque", ax=Figure()), TypeError, "ax is axes of matplotlib"),
     (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),

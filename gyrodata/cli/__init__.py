@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from gyrodata import __version__, diagnostics
 from gyrodata.cli.options import example_of
-from gyrodata.cli.terminal import Door, refuse, write_out
+from gyrodata.cli.terminal import Door, write_out
 
 
 class _Kind(Struct, frozen=True):
@@ -26,29 +26,28 @@ class _Kind(Struct, frozen=True):
 
 
 _COMMANDS = {
+    "demo": _Kind("analyze_command", "Write a sample log, demo.csv, and analyze it.", ("gyro demo",)),
     "analyze": _Kind(
         "analyze_command",
         "Fit I_zz to a log, and write figures and a report.",
-        ("gyro analyze sample_data/air_gyroscope.csv",),
+        ("gyro analyze demo.csv",),
     ),
     "check": _Kind(
         "check_command",
         "Check a log while you can still repeat or add runs.",
-        ("gyro check sample_data/air_gyroscope.csv",),
+        ("gyro check demo.csv",),
     ),
     "template": _Kind(
         "check_command",
-        "Print a blank log to fill in.",
-        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "> log.csv"),
+        "Write a blank log to fill in: a workbook or CSV.",
+        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "--out log.xlsx"),
     ),
     "explain": _Kind(
         "explain_command",
         "Explain a message code, a word or a key; or show a page.",
         (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
     ),
-    "grade": _Kind(
-        "grade_command", "Grade a class, with feedback for each student.", ("gyro grade sample_data/class",)
-    ),
+    "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
     "autograde": _Kind("grade_command"),
     "simulate": _Kind(
         "simulate_command",
@@ -63,7 +62,7 @@ _COMMANDS = {
     "selfcheck": _Kind(
         "tool_commands",
         "Test by simulation if the intervals of a log are reliable.",
-        ("gyro selfcheck sample_data/air_gyroscope.csv", "--labs 1000"),
+        ("gyro selfcheck demo.csv", "--labs 1000"),
     ),
     "benchmark": _Kind(
         "tool_commands",
@@ -80,7 +79,7 @@ _COMMANDS = {
 
 
 _GROUPS = {
-    "Your lab": ("analyze", "check", "template", "explain"),
+    "Your lab": ("demo", "template", "check", "analyze", "explain"),
     "A class": ("grade",),
     "Theory and simulation": ("predict", "simulate"),
     "Advanced": ("selfcheck", "schema", "benchmark"),
@@ -89,11 +88,13 @@ _GROUPS = {
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
 _MEANT = {
-    **dict.fromkeys(("fit", "plot", "report", "figures"), "gyro analyze LOG"),
-    "version": "gyro --version",
-    "docs": "gyro explain",
+    **dict.fromkeys(("fit", "plot", "report", "figures", "run", "analyse", "analysis"), "analyze"),
+    **dict.fromkeys(("docs", "doc", "man", "pages"), "explain"),
+    **dict.fromkeys(("sample", "example", "tutorial"), "demo"),
+    **dict.fromkeys(("init", "new", "blank"), "template"),
+    "version": "--version",
 }
-"""Commands that users may try, with the command that is meant."""
+"""Words that users may type, with the command that they mean."""
 
 
 @cache
@@ -139,16 +140,19 @@ class _Gyro(Door):
                 formatter.write_dl([(name, _COMMANDS[name].short) for name in names])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read "help analyze" as "analyze --help"."""
-        return super().parse_args(ctx, [*args[1:], "--help"] if args[:1] == ["help"] else args)
+        """Read "help analyze" as "analyze --help", and "log.csv" as "analyze log.csv"."""
+        if args[:1] == ["help"]:
+            args = [*args[1:], "--help"]
+        first = args[0].lower() if args else ""
+        if first in _MEANT:
+            args = [_MEANT[first], *args[1:]]
+        elif _is_log(first) or (first.startswith("-") and any(map(_is_log, args))):
+            args = ["analyze", *args]
+        return super().parse_args(ctx, args)
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find a command; for a log or a known other word, name the command that is meant."""
-        name = args[0]
-        meant = _MEANT.get(name.lower(), f"gyro analyze {name}" if Path(name).suffix.lower() in _LOGS else "")
-        if meant and name not in _COMMANDS:
-            refuse(diagnostics.COMMAND_UNKNOWN, f'there is no command "{name}"', f"type: {meant}")
-        return super().resolve_command(ctx, args)
+
+def _is_log(word: str) -> bool:
+    return word == "-" or Path(word).suffix.lower() in _LOGS
 
 
 app = typer.Typer(

@@ -5,15 +5,17 @@ from __future__ import annotations
 import os
 import re
 import sys
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.cli.terminal import (
     FAULT,
     STDIN,
@@ -48,6 +50,7 @@ Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
 Style = Literal["screen", "slides", "print"]
 Table = Literal["runs", "logs"]
+OpenOption = Annotated[bool, typer.Option("--open", help="Open the report in the browser.")]
 
 
 def analyze(
@@ -79,11 +82,15 @@ def analyze(
                      "auto: the simplest model that is sufficient.")
     ] = "auto",
     keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")] = False,
+    worksheet: Annotated[
+        bool, typer.Option("--worksheet", help="In the report, ask questions with hints instead of giving conclusions.")
+    ] = False,
     watched: Annotated[
         bool,
         typer.Option("--watch", help="During the lab: whenever you save the file, print what is missing and which run "
                      "to repeat. Ctrl-C ends it. No report is written."),
     ] = False,
+    opened: OpenOption = False,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Print the full report in the terminal.")
     ] = False,
@@ -101,17 +108,20 @@ def analyze(
     options = Options(
         set=dict(sorted(pairs(settings, "--set").items())),
         map=dict(sorted(pairs(mapping, "--map").items())),
-        config=config.name if config else None,
         model=model,
         keep_flagged=keep_flagged,
+        worksheet=worksheet,
     )
     request = _Request(options, config, form, table, figures, style, verbose, len(logs) > 1)
     if watched:
-        _watch(Path(logs[0]), request)
+        _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
     # Data go into a file completely, or not at all.
     file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
     reported = not no_report and file is None and (out is not None or form == "text")
+    if opened and not reported:
+        hint = "leave --no-report out, or add --out FOLDER"
+        refuse(diagnostics.OPTION_NOT_FOR_FORMAT, "--open needs a report, but this command writes none", hint)
     header, whole, worst = "", [], 0
     if form == "csv":
         from gyrodata.reporting.data import table_header
@@ -121,6 +131,8 @@ def analyze(
         folder = None
         if reported and (out is not None or log != "-"):
             folder = below if out is None else out / below if request.several else out
+        near = constants_of(log, config, quiet)
+        request = replace(request, config=near, options=replace(options, config=near.name if near else None))
         done = _analyze_one(log, name, request, below, folder)
         if file is not None:
             whole.append(done.text)
@@ -134,11 +146,34 @@ def analyze(
         complain(done.not_written)
         if done.report and not quiet:
             tell(f"report: {done.report}")
+        if done.report and opened:
+            webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
         worst = max(worst, done.code)
     if file is not None:
         with telling(file.parent, diagnostics.REPORT_CANNOT_BE_WRITTEN):
             write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
+
+
+def demo(opened: OpenOption = False) -> None:
+    """Write a sample log, demo.csv, into this folder, and analyze it.
+
+    The log contains ten runs with an air gyroscope.
+    """
+    from gyrodata import docs
+
+    log, data = Path("demo.csv"), Path(docs.__file__).with_name("demo.csv").read_bytes()
+    if log.exists() and log.read_bytes() != data:
+        hint = "rename it, or change to another folder, so that your data are not lost"
+        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, "demo.csv exists already, with another content", hint)
+    with telling(log, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        write_whole(log, [data])
+    tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
+    tell(
+        "for your own log: gyro template --out log.xlsx",
+        "for a guide from Excel to the report: gyro explain first-timer",
+    )
+    analyze([log.name], opened=opened)
 
 
 def _refuse_contradictions(logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -9,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, pairs, with_units
-from gyrodata.cli.terminal import FAULT, complain, fault, names_of, refuse, source_of, write_out, write_text
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs, with_units
+from gyrodata.cli.terminal import FAULT, complain, fault, names_of, refuse, source_of, tell, write_out, write_text
+from gyrodata.disk import telling, write_whole
 from gyrodata.errors import Diagnostic, GyroError, InputError
 
 if TYPE_CHECKING:
@@ -28,11 +31,55 @@ def template(
     weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
     position: Annotated[str, typer.Option("--position", help="Position of the weights on the rod.")] = "15cm",
     spins: Annotated[str, typer.Option("--spins", help="Spins to aim for.")] = "200,400,600rpm",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write this file, such as log.xlsx or log.csv.")
+    ] = None,
 ) -> None:
-    """Print a blank log to fill in: each weight with every spin, alternating, and a run without a weight."""
+    """Write a blank log to fill in: each weight with every spin, alternating, and a run without a weight.
+
+    Without --out, the log is printed as CSV.
+    """
     from gyrodata.readings import blank_log
 
-    write_out(blank_log(with_units(weights), position, with_units(spins)))
+    text = blank_log(with_units(weights), position, with_units(spins))
+    if out is None:
+        write_out(text)
+        return
+    if out.exists():
+        hint = "choose another name with --out, so that your data are not lost"
+        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, f"{out} exists already", hint)
+    with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        write_whole(out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()])
+    tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
+
+
+def _workbook(text: str) -> bytes:
+    """Return a blank log as a workbook: constants in rows of two cells, and a row of headers with units."""
+    from openpyxl import Workbook
+    from openpyxl.styles import Font
+
+    workbook = Workbook()
+    sheet = workbook.active
+    for line in text.splitlines():
+        if line.endswith(": "):
+            sheet.append([line.rstrip(), ""])
+        else:
+            sheet.append([line] if line.startswith("#") else next(csv.reader([line])))
+    header = next(row for row in sheet if row[0].value == "mass [g]")
+    for cell in header:
+        cell.font = Font(bold=True)
+        sheet.column_dimensions[cell.column_letter].width = 18
+        # Excel shows as many digits as the instruments; turns are text, because Excel makes a date of 1/3.
+        form = {"mass [g]": "0.00", "position [cm]": "0.0", "time [s]": "0.00", "turns": "@"}.get(cell.value, "General")
+        for row in range(cell.row + 1, sheet.max_row + 1):
+            below = sheet.cell(row, cell.column)
+            below.number_format = form
+            if form.startswith("0") and below.value:
+                below.value = float(below.value)
+    sheet.freeze_panes = sheet.cell(header[0].row + 1, 1)
+    data = io.BytesIO()
+    workbook.save(data)
+    return data.getvalue()
 
 
 def check(
@@ -58,7 +105,7 @@ def check(
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
     not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
     """
-    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map"), "config": config}
+    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
     if hand_in and (settings or mapping or config or fix or "-" in logs):
         message = "--hand-in reads files as gyro grade does: without --set, --map, --config, --fix and -"
         hint = "leave these out, and write their values into the log"
@@ -76,7 +123,7 @@ def check(
         _, worst = _check_one(names_of(logs)[0], lambda: read_hand_in([Path(log) for log in logs]), form, strict)
         logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
-        readings, code = _check_one(name, _reader(log, name, given), form, strict)
+        readings, code = _check_one(name, _reader(log, name, given, config), form, strict)
         if fix and readings is not None:
             try:
                 _fix(Path(log), readings, form)
@@ -87,15 +134,14 @@ def check(
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
-def _reader(log: str, name: str, given: dict[str, Any]) -> Callable[[], Read]:
+def _reader(log: str, name: str, given: dict[str, Any], config: Path | None) -> Callable[[], Read]:
     from gyrodata.readings import read_log
 
-    return lambda: (read_log(**source_of(log, name), **given), None, ())
+    return lambda: (read_log(**source_of(log, name), **given, config=constants_of(log, config)), None, ())
 
 
 def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
-    from gyrodata.disk import write_whole
     from gyrodata.readings import fixed_log
 
     code = diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN

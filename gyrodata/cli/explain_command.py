@@ -90,8 +90,12 @@ def _explanation(asked: str) -> str:
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in known:
         near = get_close_matches(name, known, n=1)
-        hint = f"did you mean {known[near[0]]}?" if near else ""
-        hint = hint or f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
+        pages = [page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()]
+        hint = f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
+        if near:
+            hint = f"did you mean {known[near[0]]}?"
+        elif pages:
+            hint = f"these pages contain it: {', '.join(pages)}"
         refuse(diagnostics.EXPLAINED_CODE_UNKNOWN, f'there is no page, code, word or key "{asked}"', hint)
     found = known[name]
     if found in docs.PAGES:
@@ -110,7 +114,7 @@ def _about_key(key: str) -> str:
     from gyrodata.readings import roles
     from gyrodata.units import DISPLAY
 
-    if key in (*roles.BALANCE, roles.SPIN_DOWN, roles.TACHOMETER, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
+    if key in roles.OTHER_KEYS:
         # The glossary shows these lines as a whole.
         return ""
     lines = []

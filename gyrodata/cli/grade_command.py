@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 Form = Literal["text", "json", "ndjson", "csv"]
-Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "gradescope"]
+Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"]
 
 
 def grade(
@@ -88,7 +88,7 @@ def grade(
     from gyrodata.grading import classroom, ledger, output, submissions
     from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
-    from gyrodata.grading.rubric import read_rubric
+    from gyrodata.grading.rubric import read_rubric, unknown_exceptions
     from gyrodata.workers import count_workers
 
     judged = read_rubric(*_rubric(rubric))
@@ -102,10 +102,14 @@ def grade(
     listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, found)
     # Decisions are used too if the grades are only printed.
-    decisions, desk = (folder or _usual_folder(path.resolve())) / ledger.DESK, ledger.NO_DESK
-    if decisions.exists():
-        desk = ledger.read_desk(_read(decisions), people.who_is_meant(found), judged)
-    complain(found.diagnostics, quiet)
+    home, desk = folder or _usual_folder(path.resolve()), ledger.NO_DESK
+    desks = [one for one in (home / ledger.DESK, home / "desk.xlsx") if one.exists()]
+    if len(desks) > 1:
+        message, hint = f'both desk.csv and desk.xlsx are in "{home}"', "join them in one file, and remove the other"
+        refuse(diagnostics.DESK_CANNOT_BE_READ, message, hint)
+    if desks:
+        desk = ledger.read_desk(desks[0], _read(desks[0]), people.who_is_meant(found), judged)
+    complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
         workers=count_workers() if workers is None else workers,
@@ -177,9 +181,11 @@ def _read(path: Path) -> bytes:
 
 def _rubric(path: Path | None) -> tuple[bytes, str]:
     """Read the text and the name of the rubric."""
-    from gyrodata.grading.rubric import default_rubric_text
+    from gyrodata.grading.rubric import BUILT_IN, default_rubric_text
 
-    return (default_rubric_text().encode(), "built-in rubric") if path is None else (_read(path), path.name)
+    if path is None or (str(path) in BUILT_IN and not path.exists()):
+        return default_rubric_text("full" if path is None else str(path)).encode(), "built-in rubric"
+    return _read(path), path.name
 
 
 def _executor_of(address: str) -> Executor:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import typer
 
 from gyrodata import diagnostics
-from gyrodata.cli.terminal import refuse
+from gyrodata.cli.terminal import refuse, tell
 
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
@@ -22,9 +22,11 @@ SettingsOption = Annotated[
 MappingOption = Annotated[
     list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
 ]
-ConfigOption = Annotated[Path | None, typer.Option("--config", help="TOML file with constants.")]
+ConfigOption = Annotated[
+    Path | None, typer.Option("--config", help="TOML file with constants. Default: gyro.toml next to the log.")
+]
 
-Bound = Literal["", "above zero", "not zero", "not below zero", "below 90 degrees", "from -90 to 90 degrees"]
+Bound = Literal["", "above zero", "other than zero", "zero or above", "below 90 degrees", "from -90 to 90 degrees"]
 
 
 def example_of(*lines: str) -> str:
@@ -43,6 +45,16 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
             refuse(diagnostics.OPTION_IS_NO_PAIR, f"{option} {item!r} does not have the form {form}", hint)
         found[key] = value
     return found
+
+
+def constants_of(log: str, config: Path | None, quiet: bool = False) -> Path | None:
+    """Return the TOML file with constants: that of --config, else gyro.toml next to the log, if there is one."""
+    near = Path(log).parent / "gyro.toml"
+    if config is not None or log == "-" or not near.is_file():
+        return config
+    if not quiet:
+        tell(f"constants of the apparatus: {near.name}, next to {Path(log).name}")
+    return near
 
 
 def with_units(items: str) -> list[str]:
@@ -91,8 +103,8 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         refuse(diagnostics.OPTION_IS_NO_QUANTITY, f"{option}: {error}", error.hint)
     broken = {
         "above zero": value <= 0,
-        "not zero": value == 0,
-        "not below zero": value < 0,
+        "other than zero": value == 0,
+        "zero or above": value < 0,
         "below 90 degrees": abs(value) >= math.pi / 2,
         "from -90 to 90 degrees": abs(value) > math.pi / 2,
     }

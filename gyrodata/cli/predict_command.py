@@ -10,7 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import Bound, FormatOption, example_of, quantity
+from gyrodata.cli.options import Bound, FormatOption, constants_of, example_of, quantity
 from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _read(log: str | None) -> _Numbers:
     from gyrodata.analysis import analyze
 
     [name] = names_of([log])
-    found = analyze(source_of(log, name)["source"], name=name)
+    found = analyze(source_of(log, name)["source"], name=name, config=constants_of(log, None))
     measured, runs = found.measurements, found.run_table
     fastest = sorted((i for i, run in enumerate(runs) if not run.left_out), key=lambda i: -abs(measured.spin[i]))
     values = {"--inertia": found.inertia.value, "--spin": float(measured.spin[fastest[0]]), "--g": measured.g}
@@ -135,7 +135,7 @@ def precession(
         "inertia": numbers.get("--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"),
         "spin": numbers.get("--spin", spin, "rate", "400 rpm"),
         "pitch": quantity("--pitch", pitch, "angle", "below 90 degrees"),
-        "mass": numbers.get("--mass", mass, "mass", "60 g", "not below zero"),
+        "mass": numbers.get("--mass", mass, "mass", "60 g", "zero or above"),
         "position": numbers.get("--position", position, "length", "15 cm"),
         "g": numbers.get("--g", g, "acceleration", "9.80665 m/s^2", "above zero"),
     }
@@ -178,7 +178,7 @@ def earth(
         "latitude": numbers.get("--latitude", latitude, "angle", "42.5 deg", "from -90 to 90 degrees"),
         "hours": hours,
         "inertia": numbers.get("--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"),
-        "spin": numbers.get("--spin", spin, "rate", "400 rpm", "not zero"),
+        "spin": numbers.get("--spin", spin, "rate", "400 rpm", "other than zero"),
     }
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
     times = [3600 * row for row in (*rows, hours)]

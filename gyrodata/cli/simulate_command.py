@@ -67,7 +67,7 @@ def simulate(
     design = simulation.Design(
         masses=_list("--weights", weights, "mass"),
         positions=_list("--position", position, "length"),
-        spins=_list("--spins", spins, "rate", "not zero"),
+        spins=_list("--spins", spins, "rate", "other than zero"),
         turns=_list("--turns", turns, "number", "above zero"),
         pitches=_list("--pitch", pitch, "angle"),
     )

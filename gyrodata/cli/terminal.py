@@ -61,11 +61,28 @@ class Door(TyperGroup):
 
 def _usage_error(error: Any) -> Diagnostic:
     """Write an error of the command line in the form of all others."""
+    from difflib import get_close_matches
+
     words = " ".join(error.format_message().split())
-    message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words.rstrip("?.)"))
-    message = message[:1].lower() + message[1:]
-    command = error.ctx.command_path if error.ctx else "gyro"
-    hint = f"did you mean {names[0]}?" if names else f"see: {command} --help"
+    message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
+    message = (message[:1].lower() + message[1:]).rstrip(".")
+    hint = "see: gyro --help"
+    if error.ctx is not None:
+        command, epilog = error.ctx.command_path, error.ctx.command.epilog or ""
+        hint = f"see: {command} --help"
+        if message.startswith("missing argument") and epilog:
+            hint = f"for example: {' '.join(epilog.partition('Example:')[2].replace(chr(92), '').split())}"
+    if names:
+        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
+    if choice := re.search(r"'([^']*)' is not one of (.*)", message):
+        near = get_close_matches(choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1)
+        hint = f"did you mean {near[0]}?" if near else hint
+    wrong = getattr(error, "option_name", "").lstrip("-")
+    for option in error.ctx.command.params if error.ctx else ():
+        if wrong in getattr(option.type, "choices", ()):
+            hint = f"did you mean {option.opts[0]} {wrong}?"
+        elif "--out" in option.opts and message.startswith("got unexpected extra argument"):
+            hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"
     return Diagnostic(diagnostics.COMMAND_LINE_WRONG, "error", message, hint)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import ConfigOption, FormatOption, MappingOption, SettingsOption, pairs
+from gyrodata.cli.options import ConfigOption, FormatOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
 from gyrodata.disk import telling, write_folder
 
@@ -34,7 +34,9 @@ def selfcheck(
     from gyrodata.reporting.data import json_text
 
     given = pairs(settings, "--set"), pairs(mapping, "--map")
-    readings = read_log(**source_of(log, names_of([log])[0]), settings=given[0], mapping=given[1], config=config)
+    readings = read_log(
+        **source_of(log, names_of([log])[0]), settings=given[0], mapping=given[1], config=constants_of(log, config)
+    )
     analysis = analyze_readings(readings)
     done = simulate(analysis, labs, seed, progress_bar(labs))
     write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")

@@ -175,8 +175,11 @@ def transverse_inertia(measured: Measurements) -> Floats:
     """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
-    load = measured.mass * measured.position**2
-    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + np.where(np.isnan(load), 0.0, load)
+    load = np.nan_to_num(measured.mass * measured.position**2)
+    if measured.nutation_ratio is not None:
+        found = measured.nutation_ratio * rough_inertia(measured)
+        return np.where(np.isnan(found), np.nanmedian(found - load) + load, found)
+    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
 
 
 def rough_inertia(measured: Measurements) -> float:

@@ -495,7 +495,7 @@ def _released(
     own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
     nothing = np.zeros(len(total))
     # A log without a pitch and without the word "released" has no source for I, though it may state I.
-    given = measured.transverse_inertia is not None
+    given = measured.transverse_inertia is not None or measured.nutation_ratio is not None
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
     sources = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
     # The reduction of the mean rate is proportional to the square of I.

@@ -2,15 +2,15 @@
 
 These widths are described by two numbers with a prior that is the same for every design:
 
-* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``;
+* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``.
+  It is a Birge factor with a prior (Bodnar & Elster, Metrologia 51, 516, 2014);
 * w, the width of M0: distributed so that M0 has a Cauchy distribution with the scale `BALANCE` times the smallest
   torque. A balance test is evidence about M0 that may be false (`TOO_BOLD`).
 
-For given s and w the adjusted conditions are linear and normal. Shared errors and b are eliminated by a rotation that
-is the same for all s: n runs become a few numbers, and each s and w needs only a few operations. The weights are the
-marginal likelihoods with both determinants (of the readings' covariance and, as in REML, of the unknowns') times the
-priors. The method is an integrated nested Laplace approximation (Rue, Martino & Chopin, J. R. Stat. Soc. B 71, 319,
-2009); the factor s is the "dark uncertainty" of interlaboratory comparisons (Koepke et al., Metrologia 54, S34, 2017).
+For given s and w the adjusted conditions are linear and normal, and the prior of I_zz is flat. Shared errors and b are
+eliminated by a rotation that is the same for all s: n runs become a few numbers, and each s and w needs only a few
+operations. The weights are the marginal likelihoods with both determinants (of the readings' covariance and, as in
+REML, of the unknowns') times the priors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55
 UNBALANCED = 6.0
 """Factor on the usual scale if the log says that the ball is not balanced."""
 
-SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.0)
+SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.5)
 """Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
 SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)

@@ -27,7 +27,7 @@ from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
 from gyrodata.grading.ledger import NO_DESK, Desk
-from gyrodata.grading.roster import Roster
+from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
 from gyrodata.workers import Failed, in_workers
@@ -113,7 +113,15 @@ def grade_class(
         A submission that hangs, ends its process or breaks the tool is "not graded", with the reason, and is tried
         again in the next run.
     """
-    items = tuple(sorted(submissions.items, key=lambda item: item.student))
+    # A student who handed in nothing is graded if a person decides so.
+    absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
+    source, why = submissions.items[0].source, "nothing is handed in"
+    extra = [
+        Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
+    ]
+    items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
+    left = tuple(one for one in roster.absent if one.student not in absent)
+    roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     settled, references, scatters = settle(placed, rubric)
@@ -122,7 +130,11 @@ def grade_class(
         for one, item in zip(settled, items, strict=True)
     )
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
+    partners, looks = partners_of(settled, roster, meant)
+    settled = tuple(
+        replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in settled
+    )
+    flags = flag_class(prints, [*partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(
         source=items[0].source.resolve().name,
@@ -136,6 +148,7 @@ def grade_class(
         damaged=damaged,
         desk=desk,
         roster=roster,
+        partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
         compared={key: one for key, one in {**previous, **prints}.items() if key in compared},
     )
@@ -309,6 +322,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person
     roster: Roster = NOBODY
+    partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
     scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
     compared: Mapping[str, Fingerprint] = {}  # the logs of the flagged pairs, by key
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -119,7 +120,7 @@ def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
 
 
 def _listed(found: list[Diagnostic], most: int = 3) -> str:
-    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in found[:most]]
+    told = [f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message for d in found[:most]]
     return "; ".join(told) + (f"; and {len(found) - most} more" if len(found) > most else "")
 
 
@@ -132,15 +133,20 @@ def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
     return tuple((group.product.chi2, group.runs - 1) for group in groups if group.product.chi2 is not None)
 
 
+def spread_of(analysis: Analysis) -> float | None:
+    """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean; None if no torque has two runs."""
+    products = [group.product for group in analysis.torques if group.torque]
+    return max((one.spread / abs(one.value) for one in products if one.spread is not None), default=None)
+
+
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
-    products = [group.product for group in evidence.analysis.torques if group.torque]
-    spreads = [one.spread / abs(one.value) for one in products if one.spread is not None]
-    if not spreads:
+    spread = spread_of(evidence.analysis)
+    if spread is None:
         return mark(criterion, "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant", {}, 0.0)
     words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
     if any(one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")) for one in evidence.bench):
         words = "the uncertainties that the rubric gives your bench"
-    return _scatter_mark(criterion, max(spreads), scatter_of(evidence.analysis), words, 1.0)
+    return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
 
 
 def _scatter_mark(
@@ -239,6 +245,9 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     return mark(criterion, f"{inertia_text(value, None)}{undone} is {far} from {reference.words}", detail)
 
 
+ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one digit, from another computation
+
+
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, own = evidence.given[0], evidence.own
     if criterion.curve.variable == "stated":
@@ -253,6 +262,11 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
+    # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
+    each = [abs(one.torque / one.product.value) for one in evidence.analysis.torques if one.torque]
+    spread = statistics.stdev(each) / math.sqrt(len(each)) if len(each) > 1 else 0.0
+    if abs(u - spread) < ROUNDED * spread:
+        ratio = 1.0
     undone = f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
     reason = f"± {inertia_range_text(reported.u, reported.u)}{undone}"
     whole = inertia_range_text(low, high)
@@ -325,9 +339,9 @@ KINDS: dict[str, Kind] = {
         _procedure, "The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")
     ),
     "own_data": Kind(
-        _own_data, "I_zz follows from your own runs", "d <= 0.3", "d >= 3", ("full", "zero", "slip"), ("percent",)
+        _own_data, "I_zz follows from your own runs", "d <= 0.6", "d >= 3", ("full", "zero", "slip"), ("percent",)
     ),
-    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 2", "z >= 5", variables=("percent",)),
+    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 3", "z >= 5", variables=("percent",)),
     "uncertainty": Kind(
         _uncertainty, "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", variables=("stated",)
     ),

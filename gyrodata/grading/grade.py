@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
 
+WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
+
 Record = TypeVar("Record", bound=Struct)
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
@@ -124,6 +126,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """Summary of the log to compare it with others; None if the log cannot be analysed."""
+    partner: str = ""  # the partners that the log names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -208,6 +211,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
+        partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
         reported={name: getattr(answers.inertia, name) for name in _REPORTED if answers.inertia},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
@@ -367,6 +371,9 @@ def _looks(evidence: Evidence) -> list[str]:
     if any(abs(slip.factor / evidence.factor - 1) > slips.SAME for slip in evidence.slips):
         words = " or ".join(slip.words for slip in evidence.slips)
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
+    spread = criteria.spread_of(evidence.analysis) or 0.0
+    if spread > WILD:
+        found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
     if evidence.d is not None and evidence.d > FAR and not evidence.slips:
         found.append(
             f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"

@@ -10,8 +10,10 @@ import difflib
 import hashlib
 import io
 import re
+import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import zip_longest
+from itertools import permutations, zip_longest
+from pathlib import Path
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,6 +23,7 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.reporting.data import csv_cell, csv_lines
@@ -28,7 +31,7 @@ from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
-WORDS = ("total", "reported", "station", "partner", "flag", "comment", "hold", "excuse")
+WORDS = ("total", "bonus", "reported", "station", "partner", "flag", "comment", "hold", "excuse", "late", "log")
 """What may be decided besides the points of a criterion."""
 
 FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
@@ -36,6 +39,8 @@ FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
+CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
+OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
@@ -48,6 +53,7 @@ class Desk(Struct, frozen=True):
     waiting: int = 0  # number of the lines with neither: they were only copied
     settled: Mapping[frozenset[str], str] = {}
     """How each flag is settled, by its students; one student alone: all flags of that student."""
+    folder: Path = Path()  # folder of the file, and of corrected logs
 
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""
@@ -77,6 +83,14 @@ class Desk(Struct, frozen=True):
         station = self.value(grade.student, "station")
         return grade if station is None else replace(grade, station=station_key(station))
 
+    def corrected(self, item: Submission) -> Submission:
+        """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
+        name = self.value(item.student, CORRECTED)
+        if name is None:
+            return item
+        path = (self.folder / name).resolve()
+        return replace(item, log_name=str(path), log_file=path.name, problem=None)
+
     def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
         lines = self.lines.get(grade.student, ())
@@ -86,18 +100,24 @@ class Desk(Struct, frozen=True):
         stale = [
             f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
-            if one.what not in (*SEVERAL, *BARE) and seen.get(repr(one), grade.digest) != grade.digest
+            if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
         ]
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
             if one := given.get(mark.criterion):
                 points, reason = read_number(one.value) or 0.0, f"given by hand: {one.told}".removesuffix(": ")
                 marks[at] = replace(mark, points=round(points, 2), reason=reason, detail={}, rule="")
-        if tuple(marks) != grade.marks:
+        if late := given.get("late"):
+            looks = tuple(look for look in grade.look if look != grade.late_reason)
+            words = f"late: {late.value} points taken off by hand"
+            grade = replace(grade, late_deduction=read_number(late.value) or 0.0, late_reason=words, look=looks)
+        if tuple(marks) != grade.marks or late:
             grade = added_up(replace(grade, marks=tuple(marks)))
         if total := given.get("total"):
             points = round(read_number(total.value) or 0.0, 2)
             grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
+        if (bonus := given.get("bonus")) and grade.points is not None:
+            grade = replace(grade, points=max(0.0, round(grade.points + (read_number(bonus.value) or 0.0), 2)))
         for what, status in (("hold", "on hold"), ("excuse", "excused")):
             if what in given:
                 grade = replace(grade, status=status, why=None, points=None)
@@ -109,11 +129,11 @@ class Desk(Struct, frozen=True):
 NO_DESK = Desk()
 
 
-def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
     """Read the file; raise InputError with a fault for each line that cannot be used.
 
-    `students` contains each name that a student may have in the file, in small letters, with the keys of all students
-    with this name.
+    `students` contains each name that a student may have in the file, by its forms as `forms_of` lists them, with the
+    keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
     faults: list[Diagnostic] = []
@@ -121,10 +141,10 @@ def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubr
     left, waiting, number = set(), 0, 0
     settled: dict[frozenset[str], str] = {}
     try:
-        for number, cells in read_list(data, DESK, *COLUMNS[:3]):
+        for number, cells in _lines(data, path.name, points):
             try:
                 row = dict.fromkeys(COLUMNS, "") | cells
-                people, one = _decision(row, points, students)
+                people, one = _decision(row, points, students, path.parent)
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
                     waiting += not one.by
@@ -144,29 +164,57 @@ def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubr
                         raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
                     mine[key] = at, one
             except UnfitError as error:
-                faults.append(Diagnostic.of(error.code, str(error), error.hint, DESK, number))
+                faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
     except (csv.Error, LookupError) as error:
         message, hint = f"cannot be read: {error.args[0]}", f"the first line is {','.join(COLUMNS)}"
-        faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, DESK, number + 1)]
+        faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, path.name, number + 1)]
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
-    return Desk(decided, frozenset(left), waiting, settled)
+    return Desk(decided, frozenset(left), waiting, settled, path.parent)
+
+
+def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tuple[int, dict[str, str]]]:
+    """Give the lines of the file; of a sheet with a column for each decision, a line for each cell."""
+    known = {one.casefold(): one for one in (*WORDS, *points)}
+    for number, cells in read_list(data, name, "student"):
+        if "what" in cells and "value" not in cells:
+            raise LookupError('there is no column "value"')
+        if "what" in cells:
+            yield number, cells
+            continue
+        for column in cells:
+            if column not in (*OTHERS, *known):
+                raise LookupError(f'"{column[:60]}" is no criterion of the rubric; {nearest(column, known)}')
+        for column, what in known.items():
+            if value := cells.get(column):
+                yield number, cells | {"what": what, "value": value}
 
 
 def _decision(
-    row: Mapping[str, str], points: Mapping[str, float], students: Mapping[str, Collection[str]]
+    row: Mapping[str, str], points: Mapping[str, float], students: Mapping[str, Collection[str]], folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
     what = row["what"] if row["what"] in points else row["what"].casefold()
+    if what == "log" and value and (what not in points or read_number(value) is None):
+        what = CORRECTED
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
     people, fault = sorted({_student(one, students) for one in names}), ""
-    if what not in (*points, *WORDS):
+    if what not in (*points, *WORDS, CORRECTED):
         fault = f'"{row["what"][:60]}" is no criterion of the rubric, and nothing else that can be decided'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
     elif what in BARE:
         value = ""
+    elif what in points and value.startswith(("+", "-")):
+        fault, hint = f"{what} = {value[:60]} has a sign", f"to add points to the total, write bonus,{value[1:60]}"
+    elif what == "bonus" and value and read_number(value) is None:
+        fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
+    elif what == "late" and value and not _is_points(value, points["total"]):
+        fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
+    elif what == CORRECTED and not (folder / value).is_file():
+        fault = f'there is no file "{value[:60]}" in the folder of the grades'
+        hint = "write the corrected log there, and its name here"
     elif what in points and value and not _is_points(value, points[what]):
         fault = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
         hint = f"write a number, such as {points[what] / 2:g}"
@@ -191,7 +239,7 @@ def _decision(
 
 def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
-    keys = sorted(known.get(name.casefold(), ()))
+    keys = sorted(next((known[form] for form in forms_of(name) if form in known), ()))
     if not keys:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
         hint = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
@@ -201,6 +249,16 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
         raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
     return name if name in keys else keys[0]
+
+
+def forms_of(name: str) -> list[str]:
+    """List the forms of a name in small letters: as it is, its words in order, and its words joined in any order.
+
+    Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
+    """
+    words = re.findall(r"[^\W_]+", name.casefold())
+    joined = ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
+    return [name.casefold(), " ".join(sorted(words)), *joined]
 
 
 def read_number(text: str) -> float | None:
@@ -224,8 +282,17 @@ def same_value(one: str, other: str) -> bool:
 
 
 def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table that a person wrote, as `csv_table`, but with the names of its columns in small letters."""
-    text = decode(data, Faults(name))[0]
+    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters."""
+    if data.startswith(b"PK"):
+        import openpyxl
+
+        try:
+            sheet = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
+            text = csv_lines([csv_cell(cell) for cell in row] for row in sheet.iter_rows(values_only=True))
+        except (zipfile.BadZipFile, ValueError, OSError, KeyError, IndexError):
+            raise LookupError("it is not a workbook") from None
+    else:
+        text = decode(data, Faults(name))[0]
     for number, cells in csv_table(text, *needed) if text.strip() else ():
         yield number, {column.casefold(): cell for column, cell in cells.items()}
 

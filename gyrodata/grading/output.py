@@ -146,7 +146,7 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
     desk = found.desk
     graded = {one for one in found.names if any(desk.value(one, what) is not None for what in ledger.SETTLING)}
     single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
-    known = [*desk.partners, *found.roster.partners, *desk.settled]
+    known = [*desk.partners, *found.partners, *desk.settled]
     for flag in found.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs too.
         if flag.previous or len(flag.students) == 1:
@@ -176,7 +176,9 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
             ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [exports.flags_csv(found.flags)],
-            "class.html": [class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files)],
+            "class.html": [
+                class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files, folder)
+            ],
             "grades.json": grades_document(found),
         }
         for name, parts in texts.items():

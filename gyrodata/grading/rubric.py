@@ -6,6 +6,7 @@ A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no o
 from __future__ import annotations
 
 import datetime as dt
+import difflib
 import hashlib
 import json
 import math
@@ -13,17 +14,21 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 from importlib.resources import files
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import asdict, force_setattr
 
 from gyrodata import diagnostics
+from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
 from gyrodata.grading.late import Deduction, LateRule, points_of
 from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, read_bench, station_key
 from gyrodata.toml_table import Number, Path, Text, TomlFile, UnfitError
+
+if TYPE_CHECKING:
+    from gyrodata.grading.submissions import Submissions
 
 ACCEPTED = tuple(FIT_WORDS)
 """Fits of a student's own runs that a rubric may accept."""
@@ -73,7 +78,7 @@ def parse_condition(text: str, key: str) -> Condition:
     """Read a condition; raise UnfitError if it cannot be used."""
     match = re.fullmatch(CONDITION, text)
     if match is None:
-        hint = 'write it like "d <= 0.3", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
+        hint = 'write it like "d <= 0.6", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
         raise _unfit(f'"{text[:60]}" is not a condition', hint, key)
     relation = match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low, high = float(match["low"] or match["bound"]), float(match["high"] or match["bound"])
@@ -85,10 +90,18 @@ def parse_condition(text: str, key: str) -> Condition:
     )
 
 
+RESERVED = (
+    "student", "name", "status", "total", "late_deduction", "late", "matched", "d", "z", "slips", "flags", "look",
+    "by_hand", "why_not_graded", "section", "reported", "station", "partner", "flag", "comment", "hold",
+    "excuse", "bonus",
+)  # fmt: skip
+"""Ids that a criterion cannot have: columns of ``grades.csv``, and words of ``desk.csv``."""
+
+
 # --- the file -----------------------------------------------------------------------------------------------
 
 _PATTERN = {"pattern": re.sub(r"\?P<\w+>", "", CONDITION), "description": str(MEANINGS)}
-ConditionText = Annotated[str, Meta(examples=["d <= 0.3"], extra_json_schema=_PATTERN)]
+ConditionText = Annotated[str, Meta(examples=["d <= 0.6"], extra_json_schema=_PATTERN)]
 
 
 class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
@@ -175,6 +188,9 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             if one.id in ids[:at]:
                 message = f'two criteria have the id "{one.id}"'
                 raise UnfitError(message, "give each criterion its own id", path=("criterion", at, "id"))
+            if one.id.casefold() in RESERVED:
+                message = f'"{one.id}" cannot be the id of a criterion: grades.csv or desk.csv uses this word'
+                raise UnfitError(message, f'write another id, such as "{one.id}_points"', path=("criterion", at, "id"))
             if one.check == "reference" and self.reference is None:
                 message = f'criterion "{one.id}" compares with a reference, but none is given'
                 hint = 'add [reference] with from = "class", or [reference.3] with inertia and u'
@@ -234,8 +250,11 @@ class Rubric(_Table, frozen=True, dict=True):
         return self._hash("name", "reference")
 
 
-def default_rubric_text(kind: Literal["simple", "full", "manual"] = "full") -> str:
-    """Return the text of a built-in rubric, with its remarks; "full" is the one that is used by default."""
+BUILT_IN = ("simple", "full", "manual")
+
+
+def default_rubric_text(kind: str = "full") -> str:
+    """Return the text of a rubric of `BUILT_IN`, with its remarks; "full" is used by default."""
     name = "rubric.toml" if kind == "full" else f"rubric-{kind}.toml"
     return files("gyrodata.grading").joinpath(name).read_text("utf-8")
 
@@ -254,6 +273,20 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
         if station != "from":
             file.record(Station, ("reference", station))
     return Rubric(**asdict(file.record(_Table)), name=name)
+
+
+def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
+    """Warn of each late exception for a student who is not in the class: it has no effect."""
+    items = submissions.items
+    known = {name.casefold(): one.student for one in items for name in (one.student, one.name, *one.ids.values())}
+    found = []
+    for one in rubric.late.exceptions if rubric.late else ():
+        if one.student.casefold() not in known:
+            close = difflib.get_close_matches(one.student.casefold(), known, n=1)
+            hint = f"did you mean {known[close[0]]}?" if close else "write the name, key or id of a student"
+            message = f'the late exception for "{one.student}" has no effect: no submission has this name'
+            found.append(Diagnostic.of(diagnostics.EXCEPTION_FOR_NOBODY, message, hint, rubric.name))
+    return found
 
 
 def rubric_shape() -> dict[str, Any]:

@@ -9,6 +9,7 @@ uncertainties of the readings if a log does not state them.
 from __future__ import annotations
 
 import math
+import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -24,9 +25,9 @@ from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
-from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
 from gyrodata.toml_table import nearest as nearest_word
@@ -172,6 +173,11 @@ def station_key(text: str) -> str:
     return " ".join(text.split()).casefold()
 
 
+def in_order(station: str) -> str:
+    """Return a key that sorts stations by their numbers: "2" before "10"."""
+    return re.sub(r"\d+", lambda number: number[0].zfill(9), station)
+
+
 class Station(Struct, frozen=True, forbid_unknown_fields=True):
     """The reference of a station, as a rubric states it."""
 
@@ -260,11 +266,11 @@ def read_bench(lines: Mapping[str, str]) -> Bench:
             raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
         try:
             if key in APPARATUS:
-                read_settings([], [Given(key, text, key, None)], Faults(""), True)
+                read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
             found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
         except InputError as error:
             raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
-        except (UnitError, CellError) as error:
+        except UnitError as error:
             raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
     return found
 
@@ -308,7 +314,7 @@ def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     if every is not None and 0 < every.logs < ENOUGH:
         few = f"{count_text(every.logs, 'log')} without an uncertainty of the times"
         return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
-    told = [one.words for _, one in sorted(scatter.items()) if one.factor > 1]
+    told = [one.words for _, one in sorted(scatter.items(), key=lambda pair: in_order(pair[0])) if one.factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 

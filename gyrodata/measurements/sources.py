@@ -1,6 +1,6 @@
-"""Every source of error that touches a log: what it is an error of, how large it is, and what it is shared by.
+"""Every source of error of a log: its quantity, its size, and the runs that share it.
 
-What is known of each before a log is read is in the table of `error_sources`.
+The table in `error_sources` contains their defaults.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from gyrodata.error_sources import (
 )
 from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
-from gyrodata.readings import Column, Reading, Readings, rounded_turns, stated_u
+from gyrodata.readings import Column, Reading, Readings, rounded_turns
+from gyrodata.readings.roles import stated_u
 from gyrodata.units import Uncertainty
 
 
@@ -34,30 +35,30 @@ class Source(Struct, frozen=True):
     """One kind of error, independent between groups of runs and equal within a group.
 
     The reading is the truth plus (`absolute` + `relative` × truth) × a standard normal number, one for each
-    group. Proportional errors are thus proportional to the *true* value: taken at the measured one, low
-    readings would look precise and pull the fit.
+    group. Errors are proportional to the *true* value: if they were proportional to the measured one, low readings
+    would look too precise.
     """
 
     name: str
     """Key of the log without its ``u_``: "position_zero"."""
     quantity: Quantity
-    """What it is an error of."""
+    """The quantity that has the error."""
     groups: Integers
-    """Group of each run, shape (n,), counted from 0; −1 for a run that it does not touch."""
+    """Group of each run, shape (n,), counted from 0; −1 for a run without this error."""
     absolute: Floats
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
     relative: Floats
     """Shape (n,), standard uncertainty [1]."""
     shared_by: str
-    """In words: "runs with the same weight"; "" where every run has its own."""
+    """In words: "runs with the same weight"; "" if every run has its own error."""
     default: bool
-    """True where the log does not give it."""
+    """True if the log does not state it."""
     usual: str
-    """What it is in words where the log does not give it: "0.2 %"."""
+    """The default in words: "0.2 %"."""
 
     @property
     def described(self) -> str:
-        """Its name in words, in this log."""
+        """The default in words, or "as given"."""
         return self.usual if self.default else "as given"
 
     @property
@@ -68,7 +69,7 @@ class Source(Struct, frozen=True):
     @property
     def shared_count(self) -> int:
         """Number of errors that several runs have in common."""
-        # Those that it does not touch are counted first.
+        # Runs without this error are counted first.
         return int((np.bincount(self.groups + 1)[1:] > 1).sum())
 
 
@@ -82,7 +83,7 @@ def list_sources(
     position: Floats,
     drag: Drag | None,
 ) -> list[Source]:
-    """All sources of uncertainty that touch this log, in the order of the table; but for those of a tilt."""
+    """List all sources of error of a log except those of a tilt, in the order of the table."""
     columns = readings.columns
     relative_spin, default = _spin_errors(readings)
     used = spin_columns(readings)
@@ -119,7 +120,7 @@ def list_sources(
 
 
 def _gravity_source(readings: Readings) -> Source:
-    """Doubt about g: none where it is given, little where the latitude is."""
+    """Return the uncertainty of g: none if the log states it, small if the log states the latitude."""
     if "g" in readings.constants:
         return _of_whole_log(readings, "g", Uncertainty(), "0")
     if "latitude" in readings.constants:
@@ -128,7 +129,7 @@ def _gravity_source(readings: Readings) -> Source:
 
 
 def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
-    """Doubt about what each weight adds to I_zz, where the log states how well its diameter is known."""
+    """List the uncertainty of the inertia of each weight, if the log states that of its diameter."""
     column = columns.get("weight_diameter")
     if column is None or all(reading.u is None for reading in column.readings):
         return []
@@ -175,7 +176,7 @@ def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, d
 
 
 def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
-    """Errors of the times, or of the rates given instead, and of the angles timed."""
+    """List the errors of the times, or of rates instead of times, and of the timed angles."""
     columns, every = readings.columns, np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
@@ -223,7 +224,7 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
 
 
 def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
-    """Doubt about the pitch and about I, where they have a part: of a tilted rod, or one let go from rest."""
+    """List the uncertainties of the pitch and of I for a tilted or a released rod."""
     count = len(readings.runs)
     sources = []
     if "pitch" in readings.columns:
@@ -232,18 +233,20 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
     elif readings.motion != "released":
         return []
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    if transverse is not None:
-        column = readings.columns["transverse_inertia"]
-        stated = [read.u.at(value) / value for read, value in zip(column.readings, transverse, strict=True) if read.u]
-        default, usual = not stated, SOURCES["transverse_inertia"].usual
-        size = max(stated) if stated else SOURCES["transverse_inertia"].default.relative
+    known = SOURCES["transverse_inertia"]
+    role = "nutation_period" if transverse is None else "transverse_inertia"
+    if role in readings.columns:
+        column = readings.columns[role]
+        stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
+        default, usual = not stated, known.usual
+        size = max(stated) if stated else known.default.relative
     doubt = np.zeros(count), np.full(count, size)
     sources.append(_source("transverse_inertia", np.zeros(count, dtype=int), *doubt, default, usual))
     return sources
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
-    """Uncertainty of a source that the whole log has in common, and whether it is the default."""
+    """Return the uncertainty of a source of the whole log, and whether it is the default."""
     stated = readings.uncertainties.get(f"u_{key}")
     return (SOURCES[key].default, True) if stated is None else (stated, False)
 
@@ -251,7 +254,7 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 def _source(
     key: str, groups: Integers, absolute: Floats, relative: Floats, default: bool, usual: str | None = None
 ) -> Source:
-    """One source of the table, as it is in a log."""
+    """Create a source of the table for a log."""
     kind = SOURCES[key]
     words = kind.usual if usual is None else usual
     return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
@@ -270,8 +273,8 @@ def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
     """Return a component with one error for each value: for each weight, not for each run.
 
-    Where runs of one group state different uncertainties (a column ``u_mass``), the largest holds for the
-    group: it is one reading and has one error.
+    If runs of one group state different uncertainties (a column ``u_mass``), the largest is used for the group: it is
+    one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
@@ -288,16 +291,16 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
 
 
 def _numbered(keys: Sequence[object]) -> Integers:
-    """Number equal keys alike, from 0 in order of appearance; −1 for None, which a source does not touch."""
+    """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
     distinct = [key for key in dict.fromkeys(keys) if key is not None]
     numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
     return np.array([numbers[key] for key in keys], dtype=int)
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
-    """Uncertainty of each reading of a column: as given, or the default with the last digit's rounding.
+    """Return the uncertainty of each reading of a column: as stated, or the default with the rounding.
 
-    Gives the absolute [SI] and the relative [1] part, shape (n,), and whether any default was used.
+    The absolute [SI] and the relative [1] part have shape (n,); the last value is True if a default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array(column.steps) / math.sqrt(12)
@@ -313,13 +316,13 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
 def _stated_for_period(
     columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats
 ) -> tuple[Floats, Floats, bool] | None:
-    """Uncertainty of each time from the one that the log states for every run's period, or rate; None if it does not.
+    """Return the uncertainty of each time from that of the period or rate of the run; None if the log has none.
 
-    A log with columns ``t``, ``N``, ``T = t/N`` and ``σ_T`` says how well the times are known, in another place.
+    An example is a log with the columns ``t``, ``N``, ``T = t/N`` and ``σ_T``.
     """
     for column in told_by_period(columns, timing):
         stated = [reading.u for reading in column.readings if reading.u is not None]
-        # A rate is off by the same share as its period.
+        # A rate has the same relative error as its period.
         size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
         absolute = np.array([u.absolute for u in stated])
         relative = np.array([u.relative for u in stated])
@@ -329,7 +332,7 @@ def _stated_for_period(
 
 
 def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column]:
-    """Columns of periods or rates that state an uncertainty for every run, where those of the times are not stated."""
+    """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
     if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
         return []
     beside = (columns[role] for role in ("precession_period", "precession_rate") if role in columns)
@@ -337,7 +340,7 @@ def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column
 
 
 def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
-    """Relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
+    """Return the relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
     used = spin_columns(readings)
     parts = []
     any_default = False
@@ -356,7 +359,7 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
 
 
 def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
-    """A spin is read off, or its turns are timed with the stopwatch."""
+    """Return the default uncertainty of a spin that is read, or of turns that are timed with the stopwatch."""
     if column.role != "spin_time":
         return SOURCES["spin"].default
     fewest = min(value for value in readings.columns["spin_turns"].values if value)
@@ -364,12 +367,12 @@ def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
 
 
 def values_of(column: Column) -> Floats:
-    """Values of a column [SI], shape (n,); NaN where nothing was read."""
+    """Return the values of a column [SI], shape (n,); NaN for a blank cell."""
     return np.array(column.values, dtype=float)
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
-    """The columns that the spin is taken from: start, half time and end, or half time alone, or start and end."""
+    """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
     columns = readings.columns
     for unit in ("spin", "spin_period"):
         for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
@@ -381,7 +384,7 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
 
 
 def _time_of_one(time: Column, turns: Column) -> Column:
-    """Make times per revolution of the times of several."""
+    """Divide the times of several revolutions by their number."""
     readings = []
     for one, count in zip(time.readings, turns.readings, strict=True):
         if one.value is None or not count.value:
@@ -394,7 +397,7 @@ def _time_of_one(time: Column, turns: Column) -> Column:
 
 
 def as_spin(column: Column) -> Floats:
-    """Spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
+    """Return the spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
     values = np.abs(values_of(column))
     return cast(Floats, 2 * np.pi / values if column.role.startswith(("spin_period", "spin_time")) else values)
 
@@ -407,7 +410,7 @@ def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
 
 
 def spin_weights(spins: list[Floats]) -> list[Floats]:
-    """Relative change of the mean spin for a relative change of each reading; they add up to 1."""
+    """Compute the relative change of the mean spin for a relative change of each reading; the sum is 1."""
     if len(spins) == 3:
         parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
         return [part / sum(parts) for part in parts]

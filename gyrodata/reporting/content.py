@@ -16,6 +16,9 @@ from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentenc
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 from gyrodata.tables import turn_words
 
+WIDE = 3.0
+"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is much narrower."""
+
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""
 
@@ -57,27 +60,53 @@ REFERENCES = (
 """Sources of the method."""
 
 
+BYLINE = ("author", "authors", "name", "names", "student", "partner", "partners", "course", "group", "station", "date")
+"""Keys of the lines of a log that the report shows below its title."""
+
+
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
     size = say("{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque"))
     sections = (
-        *questions.answer(n, say("{}.", _agreement(n)), _fit_quality(n)),
+        *questions.answer(n, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
         Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
         Section("How to improve the next lab", _advice(analysis), "advice"),
         Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True),
         Section("Three fits side by side", tuple(_fits(n)), "fits", True),
         Section("Effects considered", _effects(n), "effects", True),
-        questions.others(analysis),
+        questions.others(n),
         Section("Diagnostics", _diagnostics(n), "diagnostics", True),
         Section("Method and how to cite it", tuple(_method(n)), "method", True),
         Section("Provenance", _provenance(n), "provenance", True),
         Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True),
     )
-    answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
-    top, brief = tuple(_top(n)), tuple(_brief(n))
-    return elements.Report(analysis.name, size, _read_as(n), tuple(_doubts(analysis)), answer, top, brief, sections)
+    if analysis.options.worksheet:
+        sections = tuple(section for section in sections if section.anchor != "advice")
+    known = {key.lower(): (key, text) for key, text in analysis.readings.metadata.items()}
+    lines = [f"{key.capitalize()}: {text}" for key, text in (known[one] for one in BYLINE if one in known)]
+    return elements.Report(
+        name=analysis.name,
+        size=size,
+        title=say(
+            "Gyroscope lab {}: {}, {}", "worksheet" if analysis.options.worksheet else "report", analysis.name, size
+        ),
+        byline=say("{}", " · ".join(lines)),
+        read_as=_read_as(n),
+        doubts=tuple(_doubts(analysis)),
+        answer=say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
+        if is_wide(analysis)
+        else say("I_zz = {}", n.value("inertia.value", n.inertia)),
+        top=tuple(_top(n)),
+        brief=tuple(_brief(n)),
+        sections=sections,
+    )
+
+
+def is_wide(analysis: Analysis) -> bool:
+    """Return whether the 95 % interval is much wider than ± 2 u."""
+    return analysis.inertia.interval_95 is not None and (analysis.inertia.k or 0.0) > WIDE
 
 
 # --- the first screen --------------------------------------------------------------------------------------------
@@ -92,12 +121,12 @@ def _read_as(n: Numbers) -> Sentence:
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         turns, noun = turn_words(run.turns).split(" ")
-        timed = say(", {} {} in {}", n.number(f"{at}.turns", turns), noun, n.value(f"{at}.time", values.SECOND))
+        timed = say(", {} {} in {}", n.number(f"{at}.turns", turns), noun, n.reading(i, "time", values.SECOND))
     return say(
         "Read as: run {}: {}, {}{}{}, one turn in {}.",
         n.number(f"{at}.run"),
         on_the_rod,
-        n.value(f"{at}.spin", values.RPM),
+        n.reading(i, "spin", values.RPM),
         timed,
         say(": {}", torque) if run.mass is not None else (),
         n.value(f"{at}.period", values.SECOND),
@@ -112,26 +141,15 @@ def _doubts(analysis: Analysis) -> Iterator[Sentence]:
         yield say("{}{}.{}", start, doubt.words, remedy)
 
 
-def residual_torque(n: Numbers) -> Sentence:
-    """Write the residual torque."""
-    m0 = n.value("residual_torque.value", n.torque)
-    return say("residual torque M0 = {} (net torque = applied torque + M0)", m0)
-
-
 def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
     if first := [_diagnostic(n, i) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]:
         yield Text(tuple(first))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
-    facts = []
     if analysis.inertia.interval_95 is not None:
-        interval = n.interval("inertia.interval_95", n.inertia)
-        facts = [say("95 % interval: {} (k = {})", interval, n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}"))]
-    facts.append(residual_torque(n))
-    if analysis.timing_bias.u:
-        facts.append(say("timing bias b = {}", n.value("timing_bias.value", values.SECOND)))
-    yield Text(tuple(facts), "facts")
+        k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
+        yield paragraph("95 % interval: {} (k = {})", n.interval("inertia.interval_95", n.inertia), k)
     yield paragraph("Every ± is one standard uncertainty u, which includes the scatter of the runs.", kind="small")
 
 
@@ -141,7 +159,10 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
-    if analysis.inertia.interval_95 is not None:
+    if is_wide(analysis):
+        words = "Median and half of the 68 % interval: {}; the 95 % interval is much wider than ± 2 u."
+        yield say(words, n.value("inertia.value", n.inertia))
+    elif analysis.inertia.interval_95 is not None:
         yield say(
             "95 % interval: {}; torque without a weight M0 = {} (included in the fit)",
             n.interval("inertia.interval_95", n.inertia),
@@ -165,8 +186,9 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
         yield say(f"{len(odd) - FEW} more suspected outliers are marked in the table of runs.")
     if far:
         named = [part for i in far[:FEW] for part in say(", {}", _run_place(n, i))][1:]
-        words = "If you have time, repeat {}: the other runs predict a time that differs by more than {} u."
-        yield say(words, tuple(named), f"{FAR:g}")
+        them = "it is" if len(far) == 1 else "they are"
+        words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
+        yield say(words, tuple(named), them, f"{FAR:g}")
     if not odd and not far:
         more = "." if n.analysis.doubts else "; you need not repeat any run."
         yield say(f"No suspected outliers{more}")
@@ -214,6 +236,13 @@ def _largest_part(n: Numbers) -> Sentence:
             said = say(words, said, largest, part)
         elif i == 0:
             name = SOURCE_NAMES.get(share.source, share.source)
+            shares = {one.source: one.share for one in n.analysis.budget}
+            if share.source in ("time", "unexplained_scatter") and {"time", "unexplained_scatter"} <= shares.keys():
+                # The scatter above the stated uncertainties is most likely that of the hand.
+                name = "stopwatch readings with their unexplained scatter"
+                both = 100 * (shares["time"] + shares["unexplained_scatter"])
+                said = say(f". Largest uncertainty: the {name} ({both:.0f} % of the variance).")
+                continue
             the = "" if name == "g" or name.startswith("each") else "the "
             said = say(". Largest uncertainty: {}{} ({} of the variance).", the, name, part)
     return said
@@ -226,7 +255,7 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     by = by if measured.torque_unseen is None else "the run without a weight"
     if measured.torque_unseen is not None or measured.balanced or measured.balance_test is not None:
         return (say(f"All torques are equal, so the answer depends on {by}."),)
-    usual = "If the ball is balanced as in step 2, I_zz = {}; a usual imbalance, 5 % of the torque, changes it by 5 %."
+    usual = "If the ball is well balanced, I_zz = {}; a usual imbalance, 5 % of the torque, changes it by 5 %."
     decide = "All torques are equal. To decide, write {}, add a balance test, or time a run without an added mass."
     return say(usual, n.value("if_balanced.value", n.inertia)), say(decide, Styled("# balanced: yes", "code"))
 
@@ -264,8 +293,8 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
                 (n.number(f"{at}.run"),),
                 n.number(f"{at}.line"),
                 n.load(group_of[i]),
-                n.value(f"{at}.spin", values.RPM),
-                n.value(f"{at}.time", second),
+                n.reading(i, "spin", values.RPM),
+                n.reading(i, "time", second),
                 n.number(f"{at}.turns", turn_words(run.turns).split(" ")[0]),
                 n.value(f"{at}.period", second),
                 n.value(f"{at}.product", values.PRODUCT),
@@ -299,13 +328,15 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         Head("component"),
         Head("share of the variance", values.PERCENT, dots=bars),
         Head("u of I_zz", n.inertia),
-        Head("shared by", wrap=0.35),
+        Head("shared by", wrap=0.25),
     )
     caption = "Uncertainty components with their shares of the variance u² of I_zz, the largest first"
     yield table(heads, rows, caption) if rows else paragraph("The log states no uncertainty.")
     if assumed := defaults_used(n.analysis):
         yield paragraph("The log does not state these uncertainties, so default values are used:")
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
+    if n.analysis.options.worksheet:
+        yield questions.conclude(n, "budget")
 
 
 def defaults_used(analysis: Analysis) -> list[str]:

@@ -5,6 +5,7 @@ The text in them is plain, whatever it contains: each writer escapes it. Each nu
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -149,12 +150,12 @@ class Text(Struct, frozen=True):
 
     sentences: tuple[Sentence, ...]
     kind: str = ""
-    """Lists are "list", "numbered" and "facts"; paragraphs can be "result" or "small"."""
+    """Lists are "list" and "numbered"; paragraphs can be "result", "small" or "task"."""
 
     @property
     def is_list(self) -> bool:
         """Return whether the sentences are the items of a list."""
-        return self.kind in ("list", "numbered", "facts")
+        return self.kind in ("list", "numbered")
 
 
 def paragraph(words: str, *parts: Part | Sentence, kind: str = "") -> Text:
@@ -189,6 +190,9 @@ class Report(Struct, frozen=True):
     name: str
     size: Sentence
     """Of the log: "10 runs, 4 torques"."""
+    title: Sentence
+    byline: Sentence
+    """Author, partners, course and date, if the log gives them."""
     read_as: Sentence
     """One run in words, which shows a wrong unit or origin."""
     doubts: tuple[Sentence, ...]
@@ -199,11 +203,6 @@ class Report(Struct, frozen=True):
     brief: tuple[Sentence, ...]
     """Below the answer in the terminal."""
     sections: tuple[Section, ...]
-
-    @property
-    def title(self) -> Sentence:
-        """Name the report."""
-        return say("Gyroscope lab report: {}, {}", self.name, self.size)
 
 
 class Numbers:
@@ -255,6 +254,13 @@ class Numbers:
             return self.number(place, values.reading_text(value, scale.size, step), scale)
         *digits, exponent = values.rounded(value, spread, scale.size)
         return Number(tuple(digits), (place, f"{above}.{key}"), scale, scale.size * 10.0**exponent, exponent)
+
+    def reading(self, run: int, role: str, scale: Scale) -> Number:
+        """Show the spin or the time of a run with the digits of the log."""
+        place, column = f"runs.{run}.{role}", self.analysis.readings.columns.get(role)
+        # A mean of several readings has no digits of its own.
+        as_read = column is not None and math.isclose(column.values[run] or 0.0, self.find(place), rel_tol=1e-12)
+        return self.value(place, scale, step=column.steps[run] if column and as_read else 0.0)
 
     def number(self, place: str, text: str | None = None, scale: Scale = NUMBER) -> Number:
         """Show the number or name at a place as a text; as it is without a text."""

@@ -56,7 +56,11 @@ def latex_report(analysis: Analysis) -> str:
     """
     whole = report(analysis)
     answer = next(_quantity(part) for part in whole.answer if isinstance(part, Number))
-    blocks = [rf"\section*{{{_sentence(whole.title)}}}", _sentence(whole.read_as)]
+    blocks = [
+        rf"\section*{{{_sentence(whole.title)}}}",
+        *([_sentence(whole.byline)] if whole.byline else []),
+        _sentence(whole.read_as),
+    ]
     blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # An unreliable answer is not bold.
     bold = "" if whole.doubts else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
@@ -80,7 +84,7 @@ def _block(block: Block) -> str:
         return _TABLE % (columns, escape(block.caption), " & ".join(map(_head, block.heads)), body)
     found = [_sentence(line) for line in block.sentences]
     if not block.is_list:
-        return "\n\n".join(found)
+        return "\n\n".join(found) + "\n\n\\vspace{2cm}" * (block.kind == "task")
     kind, items = "enumerate" if block.kind == "numbered" else "itemize", "\n".join(rf"\item {line}" for line in found)
     return f"\\begin{{{kind}}}\\raggedright\n{items}\n\\end{{{kind}}}"
 

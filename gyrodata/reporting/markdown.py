@@ -33,7 +33,11 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png", alt: Mapping[st
     str
     """
     whole = report(analysis)
-    blocks = [f"# {_sentence(whole.title)}", _sentence(whole.read_as)]
+    blocks = [
+        f"# {_sentence(whole.title)}",
+        *([_sentence(whole.byline)] if whole.byline else []),
+        _sentence(whole.read_as),
+    ]
     blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
     # An unreliable answer is not bold.
     blocks.append(_sentence(whole.answer) if whole.doubts else f"**{_sentence(whole.answer)}**")

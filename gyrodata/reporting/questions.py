@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from gyrodata.plotting import FIGURES
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
-from gyrodata.results import Analysis
 from gyrodata.tables import turn_words
 
 AGREES = 2.0
@@ -28,14 +27,40 @@ MODEL_NAMES = {
 
 _WHEEL = " (of the ball; add --wheel-inertia and --wheel-spin of the wheel that you held)"
 
-OTHERS = (
-    ("question 1, steps 3 to 5, a force on the tip of the rod", "tip"),
-    ("question 1, steps 4 and 6, precession at any spin and pitch", "precession"),
-    (f"question 1, step 9, a bicycle wheel twisted in your hands{_WHEEL}", "twist"),
-    ("question 2, gyroscopes above the turning Earth", "earth"),
-    (f"question 4, a wheel turned over on the platform{_WHEEL}", "platform"),
-)
-"""Questions that the data do not answer, with the part of `gyro predict` for each."""
+OTHERS = {
+    "tip": ("a force on the tip of the rod", "question 1, steps 3 to 5"),
+    "precession": ("precession at any spin and pitch", "question 1, steps 4 and 6"),
+    "twist": (f"a bicycle wheel twisted in your hands{_WHEEL}", "question 1, step 9"),
+    "earth": ("gyroscopes above the turning Earth", "question 2"),
+    "platform": (f"a wheel turned over on the platform{_WHEEL}", "question 4"),
+}
+"""Questions that the data do not answer, by the part of `gyro predict`: the content, and the number on the sheet."""
+
+TASKS = {
+    "line": "Does one straight line describe your runs? Hint: count the runs whose bars reach the line in the lower "
+    "panel. A p below 0.05 is a sign that the runs scatter more than the readings explain.",
+    "balance": "What does M0 say about the ball? Hint: which torque acts on the rod without a weight? Is M0 larger "
+    "than twice its uncertainty?",
+    "period": "How does the period depend on the spin at one torque? Hint: is each line straight, and does it go "
+    "through the origin? What does a larger torque change?",
+    "exponent": "Which power of the spin do your runs show? Hint: compare the difference from 1 with twice the "
+    "uncertainty. Then find τ from eq. (9), I_zz φ̇ψ̇ = M + M0, with φ̇ = 2π/τ.",
+    "product": "Is φ̇ψ̇ constant at one torque? Hint: compare the two percentages. What does eq. (9) say?",
+    "meaning": "What does the slope mean? Hint: L = I_zz ψ̇ is the angular momentum along the rod. Does the torque "
+    "change its length or its direction?",
+    "ball": "Does I_zz agree with the value from the dimensions? Hint: compare the difference with twice its "
+    "uncertainty. Which parts are not in 2/5 m r²?",
+    "budget": "Which uncertainty would you reduce first, and how? Hint: halve the largest component, and add the "
+    "squares again.",
+}
+"""Questions of a worksheet, in place of conclusions."""
+
+
+def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
+    """Return a conclusion; in a worksheet, return the question that leads to it."""
+    if n.analysis.options.worksheet:
+        return paragraph(TASKS[task], kind="task")
+    return Text(sentences)
 
 
 def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
@@ -53,25 +78,38 @@ def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Secti
     Section
         The torque against φ̇ψ̇ first, because its slope is the answer.
     """
-    yield Section("Torque against φ̇ψ̇: the slope (question 3 d)", tuple(_slope(n, agreement, quality)), "torque")
-    yield Section("Precession period against spin (question 3 a)", tuple(_period(n)), "period")
-    yield Section("How the period depends on the spin (question 3 b)", tuple(_exponents(n)), "exponent")
-    yield Section("The product φ̇ψ̇ at one torque (question 3 c)", tuple(_product(n)), "product")
-    yield Section("The meaning of the slope (question 3 e)", tuple(_meaning(n)), "meaning")
+    sections = (
+        ("Torque against φ̇ψ̇: the slope", "3 d", _slope(n, agreement, quality), "torque"),
+        ("Precession period against spin", "3 a", _period(n), "period"),
+        ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
+        ("The product φ̇ψ̇ at one torque", "3 c", _product(n), "product"),
+        ("The meaning of the slope", "3 e", _meaning(n), "meaning"),
+    )
+    for words, number, blocks, anchor in sections:
+        yield Section(f"{words}{_number(n, f'question {number}')}", tuple(blocks), anchor)
     yield Section("One run by hand", tuple(_by_hand(n)), "byhand")
 
 
-def others(analysis: Analysis) -> Section:
+def others(n: Numbers) -> Section:
     """Name the commands for the other questions."""
-    given = " (add the --set and --map that you gave)" if analysis.options.set or analysis.options.map else ""
-    words = say(
-        "Questions 1, 2 and 4 ask what you saw and felt, so this report cannot answer them. These commands show what "
-        f"theory predicts; --log takes I_zz and the fastest spin from this log{given}:"
+    options = n.analysis.options
+    given = " (add the --set and --map that you gave)" if options.set or options.map else ""
+    words = (
+        "The log does not contain what you saw and felt. These commands show what theory predicts; --log takes I_zz "
+        f"and the fastest spin from this log{given}:"
     )
     # A shell would not read other names as one word.
-    log = analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", analysis.name) else "LOG"
-    items = tuple(say("{}: {}", asked, Styled(f"gyro predict {part} --log {log}", "code")) for asked, part in OTHERS)
-    return Section("The other questions", (Text((words,)), Text(items, "list")), "others", True)
+    log = n.analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", n.analysis.name) else "LOG"
+    items = [
+        say(f"{asked}{_number(n, number)}: {{}}", Styled(f"gyro predict {part} --log {log}", "code"))
+        for part, (asked, number) in OTHERS.items()
+    ]
+    return Section("The other questions", (paragraph(words), Text(tuple(items), "list")), "others", True)
+
+
+def _number(n: Numbers, number: str) -> str:
+    """Write the number of a question on the lab sheet, unless the settings of the lab remove it."""
+    return "" if n.analysis.readings.metadata.get("question_numbers") == "no" else f" ({number})"
 
 
 def _agrees(deviation: float | None) -> bool:
@@ -79,29 +117,42 @@ def _agrees(deviation: float | None) -> bool:
 
 
 def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[elements.Block]:
-    """Answer (d): the slope of the torque against φ̇ψ̇."""
+    """Show the torque against φ̇ψ̇, whose slope is the answer."""
     analysis, m0 = n.analysis, n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with I_zz = {}", n.value("inertia.value", n.inertia), kind="result")
+    yield conclude(n, "line", say("{}.", agreement))
+    yield paragraph("{}.", quality)
+    words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}."
+    if analysis.runs_disagree:
+        words = (
+            "These runs do not show a linear relation between torque and φ̇ψ̇: they do not agree with one line. If they "
+            "did, M0 would shift the line but not change its slope{}."
+        )
     balance = ""
     if m0.u:
         shown = "shows no imbalance" if _agrees(m0.value / m0.u) else "was not perfectly balanced"
         balance = f": the ball {shown}"
-    words = (
-        "The torque is a linear function of φ̇ψ̇. Its residual torque is {}, which shifts the line but does not change "
-        f"its slope{balance}."
-    )
-    if analysis.runs_disagree:
+    yield conclude(n, "balance", say(words, balance))
+    facts = residual_torque(n)
+    if analysis.centre_of_mass is not None:
         words = (
-            "These runs do not show a linear relation between torque and φ̇ψ̇: they do not agree with one line. If they "
-            "did, the residual torque would be {}, and the slope I_zz as above."
+            "{} Divided by the weight of the ball, it gives the distance of the centre of mass from the centre of the "
+            "ball: {}, along the rod towards the weight."
         )
-    law = say(words, n.value("residual_torque.value", n.torque))
+        facts = say(words, facts, n.value("centre_of_mass.value", values.MICROMETRE))
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
         slope, away = n.value("fits.1.inertia.value", n.inertia), n.shift("fits.1.deviation")
-        law = say("{} A line without an intercept has the slope {}, {} away.", law, slope, away)
-    yield Text((say("{} {}.", agreement, quality), law))
+        facts = say("{} A line without an intercept has the slope {}, {} away.", facts, slope, away)
+    if analysis.timing_bias.u:
+        facts = say("{} The timing bias b of the stopwatch is {}.", facts, n.value("timing_bias.value", values.SECOND))
+    yield Text((facts,))
+
+
+def residual_torque(n: Numbers) -> Sentence:
+    """Write the residual torque."""
+    return say("The residual torque M0 is {}.", n.value("residual_torque.value", n.torque))
 
 
 def _period(n: Numbers) -> Iterator[elements.Block]:
@@ -114,7 +165,7 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
                 "At each torque the period is proportional to the spin: the runs are on a straight line through zero. "
                 "A smaller torque gives a steeper line."
             )
-    yield paragraph(words)
+    yield conclude(n, "period", say(words))
     yield Picture("period", FIGURES["period"].caption)
     per_spin = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
     rows = [
@@ -133,24 +184,12 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
 def _exponents(n: Numbers) -> Iterator[elements.Block]:
     """Answer (b): the exponent of the period against the spin."""
     whole, laws = n.analysis.exponent, n.analysis.power_law
-    derived = say(
-        "Eq. (9) says I_zz φ̇ψ̇ = M + M0, and one turn of precession takes τ = 2π/φ̇. So τ = 2π I_zz ψ̇ / (M + M0): at "
-        "one torque the period is proportional to the spin, τ ∝ ψ̇ⁿ with n = 1."
-    )
-    yield Text((derived,))
     if whole is None:
         words = "No torque has runs at two different spins, so the log does not determine the exponent n of τ ∝ ψ̇ⁿ."
         yield paragraph(words)
         return
     everything = n.value("exponent.value")
-    yield paragraph("τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
-    words = "The exponent agrees with 1 ({} away): the period is proportional to the spin, as in eq. (9)."
-    if not _agrees(whole.deviation):
-        words = (
-            "The exponent does not agree with 1 ({} away), the value of eq. (9). Check each torque, and the suspected "
-            "outliers."
-        )
-    yield paragraph(words, n.shift("exponent.deviation"))
+    yield paragraph("The runs give τ ∝ ψ̇ⁿ with n = {}", everything, kind="result")
     rows: list[tuple[elements.Cell, ...]] = []
     for i, law in enumerate(laws):
         known = law.exponent is not None
@@ -162,24 +201,34 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
     exponents = Head("exponent n", values.NUMBER, dots=tuple(dots), band=(1.0, 1.0))
     caption = "Exponent of each torque, and one for all"
     yield table((Head("load"), exponents, Head("remark", wrap=0.45)), rows, caption, main=len(rows) - 1)
+    agrees = "The exponent agrees with 1 ({} away): at one torque the period is proportional to the spin."
+    if not _agrees(whole.deviation):
+        agrees = "The exponent does not agree with 1 ({} away). Check each torque, and the suspected outliers."
+    reason = (
+        "Eq. (9) gives n = 1: it says I_zz φ̇ψ̇ = M + M0, and one turn of precession takes τ = 2π/φ̇, so "
+        "τ = 2π I_zz ψ̇ / (M + M0)."
+    )
+    yield conclude(n, "exponent", say(agrees, n.shift("exponent.deviation")), say(reason))
 
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
     """Answer (c): φ̇ψ̇ at one torque."""
     found = n.analysis.constancy
-    sentence = say("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.")
-    if found is not None:
-        constant, but = ("constant within the uncertainties", "and")
-        if found.p < UNLIKELY:
-            constant, but = ("not constant within the stated uncertainties", "but")
-        sentence = say(
-            f"At one torque φ̇ψ̇ is {constant}: the runs scatter about the mean of their torque by {{}}, {but} {{}} is "
-            "expected from timing and spin ({}).",
+    if found is None:
+        yield paragraph("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.")
+    else:
+        constant = (
+            "constant within the uncertainties"
+            if found.p >= UNLIKELY
+            else "not constant within the stated uncertainties"
+        )
+        yield conclude(n, "product", say(f"At one torque φ̇ψ̇ is {constant}."))
+        yield paragraph(
+            "The runs scatter about the mean of their torque by {}; {} is expected from timing and spin ({}).",
             n.percent("constancy.scatter", sign=False),
             n.percent("constancy.expected", sign=False),
             n.p("constancy.p"),
         )
-    yield Text((sentence,))
     yield Picture("product", FIGURES["product"].caption)
     rows: list[tuple[elements.Cell, ...]] = []
     for i, group in enumerate(n.analysis.torques):
@@ -210,11 +259,16 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
 def _meaning(n: Numbers) -> Iterator[elements.Block]:
     """Answer (e): what the slope is, and what the dimensions of the ball give."""
     words = (
-        "The slope is the moment of inertia about the rod of everything that spins: ball, rod and weight. A mass "
-        "resists a change of its speed; in the same way I_zz resists a change of the spin. The larger I_zz is, the "
-        "slower the same torque turns the axis."
+        "The slope is the moment of inertia I_zz about the rod of everything that spins: ball, rod and weight. "
+        "L = I_zz ψ̇ is the angular momentum along the rod. The torque is perpendicular to L, so it changes the "
+        "direction of L but not its length: M + M0 = L φ̇. This is why the rod moves sideways and does not fall. With a "
+        "larger I_zz the same spin gives a larger L, and the same torque turns the rod more slowly."
     )
-    yield paragraph(words)
+    yield conclude(n, "meaning", say(words))
+    runs = n.analysis.run_table
+    fastest = max(range(len(runs)), key=lambda i: runs[i].spin)
+    momentum, spin = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM), n.reading(fastest, "spin", values.RPM)
+    yield paragraph("At the fastest spin, {}, L = I_zz ψ̇ = {}.", spin, momentum, kind="result")
     ball = n.analysis.ball
     if ball is None:
         ask = (
@@ -226,17 +280,18 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
         return
     exact = " (assumed exact: the log gives no uncertainty)" if ball.inertia_u is None else ""
     whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
-    described = say("The disk that the log describes has ½ m r² = {}{}. ", whole, exact)
+    described = say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
     if ball.mass is not None:
         parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
         added = " and ".join(name for name, part in parts if part)
         described = say(
-            f"A ball of {{}} and {{}} has 2/5 m r²{' with ' if added else ''}{added} = {{}}{exact}. ",
+            f"A ball of {{}} and {{}} has 2/5 m r²{' with ' if added else ''}{added} = {{}}{exact}.",
             n.value("ball.mass", values.mass_scale(ball.mass)),
             n.value("ball.diameter", values.CENTIMETRE),
             whole,
         )
-    yield Text(((*described, *compare_with_ball(n)),))
+    yield Text((described,))
+    yield conclude(n, "ball", compare_with_ball(n))
     names = {"solid": "solid ball", "bore": "bore, for the same mass", "rod": "rod", "disk": "disk"}
     found = [key for key in names if n.find(f"ball.{key}")]
     if len(found) > 1:
@@ -303,14 +358,14 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
         turning = say(
             f"φ̇ = {sign}2π × {'({})' if '/' in turns else '{}'} / {{}} = {{}}",
             n.number(f"{at}.turns", turns),
-            n.value(f"{at}.time", values.SECOND),
+            n.reading(i, "time", values.SECOND),
             rate,
         )
     mean = ", the mean of what was read" if measured.spin_readings > 1 else ""
     steps = (
         torque,
         turning,
-        say("ψ̇ = {} × (2π rad)/(60 s) = {}{}", n.value(f"{at}.spin", values.RPM), spin, mean),
+        say("ψ̇ = {} × (2π rad)/(60 s) = {}{}", n.reading(i, "spin", values.RPM), spin, mean),
         say("φ̇ψ̇ = {} × {} = {}", rate, spin, product),
         say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", moment, product, n.value(f"{at}.inertia", n.inertia)),
     )

@@ -46,6 +46,8 @@ PRODUCT = Scale("rad²/s²", r"\radian\squared\per\second\squared")
 KILOGRAM = Scale("kg", r"\kilogram")
 METRE = Scale("m", r"\metre")
 NEWTON_METRE = Scale("N·m", r"\newton\metre")
+MICROMETRE = Scale("µm", r"\micro\metre", 1e-6)
+ANGULAR_MOMENTUM = Scale("kg·m²/s", r"\kilogram\metre\squared\per\second")
 FREE_FALL = Scale("m/s²", r"\metre\per\second\squared")
 
 

@@ -15,7 +15,8 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import Floats
-from gyrodata.readings import Readings, check_value, kind_of_role, read_cell, read_log, u_keys
+from gyrodata.quantities import read_cell
+from gyrodata.readings import Readings, check_value, kind_of_role, read_log, u_keys
 from gyrodata.readings.roles import ROLES
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen

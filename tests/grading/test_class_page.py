@@ -155,7 +155,7 @@ def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
     assert sorted(line[:2] for line in lines) == sorted(line[:2] for line in full.todo)
     offered = {line[0]: line[2] for line in lines if line[1] == "total" and line[0] in "1246"}
     assert offered == {"1": "12.00", "2": "", "4": "13.50", "6": ""}, "25 and 99 of 20 points are told, and not offered"
-    assert "s1_1_1_report.pdf" in full.read("class.html")
+    assert '<a href="../class/s1_1_1_report.pdf">' in full.read("class.html")
 
 
 def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:

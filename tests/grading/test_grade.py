@@ -65,7 +65,7 @@ def test_points_fall_with_the_distance_of_the_value() -> None:
     assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
 
 
-@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.35, 1.5), (0.6, 3), (1.9, 3), (9, 0)])
+@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1.9, 3), (9, 0)])
 def test_uncertainty_too_small_or_too_large_costs_points(times: float, earned: float) -> None:
     us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
     u = times * (max(us) if times > 1 else min(us))
@@ -117,6 +117,13 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     odd = grade(report(ROWS, Formula(answer=1.3)))
     assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0, "reference": 0})
     assert "no common mistake explains it" in odd.look[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
+    rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
+    found = grade(rows.log(reported_line(VALUE, U)))
+    assert found.status == "not graded" or "do not follow from the spins" in found.look[0]
 
 
 PLAIN = """schema = 1

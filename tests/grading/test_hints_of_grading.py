@@ -217,6 +217,8 @@ def desk(lines: str) -> Files:
 
 TWELVE = desk("bob,total,12")
 
+LATE = RUBRIC + '[late]\n[[late.exception]]\nstudent = "{}"\nextra = "2 days"\n'
+
 CASES: list[Any] = [
     ("G701", "clas", {}, "check its name", "class", {}),
     ("G702", "c.zip", {"c.zip": ZIP[:-10]}, "download it again", "c.zip", {"c.zip": ZIP}),
@@ -231,6 +233,8 @@ CASES: list[Any] = [
      "c.zip", {"c.zip": ZIP}),
     ("G744", "class --roster r.csv", {"r.csv": "mass [g]\n20\n"}, "first line is student,name,section,station,partner",
      "class --roster r.csv", {"r.csv": "student,name,section,station,partner\nann,Ann,Mon,3,\n"}),
+    ("G745", "class --rubric r.toml", {"r.toml": LATE.format("anna")}, "did you mean ann?", "class --rubric r.toml",
+     {"r.toml": LATE.format("ann")}, ["10.00", "10.00", "9.00"]),
     ("G763", "class -o file", {"file": ""}, "make room there, or choose another folder with --out", "class -o new", {}),
     ("G764", "", {}, "give the class, a folder or a zip", "class", {}),
     ("G765", "class --rubric rubirc.toml", {"rubric.toml": RUBRIC}, "check its name", "class --rubric rubric.toml", {},
@@ -258,6 +262,11 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     done, found = grade(mended)
     assert (done.exit_code, found) == (0, points[0] if points else POINTS), done.stderr
     assert code not in done.stderr
+
+
+def test_built_in_rubric_is_given_by_its_name(home: Path) -> None:
+    put({"r.toml": gyro("grade", "--print-rubric", "simple").stdout})
+    assert grade("class --rubric simple")[1] == grade("class --rubric r.toml")[1] == ["13.00"] * 3
 
 
 def test_one_week_of_a_term_is_graded(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,6 +62,7 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
     [
         (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is not a condition"),
         (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
+        (HEAD.replace("izz", "total"), '"total" cannot be the id of a criterion'),
         (HEAD.replace("own_data", "reference"), "compares with a reference, but none is given"),
         (HEAD + STATION.replace("4e-3 kg m^2", "4e-3"), 'mine.toml:8:1: error G723: inertia: "4e-3" has no unit'),
         (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from msgspec import Struct, field
 
 from gyrodata.errors import shown
+from gyrodata.grading import ledger
 from gyrodata.grading.grade import Grade, points_text, two_decimals
-from gyrodata.grading.ledger import csv_table
+from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.reporting.values import count_text, in_columns
 
@@ -139,7 +140,7 @@ def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
 def read_table(table: str) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; return None if these columns are missing."""
     try:
-        rows = {row["student"]: row for _, row in csv_table(table, "student", STATUS, TOTAL)}
+        rows = {row["student"]: row for _, row in ledger.csv_table(table, "student", STATUS, TOTAL)}
     except (csv.Error, LookupError):
         return None
     rows.pop(POINTS_ROW, None)
@@ -173,6 +174,27 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
         who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
         told = f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}"
         yield f"  {shown(told)}\n"
+    reasons: dict[str, list[str]] = {}
+    for reason, student in _open_decisions(found):
+        reasons.setdefault(reason, []).append(found.label(student))
+    if reasons:
+        yield f"\nneeds your decision (copy a line from {ledger.TODO} or class.html to {ledger.DESK}):\n"
+    for reason, names in reasons.items():
+        yield f"  {shown(f'{len(names)} × {reason}: {listing(names, 10)}')}\n"
+
+
+def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
+    """Return what a person has to decide, in general words, and the student."""
+    for grade in found.grades:
+        if grade.why is not None:
+            yield f"no grade: {ledger.in_general(grade.why)}", grade.student
+        for look in grade.look:
+            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
+            if found.desk.waits(offer):
+                yield offer.reason, grade.student
+        for mark in grade.marks if grade.status == "so far" else ():
+            if mark.waits:
+                yield f"points to give: {mark.title}", grade.student
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
 import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -16,6 +18,7 @@ from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
 from gyrodata.grading.grade import points_text
 from gyrodata.grading.ledger import COLUMNS, DESK, Offer
 from gyrodata.grading.templates import environment
+from gyrodata.grading.yardsticks import in_order
 from gyrodata.physics import RPM
 from gyrodata.reporting.data import csv_lines
 from gyrodata.reporting.values import count_text, power_of_ten
@@ -28,22 +31,38 @@ MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
 
 
 def class_page(
-    found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], files: Mapping[str, str]
+    found: ClassGrades,
+    feedback: Callable[[str], str],
+    offers: Sequence[Offer],
+    files: Mapping[str, str],
+    folder: Path | None = None,
 ) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page. `offers`: What needs a
-    decision, grouped by reason. `files`: Names of the files to look into, by student. Every name, note and number from
-    outside is escaped; the page contains no clock time and nothing from another place.
+    decision, grouped by reason. `files`: Names of the files to look into, by student. `folder`: The folder of the class
+    page, for links to these files. All text from outside is escaped; the page contains no clock time.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
     open_flags = list(dict.fromkeys(offer.flag for offer in offers if offer.flag))
+    items = {item.student: item for item in found.submissions.items}
+
+    def links(student: str) -> list[tuple[str, str]]:
+        """Return the name and the address of each file besides the log; no links into a zip."""
+        item = items[student]
+        if folder is None or not item.source.is_dir():
+            return []
+        base = Path(os.path.relpath(item.source, folder)).as_posix()
+        names = [name for name in item.members if name != item.log_name] or item.members
+        return [(PurePosixPath(name).name, quote(f"{base}/{name}".encode("utf-8", "replace"))) for name in names]
+
     content = {
         "found": found,
         "version": __version__,
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
         "files": files,
+        "links": links,
         "desk": DESK,
         "desk_head": ",".join(COLUMNS),
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
@@ -54,6 +73,7 @@ def class_page(
         "decided": [flag for flag in found.flags if flag not in open_flags],
         "marked": {student for one in offers for student in (one.student, *(one.flag.students if one.flag else ()))},
         "words": {slip.kind: slip.words for grade in found.grades for slip in grade.slips},
+        "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
         "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
         "count": count_text,

@@ -33,8 +33,6 @@ MOST_SPINS = 0.5  # share of the spins of the shorter log that must agree
 
 ROUND = 50 * RPM  # multiples of this are spins that students aim at [rad/s]
 
-GRIDS = tuple(rpm * RPM for rpm in (100, 50, 25, 20, 10, 5, 2))  # possible steps of a tachometer [rad/s]
-
 HABIT, HABIT_SHARE = 5, 0.02
 """If more logs than both of these, a number and a share of the class, have a set of spins, the course asked for it."""
 
@@ -45,15 +43,21 @@ _EXACT = 1e-9
 
 def flag_copies(logs: Logs) -> list[Flag]:
     """Find logs that have more rows in common than expected by chance, or otherwise more spins."""
-    grids, useful = _grids(logs), _useful(logs)
+    useful = _useful(logs)
     blocks = np.split(np.arange(len(logs.keys)), range(BLOCK, len(logs.keys), BLOCK))
-    found = [_compare(logs, grids, useful, block) for block in blocks]
+    found = [_compare(logs, useful, block) for block in blocks]
     rows, spins = (_both_ways(np.concatenate(some, axis=1)) for some in zip(*found, strict=True))
     # The stronger evidence is told.
     rows = {pair: p for pair, p in rows.items() if p <= spins.get(pair, 1.0)}
     flags, joined = flag_pairs("shared rows", rows, logs, _tell_rows)
     spins = {(one, other): p for (one, other), p in spins.items() if joined[one] != joined[other]}
-    return flags + flag_pairs("same spins", spins, logs, _tell_spins)[0]
+    also, joined_too = flag_pairs("same spins", spins, logs, _tell_spins)
+    near = {
+        (one, other): p
+        for (one, other), p in _near(logs, useful).items()
+        if joined[one] != joined[other] and joined_too[one] != joined_too[other]
+    }
+    return flags + also + flag_pairs("similar spins", near, logs, _tell_near)[0]
 
 
 def _both_ways(found: Floats) -> dict[tuple[int, int], float]:
@@ -94,36 +98,27 @@ def _useful(logs: Logs) -> NDArray[np.bool_]:
     return useful
 
 
-def _grids(logs: Logs) -> Floats:
-    """Return the step of the tachometer in each row's log [rad/s], shape (R,)."""
-    grids = np.maximum.reduceat(logs.spin_step, logs.starts[:-1])
-    for grid in GRIDS:
-        off = np.abs(logs.spin - grid * np.round(logs.spin / grid)) > 1e-6 * logs.spin
-        grids = np.maximum(grids, grid * ~np.logical_or.reduceat(off, logs.starts[:-1]))
-    return grids[logs.log]
-
-
-def _rows_with_same_spin(logs: Logs, rows: Integers, grids: Floats) -> tuple[Integers, Integers]:
+def _rows_with_same_spin(logs: Logs, rows: Integers) -> tuple[Integers, Integers]:
     """Return each row with each row of another log that has its weight and its spin, to the step of the tachometer."""
     spin, by_spin = logs.spin[rows], logs.spin[logs.order]
-    reach = 0.5 * np.maximum(grids[rows], np.max(logs.spin_step)) + 2 * _EXACT * spin
+    reach = 0.5 * np.maximum(logs.grids[rows], np.max(logs.spin_step)) + 2 * _EXACT * spin
     low, high = np.searchsorted(by_spin, spin - reach), np.searchsorted(by_spin, spin + reach, side="right")
     mine, begin = np.repeat(rows, high - low), np.repeat(low - np.cumsum(high - low) + (high - low), high - low)
     other = logs.order[begin + np.arange(len(mine))]
     same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
-    same &= _same_number(logs.spin[mine], logs.spin[other], grids[mine], logs.spin_step[other])
+    same &= _same_number(logs.spin[mine], logs.spin[other], logs.grids[mine], logs.spin_step[other])
     return mine[same], other[same]
 
 
-def _compare(logs: Logs, grids: Floats, useful: NDArray[np.bool_], block: Integers) -> tuple[Floats, Floats]:
+def _compare(logs: Logs, useful: NDArray[np.bool_], block: Integers) -> tuple[Floats, Floats]:
     """Compare the logs of a block with all logs; return the pairs with rare rows, and those with rare spins.
 
-    `grids`: As `_grids` returns them. `useful`: As `_useful` returns it. Each pair has three numbers: the log, the
+    `useful`: As `_useful` returns it. Each pair has three numbers: the log, the
     other log, and the probability that honest logs agree as much.
     """
     number, lengths = len(logs.keys), np.diff(logs.starts)[block]
     rows = np.arange(logs.starts[block[0]], logs.starts[block[-1] + 1])
-    mine, other = _rows_with_same_spin(logs, rows, grids)
+    mine, other = _rows_with_same_spin(logs, rows)
     spin = _same_number(logs.spin[mine], logs.spin[other], logs.spin_step[mine], logs.spin_step[other])
     period = _same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
     # An entry is a row and another log that has its spin; all entries of two logs are a pair.
@@ -161,6 +156,54 @@ def _compare(logs: Logs, grids: Floats, useful: NDArray[np.bool_], block: Intege
     rare = ((compared & (alike >= FEWEST), p_rows), (compared & enough, p_spins))
     rows_found, spins_found = (np.stack([first, second, p])[:, ok & (p <= ALLOWED / logs.pairs)] for ok, p in rare)
     return rows_found, spins_found
+
+
+# --- logs with similar spins: copies in which every number was changed a little -----------------------------
+
+NEIGHBOURS = 5  # the density of honest logs around a log follows from the distance of this neighbour
+
+NEAR_ALLOWED = 0.01  # smaller than `ALLOWED`, because the density of honest logs is only estimated
+
+NEAR_LOGS = 2000  # in a larger class, honest logs are as close as changed copies
+
+NEAR_ROWS = 6  # number of spins, not counting round ones, that two logs must have
+
+
+def _near(logs: Logs, useful: NDArray[np.bool_]) -> dict[tuple[int, int], float]:
+    """Find pairs of logs with spins that are much closer to each other than those of the next logs.
+
+    Logs with the same number of runs at each weight are compared in the order of weight and spin. The distance is the
+    mean square of the relative differences, with the variance of rounding: so copies are found if the spins are written
+    to 1 rpm, but not to 10 rpm. In n dimensions, a distance d that is smaller than a usual distance D has the
+    probability (d/D)^n. The usual distance is the smallest of these: from the log to its fifth neighbour; from most
+    logs of the class to their nearest neighbour; from the log to the middle of the class.
+    """
+    found: dict[tuple[int, int], float] = {}
+    groups: dict[tuple[int, ...], list[int]] = {}
+    for log, one in enumerate(logs.prints):
+        groups.setdefault(tuple(np.unique(one.torque, return_inverse=True)[1].tolist()), []).append(log)
+    for pattern, members in groups.items():
+        if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
+            continue
+        rows = logs.starts[members][:, None] + np.arange(len(pattern))
+        spin, counts = np.log(logs.spin[rows]), useful[rows]
+        rounding = (logs.grids[rows] / logs.spin[rows]) ** 2 / 12
+        own = 2 * np.mean((spin - np.median(spin, axis=0)) ** 2 + rounding, axis=1)
+        number, square = np.zeros((2, len(members), len(members)))
+        for count, one, step in zip(counts.T, spin.T, rounding.T, strict=True):
+            both = count[:, None] & count
+            number += both
+            square += both * ((one[:, None] - one) ** 2 + step[:, None] + step)
+        square /= np.maximum(number, 1)
+        square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
+        nearest = np.sort(square, axis=1)
+        usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(own, np.median(nearest[:, 0])))
+        chance = np.where(np.isfinite(square), NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
+        chance = np.maximum(chance, chance.T) / len(members)
+        for i, j in np.argwhere(np.triu(chance * logs.pairs <= NEAR_ALLOWED, 1)).tolist():
+            found[members[i], members[j]] = max(float(chance[i, j]), LEAST)
+    exempt = set(logs.exempt.tolist())
+    return {(i, j): p for (i, j), p in found.items() if i < logs.current and i * len(logs.keys) + j not in exempt}
 
 
 # --- two logs side by side ----------------------------------------------------------------------------------
@@ -235,3 +278,17 @@ def _tell_spins(logs: Logs, first: int, second: int) -> str:
     apart = max(abs(one.time[i] - other.time[j] * one.turns[i] / other.turns[j]) for i, j in alike)
     common = f"{len(alike)} of {min(len(one.spin), len(other.spin))} spins of {mine} are those of {logs.keys[second]}"
     return f"{common} at the same weights; the times beside them differ by {apart:.2g} s at most"
+
+
+def _tell_near(logs: Logs, first: int, second: int) -> str:
+    """Describe how little the spins and the times of two logs differ."""
+    one, other = logs.prints[first], logs.prints[second]
+    spins, periods = (
+        math.sqrt(np.mean(np.square(np.log(np.divide(x, y)))))
+        for x, y in ((one.spin, other.spin), (np.divide(one.time, one.turns), np.divide(other.time, other.turns)))
+    )
+    return (
+        f"the {len(one.spin)} spins of {logs.keys[first]} and {logs.keys[second]} differ by {100 * spins:.2g} % "
+        f"(root mean square, in the order of weight and spin), and their precession periods by {100 * periods:.2g} %; "
+        "the spins of other logs differ much more"
+    )

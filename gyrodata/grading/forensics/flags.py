@@ -10,7 +10,7 @@ from msgspec import Struct
 from gyrodata.fitting import chi2_lower_tail
 from gyrodata.grading.forensics.logs import HAND, Logs
 
-Kind = Literal["shared rows", "same spins", "scatter"]
+Kind = Literal["shared rows", "same spins", "similar spins", "scatter"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """All kinds, in the order in which they are listed."""

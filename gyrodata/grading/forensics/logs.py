@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 
 from gyrodata.measurements import Measurements, spin_columns
-from gyrodata.physics import Floats
+from gyrodata.physics import RPM, Floats
 from gyrodata.readings import Column, Readings
 from gyrodata.readings.roles import TIMINGS
 
@@ -114,6 +114,8 @@ def measure_scatter(log: Fingerprint) -> Scatter | None:
 
 TACHOMETER = 0.002  # relative scatter of a reading of the spin
 
+GRIDS = tuple(rpm * RPM for rpm in (100, 50, 25, 20, 10, 5, 2))  # possible steps of a tachometer [rad/s]
+
 TRUSTED_DOF = 3  # a log's own scatter is used from this number of degrees of freedom on
 
 
@@ -142,6 +144,7 @@ class Logs:
         turns = self._rows("turns")
         self.torque = self._rows("torque")  # [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
+        self.grids = self._grids()  # step of the tachometer in each row's log [rad/s], shape (R,)
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.prints]  # None for a log without degrees of freedom
@@ -150,6 +153,13 @@ class Logs:
 
     def _rows(self, name: str) -> Floats:
         return np.array([value for one in self.prints for value in getattr(one, name)], dtype=float)
+
+    def _grids(self) -> Floats:
+        grids = np.maximum.reduceat(self.spin_step, self.starts[:-1])
+        for grid in GRIDS:
+            off = np.abs(self.spin - grid * np.round(self.spin / grid)) > 1e-6 * self.spin
+            grids = np.maximum(grids, grid * ~np.logical_or.reduceat(off, self.starts[:-1]))
+        return grids[self.log]
 
     def _noise(self) -> Floats:
         """Return the smallest scatter of each log's times [s], shape (N,): its own or the median of the class.

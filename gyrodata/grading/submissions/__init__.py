@@ -17,7 +17,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
 from gyrodata.grading.submissions import metadata, student_files
-from gyrodata.grading.submissions.archives import Listing, list_files, read_file
+from gyrodata.grading.submissions.archives import Listing, list_files, list_inner, read_file
 from gyrodata.grading.submissions.names import Named, name_all
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import listing
@@ -80,7 +80,7 @@ def find_submissions(
             message = f"{described.rpartition('/')[2]} cannot be read: {error}"
             hint = "names and times are not known; students are named by their submission's number"
             note(diagnostics.GRADESCOPE_METADATA_CANNOT_BE_READ, message, hint)
-    no_files = (metadata.LIVE, metadata.EXPORT, "/")
+    no_files = (metadata.LIVE, metadata.EXPORT, "/", *(["index.html"] if seen == "brightspace" else []))
     if left := sorted(shown(name) for name, part in named.items() if not part and not name.endswith(no_files)):
         count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
         hint = "change --pattern so that it fits these as well, or rename them"
@@ -171,19 +171,30 @@ def _joined(
     """Join the files of one attempt into a submission; also return a note on the choice of the log."""
     first = next(iter(parts.values()))
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
-    log, words = student_files.choose_log(own, files.sizes, partial(read_file, files.root), attempts)
+    sizes, damaged = dict(files.sizes), ""
+    for name, file in list(own.items()):
+        if student_files.ending(file) == ".zip":
+            try:
+                inner = list_inner(files.root, name)
+            except InputError as error:
+                damaged = error.diagnostics[0].message
+            else:
+                sizes |= inner
+                own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
+    log, words = student_files.choose_log(own, sizes, partial(read_file, files.root), attempts)
+    named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in parts if name in files.sizes and student_files.is_text(own.get(name, ".txt"))}
+    texts = {name for name in {**parts, **own} if name in sizes and student_files.is_text(own.get(name, ".txt"))}
     made = replace(
         first,
-        ids=parts[log or next(iter(parts))].ids,
-        feedback_stem=parts[log or next(iter(parts))].feedback_stem,
+        ids=named.ids,
+        feedback_stem=named.feedback_stem,
         members=tuple(sorted(own)),
         log_name=log,
         log_file=own[log] if log else None,
         report_names=tuple(sorted(texts - {log})),
         late=any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0,
         late_seconds=None if first.late_seconds is None else max(0.0, first.late_seconds),
-        problem=None if log else words,
+        problem=None if log else f"{words}; {damaged}" if damaged else words,
     )
     return made, words if log else ""

@@ -7,6 +7,7 @@ one.
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import stat
@@ -26,6 +27,7 @@ from gyrodata.readings import MAX_BYTES
 from gyrodata.reporting.values import size_text
 
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
+MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and bytes of each
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip; an entry has about a hundred
 
 
@@ -72,10 +74,12 @@ def list_files(root: Path) -> Listing:
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
-    """Read one file of a class, of at most so many bytes. Raises InputError."""
+    """Read one file of a class, of at most so many bytes; ``//`` follows a zip in the class. Raises InputError."""
+    outer, _, inner = name.rpartition("//")
     try:
-        if root.is_file():
-            archive, members, _ = _opened(*_identity(root))
+        if outer or (root.is_file() and not Path(name).is_absolute()):
+            archive, members, _ = _contents(root, outer) if outer else _opened(*_identity(root))
+            name = inner
             if name not in members:
                 raise FileNotFoundError("it is no longer there")
             if members[name].flag_bits & 0x1:
@@ -145,26 +149,45 @@ def _opened(
         file.seek(max(0, size - MOST_DIRECTORY_BYTES))
         # The entries are counted before anything is built from them.
         _check_number(root, file.read().count(b"PK\x01\x02"))
+    return _contents(root)
+
+
+def list_inner(root: Path, name: str, depth: int = 1) -> dict[str, int]:
+    """List the files of a zip in a submission, and of zips in it, by names for `read_file`. Raises InputError."""
+    found: dict[str, int] = {}
+    for inner, size in _contents(root, name)[2].sizes.items():
+        whole = f"{name}//{inner}"
+        if inner.lower().endswith(".zip") and depth < MOST_LEVELS:
+            found |= list_inner(root, whole, depth + 1)
+        else:
+            found[whole] = size
+    return found
+
+
+def _contents(root: Path, name: str = "") -> tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]:
+    """Open the zip of a class, or a zip in the class, and list it."""
+    source, place = (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name)) if name else (root, root)
     try:
-        archive = zipfile.ZipFile(root)
+        archive = zipfile.ZipFile(source)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
-        raise _refusal(diagnostics.ZIP_DAMAGED, root, f"is damaged: {error}", "download it again") from None
+        raise _refusal(diagnostics.ZIP_DAMAGED, place, f"is damaged: {error}", "download it again") from None
+    _check_number(place, len(archive.infolist()))
     files: dict[str, zipfile.ZipInfo] = {}
     folders, twice = set(), set()
     for info in archive.infolist():
-        name = "/".join(part for part in _safe_name(root, info).split("/") if part not in ("", "."))
-        if _STREWN.search(f"{name}/" if info.is_dir() else name):
+        inner = "/".join(part for part in _safe_name(place, info).split("/") if part not in ("", "."))
+        if _STREWN.search(f"{inner}/" if info.is_dir() else inner):
             continue
         if info.is_dir():
-            folders.add(f"{name}/")
-        elif name:
-            twice |= {name} & files.keys()
-            files[name] = info
+            folders.add(f"{inner}/")
+        elif inner:
+            twice |= {inner} & files.keys()
+            files[inner] = info
     notes = []
-    for name in sorted(twice):
-        message, hint = f'the zip holds "{name}" twice; the later one is read', "take one of the two out of the zip"
+    for inner in sorted(twice):
+        message, hint = f'the zip holds "{inner}" twice; the later one is read', "take one of the two out of the zip"
         notes.append(Diagnostic.of(diagnostics.FILE_LEFT_OUT, message, hint, root.name))
-    sizes = {name: info.file_size for name, info in sorted(files.items())}
+    sizes = {inner: info.file_size for inner, info in sorted(files.items())}
     return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from contextlib import suppress
+from datetime import datetime
 from os.path import commonprefix
 from pathlib import Path
 
@@ -23,7 +24,7 @@ Named = dict[str, Submission | None]
 
 _MOST_RECEIPT = 200_000  # bytes
 
-_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "gradescope", "email")
+_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
 
 _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
 """Endings of files in a flat folder that are no student's."""
@@ -95,6 +96,9 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
     number = groups.get("attempt", "")
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
+    for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
+        with suppress(ValueError):
+            stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
     return Submission(
         student=key,
         # In anonymous submissions, Moodle calls everybody so.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -15,7 +16,7 @@ from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.archives import read_file
 from gyrodata.grading.submissions.student_files import Answers, read_answers
 
-_MOST_REPORT = 1_000_000
+_MOST_REPORT = 10_000_000  # bytes
 
 
 class Submission(Struct, frozen=True, dict=True):
@@ -68,10 +69,17 @@ class Submission(Struct, frozen=True, dict=True):
         return ((name, data) for name, data in texts if isinstance(data, bytes))
 
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
-        """Read the log and the reported value; `settings` as in `read_log`."""
+        """Read the log and the reported value; `settings` as in `read_log`.
+
+        The value may be in any row of the log, if no line of the log and no other text reports it.
+        """
         name = PurePosixPath(self.log_file or self.log_name or "").name
         log = readings.read_log(self.log(), name=name, settings=settings)
         answers = read_answers(log, self.reports())
+        if answers.inertia is None:
+            # Lines that begin with a # are read already.
+            data = self.log() if self.log()[:2] == b"PK" else re.sub(rb"(?m)^#.*", b"", self.log())
+            answers = read_answers(None, [(name, data)])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 

@@ -101,4 +101,4 @@ def sample() -> Path:
     >>> print(lab.inertia)
     0.004429±0.000034 kg·m²
     """
-    return Path(__file__).with_name("sample.csv")
+    return Path(__file__).with_name("docs") / "demo.csv"

@@ -13,7 +13,7 @@ IMBALANCE = 6e-4  # [N*m]
 BIAS = 0.03  # [s]
 G = 9.803  # [m/s^2]
 ROOT = Path(__file__).parent.parent
-TARGETS = [ROOT / "sample_data" / "air_gyroscope.csv", ROOT / "gyrodata" / "sample.csv"]
+TARGETS = [ROOT / "sample_data" / "air_gyroscope.csv", ROOT / "gyrodata" / "docs" / "demo.csv"]
 
 HEAD = f"""\
 # Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s, seed {SEED}

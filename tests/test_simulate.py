@@ -180,13 +180,10 @@ def test_truth_is_in_the_record_and_in_the_first_line() -> None:
     truth = Truth(imbalance=3e-4, decay=Decay(lost=0.1))
     simulation = simulate(truth, Design(masses=(0, 0.02), spins=(-400 * physics.RPM,)), seed=5)
     assert simulation.log == done.stdout
-    told, log = simulation.to_dict(), read_log(done.stdout)
-    assert (told["truth"]["inertia"], told["truth"]["imbalance"]) == (INERTIA, 3e-4)
-    unloaded, loaded = told["runs"]
-    assert (unloaded["position"], unloaded["torque"]) == (None, 3e-4)
-    assert loaded["spin_end"] == pytest.approx(0.9 * loaded["spin"])
-    times = [run["time"] + told["truth"]["timing_bias"] for run in told["runs"]]
-    assert log.columns["time"].values == pytest.approx(times, abs=4 * 0.14)
+    true, runs, log = simulation.truth, simulation.runs, read_log(done.stdout)
+    assert (true.inertia, true.imbalance, runs.torque[0]) == (INERTIA, 3e-4, 3e-4)
+    assert runs.spin_end == pytest.approx(0.9 * runs.spin)
+    assert log.columns["time"].values == pytest.approx(runs.time + true.timing_bias, abs=4 * 0.14)
     assert "residual torque 0.0003 N*m, " in done.stdout.splitlines()[0]
 
 

@@ -22,7 +22,7 @@ from gyrodata.physics import RPM, Floats
 from gyrodata.readings import MAX_ROWS, check_value, to_display
 from gyrodata.units import LIMITS, SI
 
-Motion = Literal["horizontal", "steady", "released"]
+Motion = Literal["steady", "released"]
 
 
 class Decay(Struct, frozen=True):
@@ -50,7 +50,7 @@ class Truth(Struct, frozen=True):
     g: float = physics.STANDARD_GRAVITY
     """Gravitational acceleration [m/s^2]."""
     motion: Motion = "steady"
-    """"horizontal": eq. (9); "steady": eq. (8); "released": the exact motion of a rod that is released from rest."""
+    """"steady": eq. (8); "released": the exact motion of a rod that is released from rest."""
     decay: Decay | None = None
     """None: the spin is constant."""
 
@@ -165,8 +165,6 @@ def _check(truth: Truth, design: Design) -> None:
         _refuse(impossible, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
     if truth.motion not in get_args(Motion):
         _refuse(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
-    if truth.motion == "horizontal" and any(design.pitches):
-        _refuse(impossible, "a rod with a pitch is not horizontal", 'use motion="steady"')
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):

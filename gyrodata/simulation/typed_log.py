@@ -7,13 +7,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 from functools import cached_property
 from numbers import Integral
-from typing import Any
 
 import numpy as np
-from msgspec import Struct, to_builtins
-from msgspec.structs import asdict, replace
+from msgspec import Struct
+from msgspec.structs import replace
 
-from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import Floats
@@ -23,8 +21,6 @@ from gyrodata.readings.roles import ROLES
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, SI, Uncertainty, from_si
-
-SCHEMA = "gyro.truth/1"
 
 UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
@@ -63,28 +59,6 @@ class Simulation(Struct, frozen=True, dict=True):
     def readings(self) -> Readings:
         """The readings of the log."""
         return read_log(self.log.encode(), name="<simulated>")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the truth in SI units, with the schema "gyro.truth/1"."""
-        runs = self.runs
-        columns: dict[str, Floats | None] = asdict(runs)
-        columns["position"] = np.where(runs.mass == 0, np.nan, runs.position)
-        columns["precession_rate"] = runs.sense * 2 * np.pi * runs.turns / runs.time
-        return {
-            "schema": SCHEMA,
-            "tool": {"name": "gyrodata", "version": __version__},
-            "seed": self.seed,
-            "truth": to_builtins(self.truth),
-            "noise": {key: to_builtins(u) for key, u in self.noise.items()},
-            "runs": [
-                {"run": str(i + 1)}
-                | {
-                    name: None if values is None or math.isnan(values[i]) else float(values[i])
-                    for name, values in columns.items()
-                }
-                for i in range(len(runs.time))
-            ],
-        }
 
 
 def simulate(
@@ -201,8 +175,6 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
         columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
     head = {"Simulated, not measured": _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
     head |= {key: _u_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
-    if truth.motion == "horizontal":
-        head["motion"] = "steady"
     across = columns.get("transverse_inertia", [])
     if len(set(across)) == 1:
         head["transverse_inertia"] = f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"

@@ -1,7 +1,7 @@
 """From a gyroscope lab's log to its moment of inertia, with an uncertainty that can be trusted.
 
-``analyze`` is the front door: a path, standard input, text or a DataFrame in, an `Analysis` out.
-The names below are loaded when they are first used, so that ``gyro --help`` starts at once.
+`analyze` reads a log (a path, an open file, text or a DataFrame) and returns an `Analysis`. The names below are loaded
+when they are first used, so that ``gyro --help`` starts at once.
 """
 
 from __future__ import annotations
@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from gyrodata.analysis import analyze
     from gyrodata.coverage import SelfCheck, selfcheck
     from gyrodata.errors import Diagnostic, GyroError, InputError, LogError
     from gyrodata.fitting import LineFit, fit_line
     from gyrodata.grading.classroom import ClassGrades, grade
-    from gyrodata.readings import Readings, Uncertainty, read_log
+    from gyrodata.python_api import GyroWarning, analyze, read_log, sample
+    from gyrodata.readings import Readings, Uncertainty
     from gyrodata.results import Analysis, Result
     from gyrodata.simulation import Design, Simulation, Truth, simulate
 
 _HOMES = {
     name: module
     for module, names in {
-        "analysis": "analyze",
         "coverage": "SelfCheck selfcheck",
         "errors": "Diagnostic GyroError InputError LogError",
         "fitting": "LineFit fit_line",
         "grading.classroom": "ClassGrades grade",
-        "readings": "Readings Uncertainty read_log",
+        "python_api": "GyroWarning analyze read_log sample",
+        "readings": "Readings Uncertainty",
         "results": "Analysis Result",
         "simulation": "Design Simulation Truth simulate",
     }.items()
@@ -36,31 +36,13 @@ _HOMES = {
 }
 
 __all__ = [
-    "Analysis",
-    "ClassGrades",
-    "Design",
-    "Diagnostic",
-    "GyroError",
-    "InputError",
-    "LineFit",
-    "LogError",
-    "Readings",
-    "Result",
-    "SelfCheck",
-    "Simulation",
-    "Truth",
-    "Uncertainty",
-    "__version__",
-    "analyze",
-    "fit_line",
-    "grade",
-    "read_log",
-    "selfcheck",
-    "simulate",
-]
+    "Analysis", "ClassGrades", "Design", "Diagnostic", "GyroError", "GyroWarning", "InputError", "LineFit", "LogError",
+    "Readings", "Result", "SelfCheck", "Simulation", "Truth", "Uncertainty", "__version__", "analyze", "fit_line",
+    "grade", "read_log", "sample", "selfcheck", "simulate",
+]  # fmt: skip
 
 
-# A checker of types that saw this would take every misspelt name for one that there is.
+# Hidden from type checkers: with it they would accept any attribute name.
 if not TYPE_CHECKING:
 
     def __getattr__(name):

@@ -1,6 +1,6 @@
 """The story on one page: readings → measurements → which effects matter → fit → `Analysis`.
 
-`analyze` is the whole tool without its printing; `reporting` and `plotting` only put its answer into other words.
+`analyze` does everything but printing; `reporting` and `plotting` show its result.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 LARGEST = 3_000_000
-"""Runs times shared readings that one fit may hold: a matrix of this many numbers is solved several times."""
+"""Largest number of runs times shared readings in one fit, which is the size of its matrix."""
 
 
 def analyze(
@@ -44,24 +44,26 @@ def analyze(
     model: Model = "auto",
     keep_flagged: bool = False,
 ) -> Analysis:
-    """Turn a log into I_zz with its uncertainty, and everything that goes with it.
+    """Compute I_zz with its uncertainty from a log, and everything that the report shows.
 
     Parameters
     ----------
-    log : path, bytes, file or DataFrame
-        What ``gyro analyze`` reads; the text of a log as bytes.
+    log : path, bytes, str, file or DataFrame
+        The same as for ``gyro analyze``; bytes, and a str of several lines, are the text of a log.
     name : str, optional
-        Name to call it by.
+        Name of the log in messages.
     settings : mapping, optional
-        Constants, as ``--set``: ``{"g": "9.803 m/s^2"}``; a quantity of pint or a number of uncertainties will do.
+        Constants, such as ``{"g": "9.803 m/s^2"}``; a value can also be a quantity of pint or a number of
+        uncertainties. In the command: ``--set``.
     mapping : mapping, optional
-        Headers of roles, as ``--map``: ``{"time": "T (s)"}``.
+        Headers of the columns by role, such as ``{"time": "T (s)"}``. In the command: ``--map``.
     config : path, optional
-        TOML file with the same.
+        TOML file with settings and mapping.
     model : {"auto", "horizontal", "steady", "released"}
-        Eq. (9), eq. (8), the mean rate of a rod let go from rest, or the simplest of them that the log allows.
+        Eq. (9), eq. (8), the mean rate of a rod that is released from rest, or the simplest of them that is accurate
+        enough for the log.
     keep_flagged : bool
-        Keep runs in the fit that do not go with the others.
+        Keep suspected outliers in the fit.
 
     Returns
     -------
@@ -70,11 +72,11 @@ def analyze(
     Raises
     ------
     InputError
-        If there is nothing that can be read.
+        If the log cannot be read.
     LogError
-        If the log is wrong or incomplete; it lists every fault found.
+        If the log contains errors or is incomplete; it lists all faults.
     TypeError, ValueError
-        If an argument cannot be what it is; it says what it may be.
+        If an argument has the wrong type or value.
     """
     insist_on_choice("model", model, get_args(Model))
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
@@ -90,10 +92,10 @@ def analyze(
 
 
 def analyze_readings(readings: Readings, options: Options | None = None, *, whole: bool = True) -> Analysis:
-    """Analyse a log that has been read; see `analyze`.
+    """Analyse readings; see `analyze`.
 
-    `whole`: False leaves out what a report tells and a grade does not: advice, doubts, sensitivity, the tables of fits
-    and laws, what each torque does to the answer, and effects, but for a release that may matter and is not told.
+    If `whole` is False, the parts that only a report shows are left out: advice, doubts, sensitivity, the tables of
+    fits and laws, and all effects except a release that the log does not mention.
     """
     options = options or Options()
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
@@ -102,7 +104,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     sizes = findings.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
-        words = "no run has a torque, so nothing ties the precession to I_zz"
+        words = "no run has a torque, so I_zz cannot be determined"
         raise LogError([*found, readings.diagnose(NO_TORQUE, words, "add runs with a weight: mass and position")])
     try:
         lab, outliers, no_odd_run = fit_runs(readings, measured, options.model, options.keep_flagged)
@@ -122,11 +124,11 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     as_written = fit.inertia if measured.balanced else None
     balanced = next((one.inertia for one in changed if one.name == "balanced"), as_written)
     out = set(lab.left_out)
-    # Without a weight a turn may take an hour.
+    # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
     denied = [one for one in found if one.doubt and not (one.doubt == "size" and one.line in silent)] if whole else []
     doubts = tuple(Doubt(kind, one.message, one.hint) for kind in DOUBTS for one in denied if one.doubt == kind)
-    # The gain of another hour is computed for runs that follow the law.
+    # Advice for another measurement is only valid for runs without doubts.
     advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
     return Analysis(
         name=readings.name,
@@ -161,19 +163,19 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
 
 
 ABSURD = 1000.0
-"""A Birge ratio above this is no scatter: the uncertainties stated were not meant."""
+"""A Birge ratio above this means that the stated uncertainties are wrong."""
 
 EXACT = 1e-6
-"""No lab knows I_zz better than by this share of it."""
+"""Smallest credible relative uncertainty of I_zz [1]."""
 
 HOPELESS = 1e-6
-"""Where chi-square is less likely than this, counts that explain all torques are no accident."""
+"""If the probability of chi-square is below this, wrong turn counts that explain all torques are reported as errors."""
 
 
 def fit_runs(
     readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False
 ) -> tuple[Lab, tuple[Outlier, ...], Estimate | None]:
-    """Choose the model, find the runs that do not agree with the others, and fit the rest.
+    """Choose the model, find the outliers, and fit the other runs.
 
     Parameters
     ----------
@@ -187,19 +189,19 @@ def fit_runs(
     Returns
     -------
     tuple of Lab, tuple of Outlier, and Estimate or None
-        The log with its recommended fit; the runs that look odd; and I_zz without any of these [kg*m^2], if one is
-        kept.
+        The log with its recommended fit; the suspected outliers; and I_zz without all of them [kg*m^2], if some of
+        them are in the fit.
 
     Raises
     ------
     LogError
-        If there is no answer, or none that can be believed; it says what to look at.
+        If the runs do not determine a credible I_zz; it names what to check.
     """
     shared = sum(source.shared_count for source in measured.sources)
     if shared * len(measured.runs) > LARGEST:
-        several = f"{shared} weights, positions and spins that stand in several of them"
-        words = f"{len(measured.runs)} runs with {several} are too much for one fit"
-        hint = "split the log, and give each part on its own"
+        several = f"{shared} weights, positions and spins that several of them share"
+        words = f"{len(measured.runs)} runs with {several} are too many for one fit"
+        hint = "split the log, and analyse each part separately"
         raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, words, hint)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
         fallen = findings.fall_findings(readings, measured)
@@ -213,7 +215,7 @@ def fit_runs(
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
         odd = tuple(outlier.index for outlier in outliers)
-        # A run that is merely odd is still a measurement, and stays.
+        # Only a run with a wrong turn count is left out; another outlier is still a measurement.
         left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
         fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
@@ -223,13 +225,13 @@ def fit_runs(
         says = np.array([i not in odd for i in range(len(measured.runs))])
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
-            # Without a run to spare nothing could refute it.
-            why = "all uncertainties are stated as zero, and no run is left over to tell how well the others agree"
+            # Without degrees of freedom, the runs cannot contradict the stated uncertainties.
+            why = "all uncertainties are stated as zero, and the runs are too few to show how well they agree"
             raise NoFit(why)
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if fit.inertia.interval_95 is not None and fit.inertia.interval_95[0] <= 0:
+        if fit.inertia.interval_95 is not None and findings.is_unmeasured(fit.inertia):
             raise LogError([findings.not_measured(readings, fit)])
     except NoFit as reason:
         miscounted = findings.count_findings(readings, measured)
@@ -238,7 +240,7 @@ def fit_runs(
         miscounted = findings.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    # How far one that is left out is off by the recommended fit, as in the table of runs and the figure.
+    # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
     shown = tuple(
         replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
         for outlier in outliers
@@ -248,14 +250,14 @@ def fit_runs(
 
 
 def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
-    """Compare the answer of a changed log with that of the log."""
+    """Compare I_zz of a changed log with I_zz of the log."""
     inertia = outcome.inertia
     deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
     return Sensitivity(outcome.name, outcome.words, inertia, deviation)
 
 
 def _result(estimate: Estimate) -> Result:
-    """Put a value with its interval into words that GUM has."""
+    """Describe a value and its interval by the terms of the GUM."""
     value, u, interval = estimate.value, estimate.u, estimate.interval_95
     assert u is not None
     assert interval is not None

@@ -17,7 +17,16 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Widths
-from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, torque_groups
+from gyrodata.measurements import (
+    SOURCES,
+    WHOLE,
+    Measurements,
+    Source,
+    measure,
+    select,
+    torque_groups,
+    total_spin_excess,
+)
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words
@@ -122,7 +131,7 @@ def refit(lab: Lab, case: Case) -> Estimate | None:
     if case.measured is None:
         return None
     try:
-        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths, lab.fit)
+        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths)
     except fitting.NoFit:
         return None
     return fit.inertia
@@ -174,10 +183,16 @@ def _plain_mean_spin(lab: Lab) -> Iterator[EffectCase]:
 def _dry_friction(lab: Lab) -> Iterator[EffectCase]:
     start, end = lab.measured.spin_start, lab.measured.spin_end
     if lab.measured.spin_readings == 2 and start is not None and end is not None:
-        words, spin = "a viscous decay is assumed, as of an air film; this is for dry friction", lab.measured.spin
+        spin, drag = lab.measured.spin, lab.measured.drag
+        words = "a viscous decay is assumed, as of an air film; this is for dry friction"
+        if drag is not None:
+            words = (
+                f"the readings give the exponent {drag.exponent:.1f} ± {drag.u_exponent:.1f}; this is for dry friction"
+            )
         in_u = any(one.name == "decay_exponent" and one.relative.any() for one in lab.measured.sources)
         words += "; u includes the uncertainty of the law" if in_u else ""
-        changed = {"spin": spin / (1 + physics.decay_law_doubt(start, end))}
+        mean = physics.harmonic_mean_spin(start, end, physics.VISCOUS if drag is None else drag.exponent)
+        changed = {"spin": spin * physics.harmonic_mean_spin(start, end, 0.0) / mean}
         yield _effect(lab, words, {"sized": not in_u, "in_u": in_u}, changed)
 
 
@@ -197,17 +212,29 @@ def _tilt(lab: Lab) -> Iterator[EffectCase]:
     yield replace(case, chosen=replace(lab.chosen, tilted=not tilted))
 
 
+def _tachometer(lab: Lab) -> Iterator[EffectCase]:
+    measured = lab.measured
+    if measured.tachometer is None and measured.pitch.any():
+        words = 'it follows the rod; this is for one that stands still ("# tachometer: still" in the log)'
+        spin = measured.spin - total_spin_excess(lab.fit.sense, measured.turns, measured.time, measured.pitch)
+        yield _effect(lab, words, {"without": False}, {"spin": spin})
+
+
 def _release(lab: Lab) -> Iterator[EffectCase]:
     released = lab.chosen.released
     if lab.measured.motion == "steady":
         words = "steady, as the log says; this is for a rod released from rest"
+    elif released and lab.measured.motion is None and not lab.chosen.asked:
+        words = "a release with a light push is assumed, because the log does not say how the rod was started"
     elif released:
         words = f"the mean rate of a rod released from rest is used{_asked(lab)}"
     elif lab.measured.motion is None:
         words = 'assumed steady; this is for a rod released from rest ("# motion: released" in the log)'
     else:
         words = f"assumed steady{_asked(lab)}"
-    case = _effect(lab, words, {"kept": released, "without": released})
+    case = _effect(
+        lab, words, {"kept": released, "without": released}, _NOTHING if released else {"motion": "released"}
+    )
     yield replace(case, chosen=replace(lab.chosen, released=not released))
 
 
@@ -422,6 +449,7 @@ CHANGES = (
     Change("spin_decay", "falling spin, plain mean of start and end", "effect", _plain_mean_spin),
     Change("decay_law", "law by which the spin falls", "effect", _dry_friction),
     Change("tilt", "tilted rod, eq. (9) for eq. (8)", "effect", _tilt),
+    Change("tachometer", "tilted rod, total spin taken for ψ̇", "effect", _tachometer),
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),

@@ -1,9 +1,8 @@
-"""Is the answer to be trusted? This very lab, simulated many times, with the answers known.
+"""The self-check: this lab is simulated many times, and its intervals are compared with the known truth.
 
-The lab's own design, its fitted values as the truth and its own stated uncertainties make new readings; the
-recommended fit and those of the textbook are applied to each. How often the true I_zz lies in the interval that they
-quote is what their uncertainty is worth. Labs with the stated uncertainties cannot show what happens to the intervals
-if these are wrong: if the log's own runs scatter otherwise, labs that scatter so are simulated too.
+The simulated labs have the design of the log, its fitted values as the truth, and its stated uncertainties. The
+recommended fit and the textbook fits are applied to each. If the runs of the log scatter more or less than stated,
+labs with this scatter are simulated too, because the intervals depend on it.
 """
 
 from __future__ import annotations
@@ -18,119 +17,114 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from gyrodata import physics
+from gyrodata import fitting, physics
 from gyrodata.errors import insist_on_type
-from gyrodata.fitting import TEXTBOOK, FitResult, NoFit, fit, torques_differ, transverse_inertia
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
+from gyrodata.results import Analysis
 
 DOUBTED = 0.025
-"""The log's scatter is not what is stated if the chance that it is no larger, or no smaller, is below this."""
+"""The scatter of the log differs from the stated one if the probability that it is not larger, or not smaller, is below
+this."""
+
+READ = ("time", "spin", "turns", "mass", "position", "force", "given_torque", "g", "pitch", "added")
+"""The readings that have errors in a simulated lab."""
 
 
 class Performance(Struct, frozen=True):
-    """The results of one estimator in the simulated labs; None if it gives no answer or no uncertainty."""
+    """The results of one fit in the simulated labs; None if the fit gives no answer or no uncertainty."""
 
     name: str
     """"recommended", "through_origin", "with_constant" or "mean_of_ratios"."""
     bias: float | None
     """Mean of I_zz over the true one, minus 1 [1]."""
     rmse: float | None
-    """Root mean square of the same [1]."""
+    """Root mean square of the relative error of I_zz [1]."""
     coverage_68: float | None
-    """Part of the labs whose 68.3 % interval holds the true I_zz: between the quantiles for the recommended fit, value
-    ± u for the others; 0.683 if it is honest."""
+    """Fraction of the labs whose 68.3 % interval contains the true I_zz [1]: the quantiles of the recommended fit, or
+    value ± u of the others; 0.683 if the interval is honest."""
     coverage_95: float | None
     """The same for the 95 % interval of the recommended fit, 0.950 if it is honest, and for value ± 2u of the others,
     0.954."""
     mean_u: float | None
-    """Mean quoted standard uncertainty over the true I_zz [1]."""
+    """Mean standard uncertainty over the true I_zz [1]."""
     time_us: float
     """Time for one lab [µs]."""
     refused: int = 0
-    """Labs without an answer, which no other number here counts: the fit is refused, or a time is not above zero."""
+    """Labs without an answer, which the other numbers do not include: the fit is refused, or a time is not above 0."""
 
 
 class SelfCheck(Struct, frozen=True):
-    """A lab's fits, tried out on simulated labs like it."""
+    """The fits of a lab, applied to simulated labs like it."""
 
     labs: int
-    """How many were simulated."""
+    """Number of simulated labs."""
     estimators: tuple[Performance, ...]
-    """In labs with the uncertainties as stated, or as assumed where the log states none."""
+    """In labs with the stated or assumed uncertainties."""
     scatter: float
-    """Factor on the errors that each run has alone, as the log's own runs show it [1]."""
+    """Factor on the independent errors of each run, estimated from the runs of the log [1]."""
     estimators_with_scatter: tuple[Performance, ...] | None
-    """In labs whose runs scatter as this log's do; null where that is as stated."""
+    """In labs whose runs scatter like those of the log; null if this is as stated."""
     schema: Literal["gyro.selfcheck/1"] = "gyro.selfcheck/1"
 
     def to_dict(self) -> dict[str, Any]:
-        """Give it as the JSON contract has it."""
+        """Return the object of the JSON, with the schema "gyro.selfcheck/1"."""
         return {"schema": self.schema, **to_builtins(self)}
 
-    def to_text(self) -> str:
-        """Give it as a table, or as two if the log does not scatter as stated."""
+    def __str__(self) -> str:
+        """Return a table, or two if the log does not scatter as stated."""
         labs = f"{self.labs} simulated labs like this one"
         if self.estimators_with_scatter is None:
-            parts = ["this log's scatter agrees with what is stated", _table(f"{labs}, as stated", self.estimators)]
+            parts = [
+                "the scatter of this log agrees with what is stated",
+                _table(f"{labs}, as stated", self.estimators),
+            ]
         else:
             parts = [
-                f"this log's scatter is {self.scatter:.2g} times what is stated: trust the first table",
+                f"the scatter of this log is {self.scatter:.2g} times what is stated: trust the first table",
                 _table(f"{labs}, with the scatter of this log", self.estimators_with_scatter),
                 _table(f"{labs}, if the scatter were as stated", self.estimators),
             ]
-        return "\n\n".join([*parts, LEGEND])
-
-
-LEGEND = "68 % and 95 %: the recommended fit's own intervals; of the others ± u and ± 2u (honest: 95.4)"
+        legend = "68 % and 95 %: the intervals of the recommended fit; ± u and ± 2u of the others (honest: 95.4)"
+        return "\n\n".join([*parts, legend])
 
 
 def _table(title: str, estimators: tuple[Performance, ...]) -> str:
+    heads = ("bias", "rmse", "mean u", "in 68 %", "in 95 %")
     lines = [
         f"{title}; all in % of the true I_zz",
-        f"{'fit':<16}{'bias':>9}{'rmse':>9}{'quoted u':>10}{'68 % holds':>12}{'95 % holds':>12}{'µs a lab':>10}",
+        f"{'fit':<16}{''.join(f'{head:>9}' for head in heads)}{'µs per lab':>12}",
     ]
     notes = []
     for one in estimators:
-        name = one.name.replace("_", " ")
-        cells = (
-            (one.bias, "+.3f", 9), (one.rmse, ".3f", 9), (one.mean_u, ".3f", 10),
-            (one.coverage_68, ".1f", 12), (one.coverage_95, ".1f", 12),
-        )  # fmt: skip
-        told = "".join(f"{'-' if v is None else format(100 * v, how):>{wide}}" for v, how, wide in cells)
-        lines.append(f"{name:<16}{told}{one.time_us:>10.1f}")
+        name = one.name.replace("_", " ").replace("constant", "intercept")
+        values = (one.bias, one.rmse, one.mean_u, one.coverage_68, one.coverage_95)
+        forms = ("+.3f", ".3f", ".3f", ".1f", ".1f")
+        cells = ("-" if value is None else f"{100 * value:{form}}" for value, form in zip(values, forms, strict=True))
+        lines.append(f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}")
         if one.refused and (one.rmse is not None or name == "recommended"):
-            why = "the fit is refused, or a simulated time is not above zero"
             notes.append(
-                f"{name}: {one.refused} of the labs have no answer ({why}); the numbers are those of the others"
+                f"{name}: {one.refused} of the labs have no answer, because the fit is refused or a simulated time is "
+                "not above zero; they are not in the numbers above"
             )
-    return "\n".join([*lines, f"{'honest':<16}{'':>28}{68.3:>12}{'95.0':>12}", *notes])
+    return "\n".join([*lines, f"{'honest':<43}{68.3:>9}{'95.0':>9}", *notes])
 
 
 def selfcheck(
-    measured: Measurements,
-    clock: Callable[[], float] = time.process_time,
-    labs: int = 1000,
-    seed: int = 1,
-    tilted: bool = False,
-    progress: Callable[[int], None] | None = None,
+    lab: Analysis, labs: int = 1000, seed: int = 1, progress: Callable[[int], None] | None = None
 ) -> SelfCheck:
-    """Simulate a lab many times and see what its fits are worth, as ``gyro selfcheck`` does.
+    """Simulate a lab many times and count how often its intervals contain the truth, like ``gyro selfcheck``.
 
     Parameters
     ----------
-    measured : Measurements
-        The n runs that have a say, such as ``lab.measurements``.
-    clock : callable
-        Gives seconds [s].
+    lab : Analysis
+        An analysed log; runs that were left out are not simulated.
     labs : int
-        How many are simulated.
+        Number of simulated labs.
     seed : int
-        Of the random numbers.
-    tilted : bool
-        Eq. (8) with each run's pitch, not eq. (9).
+        Seed of the random numbers.
     progress : callable, optional
-        Told how many labs of a table are done.
+        Called with the number of labs of a table that are done.
 
     Returns
     -------
@@ -139,34 +133,35 @@ def selfcheck(
     Raises
     ------
     ValueError, TypeError
-        If there is nothing to simulate.
+        If an argument has the wrong type, or if there is nothing to simulate.
 
     Notes
     -----
-    True readings are those of the log, true I_zz and M0 the fitted ones; the timing bias is drawn from its prior, every
-    error from its source. Labs without an answer are counted in `Performance.refused`.
+    The true readings are those of the log, and the true I_zz and M0 are the fitted ones. The timing bias is drawn from
+    its prior, and every error from its source.
     """
-    insist_on_type("measured", measured, Measurements, "what was measured: lab.measurements")
+    insist_on_type("lab", lab, Analysis, "an Analysis, the result of analyze")
     insist_on_type("labs", labs, int, "a number of labs")
     if labs < 1:
-        raise ValueError(f"{labs} labs say nothing; pass 1 or more")
-    found = fit(measured, tilted=tilted)
+        raise ValueError(f"{labs} labs are too few; use 1 or more")
+    tilted = lab.model.tilted
+    measured = select(lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out])
+    found = fitting.fit(measured, tilted=tilted)
     assert found.posterior is not None
-    # Whether the runs contradict that their scatter is as stated.
     larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
     scatters = (1.0, found.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
-    names = "recommended", *TEXTBOOK
+    names = "recommended", *fitting.TEXTBOOK
     tables = []
     for scatter in scatters:
         random = np.random.default_rng(seed)
         ends, seconds = np.full((len(names), labs, 5), math.nan), np.zeros(len(names))
         for i in range(labs):
-            lab = _draw(measured, found, scatter, tilted, random)
+            drawn = _draw(measured, found, scatter, tilted, random)
             for k, name in enumerate(names):
-                begun = clock()
-                if (lab.time > 0).all():
-                    ends[k, i] = _answer(name, lab, tilted)
-                seconds[k] += clock() - begun
+                begun = time.perf_counter()
+                if (drawn.time > 0).all():
+                    ends[k, i] = _answer(name, drawn, tilted)
+                seconds[k] += time.perf_counter() - begun
             if progress is not None:
                 progress(i + 1)
         tables.append(tuple(_judge(name, ends[k], found.inertia.value, seconds[k]) for k, name in enumerate(names)))
@@ -174,7 +169,7 @@ def selfcheck(
 
 
 def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:
-    """Compare the answers of one way to fit, five ends of intervals a lab, with the truth."""
+    """Compare the answers of one fit, five ends of intervals for each lab, with the truth."""
     answered, time_us = ends[np.isfinite(ends[:, 2])], 1e6 * float(seconds) / len(ends)
     bias = rmse = one = two = mean_u = None
     if len(answered):
@@ -187,12 +182,12 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
 
 
 def _draw(
-    measured: Measurements, found: FitResult, scatter: float, tilted: bool, random: np.random.Generator
+    measured: Measurements, found: fitting.FitResult, scatter: float, tilted: bool, random: np.random.Generator
 ) -> Measurements:
-    """Draw a lab: true times, and each source's errors on the readings; a group of runs draws once."""
-    across = transverse_inertia(measured) if tilted else 0.0
+    """Draw a lab: true times, and the errors of each source on the readings; a group of runs has one error."""
+    across = fitting.transverse_inertia(measured) if tilted else 0.0
     pitch = measured.pitch if tilted else 0.0
-    # The weight spins along.
+    # The weight turns with the ball if its own inertia is given.
     inertia, torque = found.inertia.value + measured.added, measured.torque + found.residual_torque.value
     rate = np.abs(physics.precession_rate(torque, found.sense * measured.spin, inertia, across, pitch))
     truth = {name: np.broadcast_to(getattr(measured, name), len(measured.runs)) for name in READ}
@@ -204,13 +199,12 @@ def _draw(
         if name in readings:
             groups = source.groups
             drawn = random.standard_normal(groups.max(initial=0) + 1)[groups] * (groups >= 0)
-            # As in the fit, what a run shares with no other is its own.
+            # An error that a run does not share is independent, as in the fit.
             runs = np.bincount(groups[groups >= 0], minlength=groups.max(initial=0) + 1)[groups]
             drawn *= np.where(runs == 1, scatter, 1.0)
-            # Errors are in proportion to the true value, and several add up.
             readings[name] += (source.absolute + source.relative * truth[name]) * drawn
     g = float(readings.pop("g")[0])
-    # The torque as a student works it out from the readings.
+    # The torque follows from the readings, as a student computes it.
     applied = readings["given_torque"]
     if not np.isnan(measured.mass).all():
         applied = physics.torque(readings["mass"], readings["position"], g)
@@ -219,24 +213,20 @@ def _draw(
     return replace(measured, **readings, g=g, torque=applied, slowing=None)
 
 
-READ = ("time", "spin", "turns", "mass", "position", "force", "given_torque", "g", "pitch", "added")
-"""What has errors in a simulated lab."""
-
-
 def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
-    """Apply a fit to a lab: the quantiles of the recommended fit, value − 2u, − u, + 0, + u and + 2u of the others.
+    """Apply a fit to a lab.
 
-    Shape (5,). NaN if the fit is refused; a line with a constant needs torques that differ.
+    Return five ends of intervals, shape (5,): the quantiles of the recommended fit, or value − 2u, − u, + 0, + u and
+    + 2u of another fit. They are NaN if the fit is refused. A line with an intercept needs different torques.
     """
     if name == "recommended":
-        with suppress(NoFit):
-            posterior = fit(lab, tilted=tilted).posterior
+        with suppress(fitting.NoFit):
+            posterior = fitting.fit(lab, tilted=tilted).posterior
             assert posterior is not None
             return cast(Floats, posterior.quantiles()[0])
-    elif name != "with_constant" or torques_differ(lab.torque):
-        # φ̇ψ̇ with the torque's sign, as a textbook plots it.
+    elif name != "with_constant" or fitting.torques_differ(lab.torque):
+        # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
         product = np.where(lab.torque < 0, -1, 1) * 2 * np.pi * lab.turns / lab.time * lab.spin
-        value, u = TEXTBOOK[name](product, lab.torque)
-        # A fit without u has a value.
+        value, u = fitting.TEXTBOOK[name](product, lab.torque)
         return np.array([value - 2 * u, value - u, value, value + u, value + 2 * u])
     return np.full(5, math.nan)

@@ -1,6 +1,7 @@
-"""Every diagnostic by name: its code, which never changes, and its severity. `diagnostics.toml` contains the texts.
+"""The names, codes and severities of all diagnostics. `diagnostics.toml` contains their texts.
 
-gyro prints the code, such as G454, so that users can look it up. The source text uses the name.
+gyro prints the code, such as G454, so that users can search for it; a code never changes. The source text uses the
+name.
 """
 
 from __future__ import annotations
@@ -106,7 +107,6 @@ COLONS_ARE_POINTS = _note("G234")
 FLOATS_WITHOUT_DIGITS = _note("G235")
 HEADER_READ_AS = _note("G236")
 NOTE_MAY_CHANGE_READING = _warning("G240")
-LAPS_OF_ONE_CLOCK = _error("G241")
 
 # what the log says
 QUANTITY_MISSING = _error("G301")
@@ -149,6 +149,8 @@ NO_INERTIA_FITS = _error("G421")
 RELEASE_FALLS = _error("G425")
 DIRECTION_MISSING = _warning("G426")
 ROD_STAYED = _note("G427")
+SPIN_FALLS = _note("G428")
+TACHOMETER_NOT_TOLD = _note("G429")
 PATTERN_IN_RESIDUALS = _warning("G431")
 AGREES_TOO_WELL = _note("G432")
 BALANCE_POOR = _warning("G433")
@@ -163,6 +165,7 @@ BALL_DISAGREES = _warning("G443")
 SIZE_NOT_USUAL = _warning("G444")
 EITHER_RUN_WRONG = _warning("G445")
 PERIOD_NOT_IN_PROPORTION = _warning("G446")
+OTHER_MEASUREMENT = _note("G447")
 
 # the procedure
 TOO_FEW_WEIGHTS = _warning("G451")
@@ -190,22 +193,18 @@ STREAM_CANNOT_BE_USED = _error("G606")
 EXPLAINED_CODE_UNKNOWN = _error("G607")
 HAND_IN_AS_IT_IS = _error("G608")
 FOLDER_IN_USE = _error("G609")
-COMMAND_UNKNOWN = _error("G610")
+COMMAND_LINE_WRONG = _error("G610")
 
 # gyro predict
 OPTION_IS_NO_QUANTITY = _error("G621")
 OPTION_NUMBER_IMPOSSIBLE = _error("G622")
-TORQUE_MISSING_OR_TWICE = _error("G623")
-OPTION_NOR_LOG_GIVEN = _error("G624")
 
 # gyro simulate
 SIMULATED_VALUE_IMPOSSIBLE = _error("G631")
 SIMULATED_WITHOUT_TORQUE = _error("G632")
 SIMULATED_NO_STEADY_PRECESSION = _error("G633")
 TURNS_NEVER_COMPLETED = _error("G634")
-SIMULATED_OPTIONS_CONTRADICT = _error("G635")
 NOISE_CANNOT_BE_READ = _error("G636")
-TRUTH_CANNOT_BE_WRITTEN = _error("G637")
 OUT_IS_NO_FOLDER = _error("G638")
 FIXED_LOG_CANNOT_BE_WRITTEN = _error("G639")
 
@@ -236,6 +235,7 @@ RUBRIC_PARTS_CONTRADICT = _error("G727")
 
 # the roster
 ROSTER_CANNOT_BE_READ = _error("G744")
+EXCEPTION_FOR_NOBODY = _warning("G745")
 
 # the gradebook
 GRADEBOOK_CANNOT_BE_READ = _error("G751")

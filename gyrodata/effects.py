@@ -1,9 +1,8 @@
-"""How large each simplification is in a log: what it does to I_zz, in its own standard uncertainties.
+"""The size of each simplification in a log: the change of I_zz, in its standard uncertainties.
 
 The size of an effect is the fit with it minus the fit without it (`changes`). An effect below 0.2 of the standard
-uncertainty is dropped, the smallest first, while all dropped ones together stay below 0.3 and the single runs do not
-scatter by it; the others are kept, in the model that `choose_model` takes. Effects of unknown size (M0, b) are
-parameters of every model.
+uncertainty is left out, the smallest first, if all of these together stay below 0.3 and if the single runs do not
+deviate because of it. `choose_model` keeps the others. Effects of unknown size (M0, b) are parameters of every model.
 """
 
 from __future__ import annotations
@@ -33,27 +32,27 @@ CLEARLY_SMALL = 0.05
 
 
 class Effect(Struct, frozen=True):
-    """One simplification: how much it would move I_zz in this log, and whether it was allowed."""
+    """One simplification: how much it would change I_zz of a log, and whether it is made."""
 
     effect: str
     bias: float | None
-    """I_zz without it over I_zz with it, minus 1; None if the log does not tell."""
+    """I_zz without it over I_zz with it, minus 1; None if it cannot be computed."""
     size: float | None
     """The same without its sign, in standard uncertainties of I_zz."""
     kept: bool
     """True if the model takes it into account."""
     in_u: bool
-    """True if u of I_zz contains the doubt about it."""
+    """True if u of I_zz contains its uncertainty."""
     reason: str
 
 
 def relative_u(fit: FitResult) -> float:
-    """Standard uncertainty of I_zz over I_zz [1]."""
+    """Compute the standard uncertainty of I_zz over I_zz [1]."""
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
 def _bias(lab: Lab, case: EffectCase) -> float | None:
-    """I_zz without an effect over I_zz with it, minus 1; None if the log does not tell."""
+    """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
     found = changes.refit(lab, replace(case, widths=case.widths or lab.fit.widths))
@@ -70,7 +69,7 @@ def _bias(lab: Lab, case: EffectCase) -> float | None:
 
 
 def _why(lab: Lab, name: str, case: EffectCase, bias: float | None) -> str:
-    """Say why an effect was left out or kept, with its size in standard uncertainties if that decided."""
+    """Describe why an effect was left out or kept, with its size if this decided."""
     u = relative_u(lab.fit)
     if not case.sized or (bias is not None and u == 0):
         return case.words
@@ -78,14 +77,15 @@ def _why(lab: Lab, name: str, case: EffectCase, bias: float | None) -> str:
         return f"{case.words}: without a fit that could be compared"
     size = abs(bias) / u
     if case.kept:
-        return f"{case.words}: {size:.2g} u"
+        seen = "; kept because the single runs show it" if size < DROP_ONE and name in ("tilt", "release") else ""
+        return f"{case.words}: {size:.2g} u{seen}"
     verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
     more = "; read the spin at half time as well" if name == "decay_law" and size >= DROP_ONE else ""
     return f"{case.words}: {size:.2g} u, {verdict}{more}"
 
 
 def _of_some(lab: Lab) -> Lab:
-    """Take a sample of very many runs, with the u of I_zz that all of them have."""
+    """Take a sample of very many runs, with the u of I_zz of all runs."""
     if len(lab.measured.runs) <= fitting.MANY:
         return lab
     some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
@@ -99,7 +99,7 @@ def _of_some(lab: Lab) -> Lab:
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
-    """List every simplification, or those of some names, with its size in a log, and what became of it."""
+    """List every simplification, or those of some names, with its size in a log and the decision."""
     some, u, effects = _of_some(lab), relative_u(lab.fit), []
     for change in changes.CHANGES:
         if change.use != "effect" or (names and change.name not in names):
@@ -115,7 +115,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
 
 def release_may_matter(lab: Lab) -> bool:
-    """Say whether the size of the release is worth a fit: not if it is certainly small, for a level rod."""
+    """Return whether the size of the release is worth a fit; for a level rod it may be certainly small."""
     if lab.measured.pitch.any() or lab.chosen.released:
         return True
     # Runs that scatter more than stated may do so because of the release, which then widens u.
@@ -123,14 +123,28 @@ def release_may_matter(lab: Lab) -> bool:
     return not size < 0.7 * DROP_ONE * relative_u(lab.fit)
 
 
+STEEP, FALLEN = math.radians(45), math.radians(52)
+"""A released rod that sags by more than the first angle hits the cup of the ball. No answer is given from the
+second angle on: without a fit the sag is known to some degrees only."""
+
+
+def _stays_up(lab: Lab) -> bool:
+    """Return whether no run of a log would sag steeply if the rod was released."""
+    measured, fit = lab.measured, lab.fit
+    loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
+    total = measured.torque + fit.residual_torque.value
+    sag = physics.greatest_sag(total, measured.spin, fit.inertia.value, across, measured.pitch)
+    return bool(np.max(sag[loaded]) < FALLEN)
+
+
 def _by_release(measured: Measurements, fit: FitResult) -> Floats:
-    """By what share each run's own I_zz is too high if a level rod was released from rest, and is taken for steady."""
+    """Compute the relative excess of each run's I_zz if a level rod was released, and is treated as steady."""
     total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
     return cast(Floats, physics.release_bias(total, measured.spin, fit.inertia.value, across))
 
 
 def _by_tilt(measured: Measurements, fit: FitResult) -> Floats:
-    """By what share each run's own I_zz is too high if a tilted rod is taken for level."""
+    """Compute the relative excess of each run's I_zz if a tilted rod is treated as level."""
     rate, across = fit.sense * 2 * np.pi * measured.turns / measured.time, fitting.transverse_inertia(measured)
     return cast(Floats, physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across))
 
@@ -169,36 +183,39 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
 
 def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto", lab.fit)
+    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
 
 
 ALWAYS_OUT = ("decay_law", "earth")
-"""Effects that are left out where the log does not tell enough, and count towards all that is."""
+"""Effects that are left out if the log lacks the readings for them, and that count towards the sum."""
 
 
-def choose_model(measured: Measurements, model: Model, near: FitResult | None = None) -> ChosenModel:
-    """Take the simplest model that is good enough for a log, by the sizes of the effects, or the one asked for.
+def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+    """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
 
-    `near` is a fit of a similar log.
+    If the log does not say how the rod was started, a release from rest is assumed if it matters.
     """
     tilts, told = bool(np.any(measured.pitch)), earth_is_told(measured)
-    released = measured.motion == "released"
     if model != "auto":
         tilted = model == "steady" or (model == "released" and tilts)
         return ChosenModel(tilted, released=model == "released", asked=True)
-    named = {"tilt": tilts, "release": released, "earth": told}
     simplest = ChosenModel(tilted=False, released=False, asked=False)
-    fullest = ChosenModel(tilts, released, asked=False, earth=told)
-    if simplest == fullest:
+    fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
+    if simplest == fullest and measured.motion == "steady":
         return simplest
     try:
-        runs, fit = fitting.fit_model(measured, simplest, widths=fitting.AS_STATED, near=near)
+        runs, fit = fitting.fit_model(measured, simplest)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # It is unknown what could be left out.
         return fullest
+    shows = release_may_matter(lab) or _seen_in_scatter(measured, lab.fit, "release")
+    released = fullest.released or (measured.motion is None and shows and _stays_up(lab))
+    if simplest == fullest and not released:
+        return simplest
+    named = {"tilt": tilts, "release": released, "earth": told}
     sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
     may = {name: sizes[name].bias for name, has in named.items() if has}
     # If the fit without an effect fails, the effect cannot be left out.
@@ -206,12 +223,29 @@ def choose_model(measured: Measurements, model: Model, near: FitResult | None = 
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
     kept = _kept(known, dropped, relative_u(lab.fit)) | (set(may) - set(known))
-    kept |= {name for name in may if name in named and _seen_in_scatter(measured, lab.fit, name)}
-    return ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
+    kept |= {name for name in may if _seen_in_scatter(measured, lab.fit, name)}
+    chosen = ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
+    steady = replace(chosen, released=False)
+    if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):
+        return steady
+    return chosen
+
+
+CLEARLY = math.log(200.0)
+"""One explanation is clearly better than another if it makes the times 200 times as likely."""
+
+
+def _agrees_better(measured: Measurements, one: ChosenModel, other: ChosenModel) -> bool:
+    """Return whether the runs agree clearly better with one model than with another."""
+    try:
+        fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
+    except fitting.NoFit:
+        return False
+    return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
 
 
 def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
-    """Which effects are too large to leave out, where `dropped` is out already."""
+    """Return the effects that are too large to leave out; `dropped` is the sum of those that are out already."""
     kept = set(biases)
     for name in sorted(biases, key=lambda name: abs(biases[name])):
         dropped += abs(biases[name])
@@ -222,7 +256,7 @@ def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
 
 
 def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
-    """Say whether an effect that cancels in I_zz, as of a rod tilted up and down, still spoils the single runs."""
+    """Return whether an effect that cancels in I_zz, as of a rod tilted up and down, is visible in the single runs."""
     if name not in ("tilt", "release"):
         return False
     biases = _by_tilt(measured, fit) if name == "tilt" else _by_release(measured, fit)

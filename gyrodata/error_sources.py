@@ -1,7 +1,7 @@
-"""The table of the sources of error: what is known of each before a log is read.
+"""The table of the sources of error, with the default of each.
 
-A source is one record here and its computation in `measurements.sources`; its key in a log, its line in the budget, its
-words and its advice follow.
+A source is one record here, and a computation in `measurements.sources`. Its key in a log, its line in the budget, its
+words and its advice follow from the record.
 """
 
 from __future__ import annotations
@@ -21,37 +21,40 @@ class SourceKind(Struct, frozen=True):
     """An uncertainty component, before a log is read."""
 
     quantity: Quantity
-    """What it is an error of."""
+    """The quantity that has the error."""
     default: Uncertainty
-    """Standard uncertainty where the log does not state it; that of a reading has its rounding added."""
+    """Standard uncertainty if the log does not state it; the rounding of a reading is added."""
     usual: str
     """The same in words."""
     shared_by: str = ""
-    """In words; "" where every run has its own."""
+    """In words; "" if every run has its own error."""
     better: str = ""
-    """What would make it half as large next time, in words; "" if nobody can."""
+    """How to make it half as large next time, in words; "" if nobody can."""
     words: str = ""
     """Its name for users: "ruler's zero"."""
     kind: str = ""
-    """Kind of its quantity in a log if it belongs to no column: "length"; "" for the error of a column."""
+    """Kind of its quantity in a log if it does not belong to a column: "length"; "" for the error of a column."""
 
 
-DECAY_TIME = 300.0
-"""Time constant [s] of the spin's decay that a late reading is taken with: that of a fair air bearing. One reading in
-each run does not tell it."""
+DECAY_TIME, DECAY_SPREAD = 1000.0, math.log(2)
+"""Time [s] in which the spin falls by 1/e if the log does not show it, and the standard deviation of its logarithm. The
+13 runs of a published air ball (Heidelberg) have 714 to 1315 s, with a median of 1047 s."""
+
+LATE = 2.0
+"""How long after the midpoint of a run the spin is read [s]: a judgement."""
 
 NORMAL_GRAVITY_U = Uncertainty(0.0, 0.0001)
-"""Of g where the latitude is given: 300 m of height, or what is underground."""
+"""Relative uncertainty of g if the log states the latitude: 300 m of height, or dense rock below."""
 
 WHOLE = 0.005
-"""A number of turns [1] this close to a whole one is meant as such: start and end are sighted alike."""
+"""A number of turns [1] this close to a whole number counts as whole."""
 
 SOURCES: Mapping[str, SourceKind] = {
     "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding", words="precession rate"),
     "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding", words="stopwatch readings"),
-    # A click is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
-    # uncertainty", Am. J. Phys. 87, 110 (2019). Who clicks twice is late twice, and the time is right; who lets go and
-    # starts with one hand is late once, at the end. Half of all labs do either: 0.11 s/√2.
+    # One press is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
+    # uncertainty", Am. J. Phys. 87, 110 (2019). Two presses are late by the same time, which cancels. A hand that
+    # releases the rod and starts the clock together is late at the end only. Half of all labs do either: 0.11 s/√2.
     "time_bias": SourceKind(
         "time", Uncertainty(0.08), "0.08 s", "all runs (the same hand)", words="timing bias", kind="time"
     ),
@@ -83,19 +86,19 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "spin_delay": SourceKind(
         "spin",
-        Uncertainty(1.35),
-        f"1.35 s late, in a spin that falls by 1/e in {DECAY_TIME:g} s",
+        Uncertainty(1.7),
+        f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {DECAY_TIME:g} s, within a factor of 2",
         "all runs (the same habit)",
-        "the spin read at the start and at the end",
+        'a spin-down in the log, such as "# spin_down: 612 rpm to 540 rpm in 120 s"',
         words="delay of the spin reading while the ball slows down",
         kind="time",
     ),
     "decay_exponent": SourceKind(
         "spin",
         Uncertainty(0.8),
-        "an exponent of 1 ± 0.8, an air film's, between dry friction's and turbulence's",
+        "an exponent of 1 ± 0.8 before the readings of the spin: an air film has 1, dry friction 0, turbulence 2",
         "all runs (the same drag)",
-        "the spin read at half time as well",
+        "the spin read at the midpoint as well",
         words="decay law of the spin",
         kind="number",
     ),
@@ -142,8 +145,8 @@ SOURCES: Mapping[str, SourceKind] = {
     ),
     "position_zero": SourceKind(
         "position",
-        Uncertainty(0.0005),
-        "0.5 mm",
+        Uncertainty(0.001),
+        "1 mm",
         "all runs (one ruler, one zero)",
         "the ruler's zero twice as well known (measure the arm from both ends)",
         words="ruler's zero",
@@ -161,7 +164,7 @@ SOURCES: Mapping[str, SourceKind] = {
 """The sources by the key of the log without its ``u_``, in the order of the table in the documentation."""
 
 DEFAULT_TRANSVERSE_RATIO = 1.3
-"""I/I_zz of a ball with a light rod, where the log does not give I …"""
+"""I/I_zz of a ball with a light rod, if the log does not state I …"""
 
 TRANSVERSE_U = 0.2
 """… and its relative standard uncertainty then."""

@@ -1,7 +1,7 @@
 """The list of all checks of a log, and of advice for the next one.
 
-A check looks at what is known of a log (`Seen`) and gives findings: diagnostics with a code, a severity, a place, words
-and a remedy. A finding that makes the answer unsafe to quote has a kind of `doubt`. Terminal, page, `gyro check`,
+A check uses a log and its fit (`Seen`) and returns findings: diagnostics with a code, a severity, a place, words and a
+remedy. A finding with a kind of `doubt` means that the answer is not safe to quote. Terminal, page, `gyro check`,
 grading and JSON select from these findings and make none of their own.
 """
 
@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from gyrodata import changes, effects, fitting, physics
 from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata.effects import CLEARLY, DROP_ONE, FALLEN, STEEP, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns, torque_groups
@@ -30,21 +30,18 @@ from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason, turn_words
 from gyrodata.units import from_si, parse_unit
 
-CLEARLY = math.log(200.0)
-"""Other counts are believed if they make the times so many times as likely as those that are written."""
-
 
 def count_findings(
     readings: Readings, measured: Measurements, fit: FitResult | None = None, left_out: Collection[int] = ()
 ) -> list[Diagnostic]:
-    """Name the turns of whole torques that must be wrong, where other counts make all torques agree.
+    """Name the torques whose turns must be wrong, because all torques agree with other counts.
 
-    `fit` is that of the counts as written without the runs that are left out; None where there is none.
+    `fit` is the fit with the written counts and without the runs that are left out; None if that fit failed.
     """
     groups = torque_groups(measured)
 
     def believed(counts: dict[int, float]) -> bool:
-        """Say whether the times are much likelier with other counts."""
+        """Return whether the times are much more likely with other counts."""
         if fit is None:
             return True
         turns = measured.turns.copy()
@@ -75,15 +72,8 @@ def count_findings(
     return [readings.diagnose(codes.TURNS_OF_WEIGHTS_WRONG, words, hint, *cell)]
 
 
-STEEP = math.radians(45)
-"""A rod that sags by more than this hits the cup that the ball floats in …"""
-
-FALLEN = math.radians(52)
-"""… and no answer is given from this on: without a fit the sag is known to some degrees only."""
-
-
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the run that was released and sags most, if it sags too far: no fit of such runs can be believed."""
+    """Name the released run with the largest sag, if the sag is too large for a fit."""
     loaded = np.flatnonzero(measured.torque)
     torque, spin, pitch = measured.torque[loaded], measured.spin[loaded], measured.pitch[loaded]
     load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
@@ -92,8 +82,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         given = measured.transverse_inertia
         return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load if given is None else given[loaded]
 
-    # Eq. (9) gives a rod that falls far a larger I_zz than it has, and so too small a sag; the lower quarter of the
-    # runs is the nearest to the truth, and a single wrong run is not.
+    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag. The lower quartile of the runs
+    # is nearest to the truth, and one wrong run does not change it.
     own = np.abs(torque / measured.product[loaded])
     inertia = np.sort(own)[(len(own) + 1) // 4]
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
@@ -102,11 +92,11 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         return []
     from gyrodata import motion
 
-    # The mean rate of the whole motion gives a better one.
+    # The mean rate of the exact motion gives a better I_zz.
     better = own
     for _turn in range(30):
         top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
-        rate = motion.mean_precession_rate(top, motion.released(top, spin, pitch))
+        rate = motion.mean_precession_rate(top, spin, pitch)
         better = np.abs(own * rate * better * spin / torque)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
@@ -125,7 +115,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
 
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
-    """Say that there is no answer, why, and what to look at."""
+    """Make the error of a log without an answer: the reason, and what to check."""
     groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
@@ -152,8 +142,14 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.diagnose(codes.NO_INERTIA_FITS, f"no single I_zz fits these runs: {why}", hint)
 
 
+def is_unmeasured(inertia: Estimate) -> bool:
+    """Return whether the interval of I_zz includes zero, or u is more than half of I_zz."""
+    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
+    return low <= 0 or (inertia.u or 0.0) > 0.5 * inertia.value
+
+
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Report that the interval of I_zz includes zero, and why it is so wide."""
+    """Report that the interval of I_zz is too wide, and why."""
     assert fit.inertia.interval_95 is not None
     low, high = fit.inertia.interval_95
     widest = fit.budget[0].source if fit.budget else "time"
@@ -162,7 +158,8 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
         hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
     elif widest == "unexplained_scatter":
         hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
-    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², includes zero"
+    fault = "includes zero" if low <= 0 else "is too wide"
+    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², {fault}"
     return readings.diagnose(codes.NOT_MEASURED, words, hint)
 
 
@@ -206,7 +203,7 @@ class Seen(Struct, frozen=True):
 
     @property
     def contradicts_itself(self) -> bool:
-        """Whether the runs scatter so much that nothing else can be said of them."""
+        """Whether the runs scatter so much that other findings mean nothing."""
         return self.fit.scatter > CONTRADICTING
 
 
@@ -240,13 +237,36 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CONTRADICTING = 10.0
-"""Runs that scatter so many times as much as stated contradict each other."""
+"""Runs with this many times the stated scatter contradict each other."""
 
 OTHER_LAW = 4.0
-"""An exponent further from 1 than so many of its u, at the scatter that the runs have beside that, is another law."""
+"""An exponent at least this many u from 1 means another law; its u includes the remaining scatter of the runs."""
+
+EXPLAINED = 0.01
+"""Another motion explains the scatter if chi-square is more probable than this with it."""
 
 NO_ACCIDENT = 0.001
-"""Runs whose scatter is less likely than this do not follow the law within their uncertainties."""
+"""If the scatter of the runs has a smaller probability, they do not follow the law within their uncertainties."""
+
+
+def _other_motion(seen: Seen) -> str:
+    """Return the beginning of a hint if another motion of the rod explains how the runs deviate; "" if not."""
+    measured, chosen = seen.measured, seen.lab.chosen
+    if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
+        return ""
+    for motion, words in (("released", "was released from rest"), ("steady", "was guided until it precessed steadily")):
+        if measured.motion == motion:
+            continue
+        try:
+            model = replace(chosen, released=motion == "released")
+            other = replace(measured, motion=motion)
+            _, fit = fitting.fit_model(other, model, seen.lab.left_out, fitting.AS_STATED)
+        except fitting.NoFit:
+            continue
+        p = fitting.chi2_tail(fit.chi2, fit.dof)
+        if p > EXPLAINED:
+            return f'if the rod {words}, the runs agree (p = {p:.1g}): write "# motion: {motion}". If not, '
+    return ""
 
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
@@ -263,14 +283,17 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        hint = f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        hint = (
+            _other_motion(seen)
+            + f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
+        )
         yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
     elif seen.p is not None and seen.p < NO_ACCIDENT:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
         words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}; u already includes this"
-        hint = f"check for a wrong run or a late stopwatch; {state_it}"
+        hint = _other_motion(seen) + f"check for a wrong run or a late stopwatch; {state_it}"
         yield say(codes.SCATTER_TOO_LARGE, words, hint)
 
 
@@ -319,12 +342,12 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
         words = f"the period is proportional to the spin to {power}"
         late = "a stopwatch that is late in every run, or wrong turns in the short runs"
         drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
-        hint = "check for " + (late if far < 0 else drag)
+        hint = _other_motion(seen) + "check for " + (late if far < 0 else drag)
         yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
-    """Say what the runs contradict, or do not tell, of the balance."""
+    """Report a balance test that the runs contradict, and runs that cannot separate M0 from I_zz."""
     measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
         m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
@@ -343,14 +366,14 @@ DIRECTION = (
     "20.00,15.0,400,39.7,1,ccw\n"
     "0,,400,180,1/20,ccw"
 )
-"""How to write which way a run without a weight went."""
+"""How to write the direction of a run without a weight."""
 
 WORTH = 0.95
-"""What does not make u of I_zz at least this much smaller [1] is not worth a word."""
+"""gyro advises a change only if it reduces u of I_zz to at most this part of its value."""
 
 
 def _direction(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs without a weight whose direction is missing, if u of I_zz would be smaller with it."""
+    """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
     then = next((outcome.inertia for outcome in effects.answers(seen.lab, "direction")), None)
@@ -364,17 +387,17 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
 
 
 POOR_BALANCE = 0.2
-"""An M0 over this share of the lightest torque is no rest of a balanced ball."""
+"""A balanced ball has an M0 below this part of the smallest torque."""
 
 FELL_MORE = 4.0
-"""A spin that falls so many times as fast as in the middle run …"""
+"""If a spin falls this many times as fast as in the middle run …"""
 
 FELL_BY = 0.03
-"""… and by so much more than its share [1] had something rub against it, or was read wrongly."""
+"""… and by this much more [1], then something rubbed, or the spin was read wrongly."""
 
 
 def _poor_balance(measured: Measurements, fit: FitResult) -> str:
-    """Say how large M0 is where it is more than a balanced ball has; "" else."""
+    """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
     lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
     imbalance = abs(fit.residual_torque.value)
     if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.residual_torque.u or 0.0)):
@@ -384,11 +407,12 @@ def _poor_balance(measured: Measurements, fit: FitResult) -> str:
 
 
 def _patterns(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the likeliest cause of residuals that are not random."""
+    """Name the most likely cause of residuals that are not random."""
     first = seen.patterns[0] if seen.patterns else None
     if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
     words, hint = pattern_words(first)
+    hint = _other_motion(seen) + hint
     p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
     words = f"{words} ({p}, after {len(seen.patterns)} tests)"
     agrees = first.name == "agreement"
@@ -397,7 +421,7 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
-    """Say that M0 is more than a balanced ball has, and what may cause it."""
+    """Report an M0 that is too large for a balanced ball, and its possible causes."""
     measured, fit = seen.measured, seen.fit
     poor = _poor_balance(measured, fit)
     if not poor or seen.contradicts_itself:
@@ -427,8 +451,42 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
         yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
 
 
+def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
+    """Report the drag, and whether friction is negligible."""
+    measured, drag = seen.measured, seen.measured.drag
+    if drag is None or not seen.readings.spin_down:
+        return
+    torque, longest = seen.fit.inertia.value * drag.rate * drag.spin, int(np.argmax(measured.time))
+    fall = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = fall**2 / 24
+    words = (
+        f"the spin falls by 1/e in {1 / drag.rate:.0f} s at {drag.spin / RPM:.0f} rpm, as by a drag torque of "
+        f"{1e3 * torque:.2g} mN·m. It falls by {100 * fall:.2g} % in the longest run, which changes I_zz by "
+        f"{100 * size:.1g} % if the spin is read at the midpoint"
+    )
+    small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
+    hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
+    yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
+
+
+def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
+    """Report I_zz from a falling mass, and I over I_zz from the nutation."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    if readings.falling_mass:
+        mass, radius, height, time, friction = readings.falling_mass
+        # The thread pulls with m (g − a), less the friction.
+        found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
+        off = f"{100 * (found / inertia.value - 1):+.2g} % from the fit, whose u is {percent_u(inertia):.2g} %"
+        words = f"the falling mass gives I_zz = {found:.4g} kg·m²: {off}"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+    if measured.nutation_ratio is not None:
+        ratio = float(np.nanmedian(measured.nutation_ratio))
+        words = f"the periods of the nutation give I/I_zz = {ratio:.3g}, as the median of the runs"
+        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+
+
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
-    """Say where the last digit written decides much of u(I_zz), with both answers, and what to write."""
+    """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
     for outcome in effects.answers(seen.lab, "digits"):
         role, better = outcome.words, outcome.inertia
@@ -438,13 +496,13 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         run, column, kind = int(np.argmax(rounding[0])), readings.columns[role], kind_of_role(role)
         reading = column.readings[run]
         value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
-        # One digit more, and as many as make a step of 1 %.
+        # One digit more, and at least as many as give a step of 1 %.
         digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
         power = math.floor(math.log10(abs(now.value)))
         shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
         high = f"{value + step / 2:.4g} {column.unit}".rstrip()
         half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
-        # A spreadsheet drops the zeros at the end that are typed.
+        # A spreadsheet removes zeros at the end of a number.
         how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
         words = (
             f'{role} "{reading.text}" can mean any value from {value - step / 2:.4g} to {high}: '
@@ -457,7 +515,7 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
-    """Say what the choice of the model lacked in the log, and by how much it matters."""
+    """Report what the log does not contain for the choice of the model, and how much it matters."""
     readings, measured, fit = seen.readings, seen.measured, seen.fit
     guessed = next((share for share in fit.budget if share.source == "transverse_inertia"), None)
     if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
@@ -476,17 +534,30 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
             words = f"{key} has no effect: the tilt is so small that eq. (9), for a level rod, is used"
             hint = "--model steady takes the tilt into account"
             yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
+    held = next((effect for effect in seen.effects if effect.effect == "tachometer"), None)
+    if held is not None and held.bias is not None and (held.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
+        off = f"{100 * abs(held.bias):.2g} % {'lower' if held.bias > 0 else 'higher'}"
+        words = f"if the tachometer stood still, and did not follow the tilted rod, I_zz is {off}"
+        hint = 'write "# tachometer: follows" or "# tachometer: still"'
+        yield readings.diagnose(codes.TACHOMETER_NOT_TOLD, words, hint)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
-    if release is None or measured.motion is not None or release.kept or seen.contradicts_itself:
+    if release is None or release.bias is None or measured.motion is not None or seen.lab.chosen.asked:
         return
-    if release.bias is not None and (release.size or 0.0) > DROP_ONE:
+    off = f"{100 * abs(release.bias):.2g} % {'higher' if release.bias > 0 else 'lower'}"
+    if release.kept:
+        words = (
+            "the log does not say how the rod was started: gyro assumes that it was released with a light push. If it "
+            f"was guided until it precessed steadily, I_zz is {off}"
+        )
+        yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
+    elif (release.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
         off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
         words = f"if the rod was released from rest, and not guided until it precessed steadily, I_zz is {off}"
         yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
 
 
 def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Ask about readings that are not of this lab, and about columns that make sense only the other way round."""
+    """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
     if exchanged(readings, measured):
         spin, time = readings.columns["spin"], readings.columns["time"]
         words = f'the columns "{spin.header}" and "{time.header}" seem to be exchanged'
@@ -516,10 +587,10 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
 
 
 BY_HAND = (60 * RPM, 2000 * RPM)
-"""Spins of a ball that is spun by hand [rad/s], with a margin."""
+"""Range of spins of a ball that is spun by hand [rad/s], with a margin."""
 
 NO_MOTOR = 0.7
-"""A rotor with less angular momentum than this has no motor: published gyroscopes with one have 1 to 2 [kg*m^2/s]."""
+"""A rotor with less angular momentum than this has no motor: published ones with a motor have 1 to 2 [kg*m^2/s]."""
 
 LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.02, 10.0, 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and precession over spin [1]."""
@@ -534,7 +605,7 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     loaded = measured.torque != 0
     spin, rate = measured.spin[loaded], np.abs(measured.product[loaded]) / measured.spin[loaded]
     turn, arm = float(np.median(2 * np.pi / rate)), float(np.abs(measured.position[loaded]).max())
-    # Both are free of the unit of the spin, or of the mass: L = M/φ̇, and m x²/I_zz = x φ̇ψ̇/g.
+    # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m x²/I_zz = x φ̇ψ̇/g.
     momentum = float(np.median(np.abs(measured.torque[loaded]) / rate))
     lever = arm * float(np.median(rate * spin)) / measured.g
     fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
@@ -564,11 +635,11 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
 
 
 FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
-"""Shares, and a number of u, from which on the difference from the ball needs a cause; a bore only adds to I_zz."""
+"""A difference from the ball outside these limits [1], over this many u, needs a cause; a bore increases I_zz."""
 
 
 def _body(seen: Seen) -> Iterator[Diagnostic]:
-    """Say that I_zz is not that of the ball or disk in the log, or of no lab."""
+    """Report an I_zz that disagrees with the ball or disk in the log, or that is impossible in this lab."""
     readings, (low, high), value = seen.readings, INERTIA_RANGE, abs(seen.fit.inertia.value)
     ball = compare_with_ball(seen.fit.inertia, readings.constants, readings.uncertainties)
     close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
@@ -592,8 +663,8 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
-    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell, _direction,
-    _digits, _model, _unusual, _body,
+    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
+    _spin_falls, _other_measurements, _direction, _digits, _model, _unusual, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 

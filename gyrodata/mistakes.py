@@ -1,7 +1,7 @@
-"""Known mistakes: what a wrong unit, origin, count or column does to I_zz; and the sizes of this lab.
+"""Known mistakes: the effect of a wrong unit, origin, count or column on I_zz; and the ranges of readings in this lab.
 
-`mistakes.toml` contains one table for both who make mistakes: `gyro grade` looks for one in the arithmetic behind a
-reported value, and `gyro analyze` for one in the log itself, if the ball says what I_zz should be.
+`mistakes.toml` contains one table for two uses: `gyro grade` looks for a mistake in the arithmetic of a reported value,
+and `gyro analyze` looks for one in the log itself, if the log describes the ball.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from gyrodata.units import parse_unit
 
 
 class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
-    """One mistake, as in the table or as a log of n runs can have it; `mistakes.toml` explains the fields.
+    """One mistake, as in the table or as it can occur in a log of n runs; `mistakes.toml` explains the fields.
 
-    For a log, `torque` and `product` are what the mistake multiplies M and φ̇ψ̇ of each run by, a number or shape (n,).
-    `log` is empty if only the arithmetic can have the mistake, `words` is empty if only the log can.
+    For a log, `torque` and `product` are the factors by which the mistake multiplies M and φ̇ψ̇ of each run, a number or
+    shape (n,). `log` is empty if only the arithmetic can contain the mistake, `words` is empty if only the log can.
     """
 
     kind: str
@@ -46,12 +46,12 @@ class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 COUNTS = {"1": 1.0, "1/3": 1 / 3, "2/3": 2 / 3}
-"""Turns that are taken for each other, as the table writes them."""
+"""Numbers of turns that students confuse, as the table writes them."""
 
 
 @cache
 def known_mistakes() -> dict[str, Mistake]:
-    """Read the table; by kind. Most logs never need it, nor what reads it."""
+    """Read the table of mistakes, by kind. Most logs do not need it, so it is read when it is used."""
     import tomllib
     from importlib.resources import files
 
@@ -60,7 +60,7 @@ def known_mistakes() -> dict[str, Mistake]:
 
 
 def list_mistakes(readings: Readings, measured: Measurements, inertia: float) -> Iterator[Mistake]:
-    """Give every single mistake that this log, and its I_zz [kg*m^2], can have."""
+    """List every mistake that is possible in this log, with its I_zz [kg*m^2]."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
     units["spin"] = next((c.unit for role, c in readings.columns.items() if role.startswith("spin") and c.unit), "rpm")
     if measured.timed:
@@ -74,7 +74,7 @@ def list_mistakes(readings: Readings, measured: Measurements, inertia: float) ->
         torque, product = (factors.get(by) if isinstance(by, str) else by for by in (one.torque, one.product))
         log, remedy = one.log, one.remedy
         if one.read:
-            # A rotation in Hz is one in revolutions a second.
+            # A spin in Hz is a spin in revolutions per second.
             log = log if one.read in (unit, "Hz" if unit == "rps" else unit) else ""
             remedy = remedy or f'write the header as "{one.column} [{one.meant}]"'
         missing = one.needs and not (one.needs in readings.columns or one.needs in readings.constants)
@@ -100,7 +100,7 @@ def _size_of(column: str, unit: str) -> float:
 
 
 def _factors_of_log(readings: Readings, measured: Measurements, inertia: float) -> dict[str, float | Floats]:
-    """Give the factors that depend on the log by their names in the table, without those that it cannot have."""
+    """Return the factors that depend on the log by their names in the table, without the impossible ones."""
     turns, arm, nan = measured.turns, np.abs(measured.position), np.nan
     diameter, length = readings.constants.get("ball_diameter"), readings.constants.get("rod_length")
     found: dict[str, float | Floats] = {"1/g": 1 / measured.g}
@@ -129,7 +129,7 @@ def _factors_of_log(readings: Readings, measured: Measurements, inertia: float) 
     if _unit(readings, "spin") == "rpm" and _unit(readings, "time") == "s":
         spin, time = measured.spin / RPM, measured.time
         found["(spin/time)²"] = (spin / time) ** 2
-        # No rod is spun more slowly than 30 rpm.
+        # Nobody spins the ball more slowly than 30 rpm.
         if np.all((spin < time) & (time > 30)):
             found["(time/spin)²"] = (time / spin) ** 2
     return found
@@ -142,13 +142,13 @@ def _unit(readings: Readings, role: str) -> str:
 # --- what explains a log ---------------------------------------------------------------------------------------
 
 CLOSE = 0.06
-"""A mistake explains a log if without it I_zz is nearer to what it should be than this share."""
+"""A mistake explains a log if I_zz without it differs from the expected value by less than this [1]."""
 
 SCATTERS = 0.03
-"""A mistake is none if it leaves the runs scattered by so much more than they were [1]."""
+"""A correction is rejected if the runs scatter by this much more after it [1]."""
 
 MOST = 3
-"""So many mistakes are named."""
+"""Largest number of mistakes that are named."""
 
 START_SPIN = (0.75, 0.96)
 """I_zz over its true value [1] if the spin was read at the start of each run instead of at half time."""
@@ -157,9 +157,9 @@ START_SPIN = (0.75, 0.96)
 def explaining_mistakes(
     readings: Readings, measured: Measurements, inertia: float, expected: float
 ) -> tuple[tuple[Mistake, float], ...]:
-    """Name the mistakes in a log that explain an I_zz, the likeliest first, with I_zz without each [kg*m^2].
+    """Name the mistakes in a log that explain its I_zz, the most likely first, each with I_zz without it [kg*m^2].
 
-    `inertia`, `expected`: I_zz as the log has it, and as it should be [kg*m^2].
+    `inertia`, `expected`: I_zz from the log, and the value that it should be [kg*m^2].
     """
     loaded = measured.torque != 0
     each = np.abs(measured.torque / measured.product)[loaded]
@@ -171,7 +171,7 @@ def explaining_mistakes(
         value = inertia * float(np.median(mended) / np.median(each))
         away = abs(math.log(value / expected))
         if away < CLOSE:
-            # Of two that are as near, the commoner one.
+            # Of two mistakes that fit equally well, the more common one comes first.
             found.append((away + 0.01 * mistake.rank, mistake, value))
     if START_SPIN[0] < inertia / expected < START_SPIN[1] and "spin" in readings.columns:
         words = f"the spin was read at the start, and was {100 * (1 - inertia / expected):.0f} % lower at half time"
@@ -182,7 +182,7 @@ def explaining_mistakes(
 
 
 def _scatter(each: Floats) -> float:
-    """Spread of I_zz of single runs as a share, robust against one that is odd."""
+    """Relative spread of I_zz of the single runs, robust against one odd run."""
     logs = np.log(each)
     return float(np.median(np.abs(logs - np.median(logs))))
 
@@ -190,17 +190,17 @@ def _scatter(each: Floats) -> float:
 # --- the sizes of this lab --------------------------------------------------------------------------------------
 
 INERTIA_RANGE = (1e-6, 1.0)
-"""I_zz of what is spun on a table [kg*m^2]."""
+"""Range of I_zz of a body that is spun on a table [kg*m^2]."""
 
 
 class Size(Struct, frozen=True):
-    """How large a reading of this lab is [SI unit]."""
+    """Range of the readings of one role in this lab [SI unit]."""
 
     role: str
     possible: tuple[float, float]
-    """What lies outside is not of this lab: every published log lies within."""
+    """A reading outside is impossible in this lab; all published logs are inside."""
     usual: tuple[float, float]
-    """Nearly all logs lie here: the unit that brings a column here is proposed."""
+    """Nearly all logs are inside: gyro proposes the unit that brings a column into this range."""
     units: tuple[str, ...]
 
 
@@ -213,14 +213,14 @@ SIZES = (
 
 
 def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
-    """Find the first run whose reading is not of this lab, and the unit that it would be in; None if all are."""
+    """Return the first run with an impossible reading, and the unit that explains it; None if all are possible."""
     values, (low, high) = readings.columns[size.role].values if size.role in readings.columns else (), size.possible
     run = next((run for run, value in enumerate(values) if value and not low <= abs(value) <= high), None)
     return None if run is None else (run, unit_within(readings, size.role, size.usual))
 
 
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
-    """Find the other unit that brings all readings of a column into a usual range [SI unit]; "" if none does."""
+    """Return another unit that brings all readings of a column into a usual range [SI unit]; "" if there is none."""
     values = [abs(value) for value in readings.columns[role].values if value]
     for unit, factor in other_units(readings.columns[role]):
         if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
@@ -229,7 +229,7 @@ def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> st
 
 
 def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
-    """Find the unit in which a reading is what other runs read, and that [SI unit]; None if there is none."""
+    """Return the unit in which a reading equals that of another run, and its value [SI unit]; None if there is none."""
     values = [abs(value or 0.0) for value in readings.columns[size.role].values]
     for unit, factor in other_units(readings.columns[size.role]):
         value = factor * values[run]
@@ -239,7 +239,7 @@ def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | No
 
 
 def other_units(column: Column) -> Iterator[tuple[str, float]]:
-    """Give the other units of this lab that a column may be in, and what each multiplies its values by."""
+    """List the other units that a column may have in this lab, each with the factor on its values."""
     own = _size_of(column.role, column.unit) if column.unit else 1.0
     for unit in next((size.units for size in SIZES if size.role == column.role), ()):
         factor = _size_of(column.role, unit) / own
@@ -248,7 +248,7 @@ def other_units(column: Column) -> Iterator[tuple[str, float]]:
 
 
 def exchanged(readings: Readings, measured: Measurements) -> bool:
-    """Tell whether the numbers of spin and time make sense only the other way round."""
+    """Return whether spin and time are possible only if the two columns are exchanged."""
     if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s" or not measured.torque.any():
         return False
     spins, times = (readings.columns[role] for role in ("spin", "time"))

@@ -1,10 +1,10 @@
-"""Patterns in the residuals: errors that a lab does not make by chance, each with its likely cause.
+"""Patterns in the residuals: errors that are not random, each with its likely cause.
 
 Each test asks whether the fit needs one more unknown: a balance that drifts, or a shared error that is free of its
 prior. With c the change of the runs' conditions by that unknown, r their residuals and H the fit's hat matrix,
-z = cᵀr/√(cᵀ(1 − H)c) is standard normal if nothing is wrong, for any design; of a shared error it is its *pull*, the
-adjusted value over √(prior² − posterior²). How much the runs scatter is known only roughly: the chance is averaged over
-the factors s on their own errors that agree with what is left without the pattern.
+z = cᵀr/√(cᵀ(1 − H)c) is standard normal if nothing is wrong, for any design; for a shared error it is its *pull*, the
+adjusted value over √(prior² − posterior²). The scatter of the runs is known only roughly: the probability is averaged
+over the factors s on their own errors that agree with the residuals without the pattern.
 """
 
 from __future__ import annotations
@@ -24,36 +24,36 @@ from gyrodata.physics import Floats
 from gyrodata.tables import load_words
 
 CHANCE = 0.015
-"""A pattern is reported if its chance, corrected for how many were looked for, is below this."""
+"""A pattern is reported if its probability, corrected for the number of tests, is below this."""
 
 TOLD_APART = 0.02
-"""An unknown is looked for if so large a part of what it does, squared, can be done by no other."""
+"""An unknown is tested if at least this part of its effect, squared, cannot be produced by the others."""
 
 MOST_RUNS, MOST_SHARED = 1000, 60
-"""Larger logs are not searched."""
+"""Larger logs are not tested."""
 
 LOGARITHMS = np.linspace(math.log(0.2), math.log(20.0), 24)
 FACTORS = np.exp(LOGARITHMS)
-"""Factors s on the errors that each run has alone."""
+"""Factors s on the own errors of each run."""
 
 
 class Pattern(Struct, frozen=True):
-    """One pattern that was looked for among the residuals."""
+    """One pattern that was tested in the residuals."""
 
     name: str
     """"order", "spin" or "torque" that the residuals go with, or a shared error: "time_bias", "position_zero", "mass",
     "position", "force", "applied_torque"; or "agreement", the lower tail of chi-square."""
     of: str
-    """Which weight or position, in words; "" where there is one only."""
+    """Which weight or position, in words; "" if there is only one."""
     statistic: float
-    """Standard normal where there is no such pattern; of the agreement chi-square over its degrees of freedom."""
+    """Standard normal if there is no such pattern; for "agreement", chi-square over its degrees of freedom."""
     size: float | None
     """What the pattern would be: a torque from the first run to the last [N*m], an exponent [1], an error [s or m] or a
     share of the weight or position [1]; null of the agreement."""
     p: float
-    """Chance of one at least as large, by itself."""
+    """Probability of a pattern at least as large, of this test alone."""
     p_corrected: float
-    """The same among all that were looked for, by Holm's rule."""
+    """The same, corrected for all tests by Holm's method."""
 
 
 ONLY_IF = "the runs {} {{of}} agree with the others only if {} is {{percent:.2g}} % {{more}}"
@@ -75,7 +75,7 @@ WORDS = {
     "agreement": "the runs agree better than the stated uncertainties: chi-square is {statistic:.2g} of what it should "
     "be",
 }
-"""What each pattern is, by its name."""
+"""Description of each pattern, by its name."""
 
 HINTS = {
     "order": "fix the balance weight, check step 2 again, and repeat the first run at the end",
@@ -94,18 +94,18 @@ HINTS = {
 """What to do about each pattern."""
 
 NEAR = 0.15
-"""A mass with two digits exchanged is named if it differs so much as the runs say, but for this share of that."""
+"""A mass with two exchanged digits is named if it agrees with the size of the pattern within this part of it."""
 
 SHARED = ("mass", "position", "force", "torque", "position_zero")
-"""Sources of error whose pulls are looked at."""
+"""Sources of error that are tested for a pull."""
 
 
 def pattern_words(pattern: Pattern) -> tuple[str, str]:
-    """Say what a pattern is and what to do about it."""
+    """Return the description of a pattern and the remedy."""
     size = pattern.size or 0.0
     off = abs(size)
     values = {"of": pattern.of, "statistic": pattern.statistic, "size": off, "twice": 2 * off, "milli": 1e3 * off}
-    # An error that the reading has too much is one that the truth has less.
+    # If the reading is too large, the true value is smaller.
     values |= {"percent": 100 * off, "more": "less" if size > 0 else "more", "late": "later" if size > 0 else "earlier"}
     words, hint = (texts[pattern.name].format(**values) for texts in (WORDS, HINTS))
     if pattern.name == "mass" and " g" in pattern.of:
@@ -117,7 +117,7 @@ def pattern_words(pattern: Pattern) -> tuple[str, str]:
 
 
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
-    """Look for patterns in the residuals of a log, the least likely one first; none in a log too large or too small."""
+    """Test the residuals of a log for patterns, the least probable first; none if the log is too large or too small."""
     if fit.dof < 2 or len(measured.runs) > MOST_RUNS or fit.adjusted.problem.shared_count > MOST_SHARED:
         return ()
     unknowns = _extra_unknowns(measured, fit)
@@ -125,7 +125,7 @@ def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, 
     if measured.own_relative.all():
         low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
         found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
-    # A tie, as of the one position and the ruler's zero, is not to be broken by rounding.
+    # Rounding must not decide the order of equal values, such as those of the only position and the zero of the ruler.
     found.sort(key=lambda pattern: float(f"{pattern.p:.9g}"))
     corrected, least = [], 0.0
     for at, pattern in enumerate(found):
@@ -140,7 +140,7 @@ class _Extra(Struct, frozen=True):
     name: str
     of: str
     column: Floats
-    """What one unit of it changes the weighted conditions by, shape (n,)."""
+    """Change of the weighted conditions by one unit of it, shape (n,)."""
     unit: float
     """Size of that unit."""
     adjusted: float = 0.0
@@ -183,13 +183,13 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     unknowns, each s costs no fit: it only divides every turned row by its own 1 + value²/s².
     """
     adjusted = fit.adjusted
-    # Counted from where their priors are centred.
+    # Relative to the centres of their priors.
     scale = np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0)
     left = adjusted.rows[:, 1:] @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared]) - adjusted.weighted
     rows = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
     others = adjusted.rows.shape[1] - 1
     if rows.shape[0] > rows.shape[1]:
-        # Many runs say no more than the triangle of their products.
+        # For many runs, the triangular factor contains the same information.
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
     along_inertia = rows[:, 0] / math.sqrt(rows[:, 0] @ rows[:, 0])
     size = np.add.reduce(rows[:, 1 + others : -1] ** 2, axis=0)
@@ -204,7 +204,7 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     free, whole = wider / prior, wider * size
     apart = np.maximum(free @ columns**2, 1e-12 * whole)
     along = free @ (columns * left)
-    # How likely each factor is once the pattern is taken out: as in the posterior, with both determinants.
+    # Probability of each factor without the pattern: as in the posterior, with both determinants.
     rest = free @ left**2 - along**2 / apart
     before = fitting.scatter_prior(LOGARITHMS, fitting.times_stated(measured))
     before = before - (float(adjusted.kept.sum()) - 1) * LOGARITHMS - 0.5 * np.add.reduce(np.log(prior), axis=1)
@@ -216,14 +216,14 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     for k, (one, at) in enumerate(zip(extra, weight.argmax(axis=0).tolist(), strict=True)):
         if apart[at, k] >= TOLD_APART * whole[at, k]:
             p = float(weight[:, k] @ [math.erfc(abs(each) / math.sqrt(2)) for each in z[:, k].tolist()])
-            # A prior pulled the error back: what it would be without.
+            # A prior made the error smaller; this is the error without the prior.
             size_of = one.unit * (float(along[at, k] / apart[at, k]) + one.adjusted)
             found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
     return found
 
 
 def exchanged_digits(number: str) -> Iterator[str]:
-    """Give a number with each two neighbouring digits exchanged, but for those that begin with 0."""
+    """List a number with each two neighbouring digits exchanged, except numbers that begin with 0."""
     digits = [at for at, sign in enumerate(number) if sign.isdigit()]
     for one, other in pairwise(digits):
         signs = [*number]

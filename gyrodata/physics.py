@@ -10,14 +10,15 @@ frame that follows the rod, the *precession rate* φ̇ about the vertical.
 
 Everywhere `torque` is h m g, that of the level rod [N*m], `inertia` I_zz and `transverse_inertia` I across the rod
 through the fixed point [kg*m^2]; masses are in kg, lengths in m, times in s, rates and spins in rad/s, angles in rad.
-All arguments are arrays or numbers that broadcast; what does not exist is NaN. ``total_spin`` says that a spin is
-ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
+All arguments are arrays or numbers that broadcast; a result that does not exist is NaN. ``total_spin`` means
+that a spin is ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
-The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit's bias is
-their mean with the fit's weights: equal for a mean of ratios, (φ̇ψ̇)² for M against φ̇ψ̇, (2πfψ̇/M)²/u_T² for the time.
+The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit with M0 and b
+as unknowns can weight runs negatively, so its bias can have another sign than those of all its runs.
 
-A rod let go from rest falls a little, picks up speed sideways, and nutates in cusps about the steady precession. All
-of it is governed by δ = I h m g/(I_zz ω3)², the mean sag of a level rod; ω3 is the spin at the moment of release.
+A rod that is released from rest falls a little, picks up speed sideways, and nutates in cusps about the steady
+precession. All of it is governed by δ = I h m g/(I_zz ω3)², the mean sag of a level rod; ω3 is the spin at the
+release.
 
 A spin that falls while it is timed: drag is ψ̈ = −c ψ̇^p, p = 0 dry friction, p = 1 viscous (an air film), p = 2
 turbulent. The angle precessed is ∫ M/(I_zz ψ̇) dt, so the mean that belongs in eq. (9) is the harmonic one in time.
@@ -72,8 +73,8 @@ def solid_ball_inertia(mass: float, diameter: float) -> float:
 def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_depth: float) -> float:
     """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
 
-    The mass is that of the bored ball. What the bore takes lies near the axis: of two balls of the same mass the
-    bored one has the larger moment of inertia. The bore's round end at the ball's surface is taken as flat.
+    The mass is that of the bored ball. The bore is near the axis, so of two balls of the same mass the bored one has
+    the larger moment of inertia. The round end of the bore at the surface is treated as flat.
     """
     radius, bore = diameter / 2, bore_diameter / 2
     taken = math.pi * bore**2 * bore_depth
@@ -89,7 +90,7 @@ def cylinder_inertia(mass: float, diameter: float) -> float:
 def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
     """Torque of a weight about the centre of the ball, rod horizontal: m g x [N*m].
 
-    Its sinθ, eq. (6), stands on both sides of eq. (8) and cancels.
+    Its sinθ, eq. (6), is on both sides of eq. (8) and cancels.
     """
     return np.multiply(mass, position) * g
 
@@ -108,7 +109,7 @@ def precession_rate(
 ) -> Any:
     """Slow rate of steady precession: eq. (8), which is eq. (9) for a horizontal rod.
 
-    φ̇ [rad/s]; NaN where no steady precession exists: rod up (for a positive torque and I > I_zz) and
+    φ̇ [rad/s]; NaN if no steady precession exists: rod up (for a positive torque and I > I_zz) and
     spin below `least_spin`, or a level rod that does not spin. 0 for no torque. With no spin, and the rod hanging, the
     positive one of the two rates of a conical pendulum.
 
@@ -138,7 +139,7 @@ def fast_precession_rate(
 ) -> Any:
     """Fast rate of steady precession, the other root of eq. (8); hardly ever seen in a lab.
 
-    φ̇ [rad/s]; NaN where no steady precession exists; infinite where there is only the slow one, for a
+    φ̇ [rad/s]; NaN if no steady precession exists; infinite if there is only the slow one, for a
     level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -175,7 +176,7 @@ def tilt_bias(
 ) -> Any:
     """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
 
-    Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) where the spin is the total one.
+    Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) if the spin is the total one.
     """
     own = 0.0 if total_spin else 1.0
     ratio = np.divide(transverse_inertia, inertia)
@@ -185,8 +186,8 @@ def tilt_bias(
 # --- a spin that falls while it is timed ----------------------------------------------------------------------
 
 
-def _sinhc(x: Any) -> Any:
-    """sinh(x)/x; its series where that is 0/0."""
+def sinhc(x: Any) -> Any:
+    """Compute sinh(x)/x, by its series near 0."""
     near = np.abs(x) < 1e-4
     safe = np.where(near, 1.0, x)
     return np.where(near, 1 + x * x / 6, np.sinh(safe) / safe)[()]
@@ -202,13 +203,13 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
     """
     half = np.log(np.divide(start, end)) / 2
     share = np.multiply(exponent, half)
-    return np.multiply(start, np.exp(-half)) * _sinhc(half - share) / _sinhc(share)
+    return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
 
 
 def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:
     """Derivatives of `harmonic_mean_spin` [1], for viscous drag, with respect to the start and the end.
 
-    Both are 1/2 where the spin does not change. They satisfy start·s₁ + end·s₂ = mean, because the mean
+    Both are 1/2 if the spin does not change. They satisfy start·s₁ + end·s₂ = mean, because the mean
     scales with the readings.
     """
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
@@ -228,7 +229,7 @@ def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, An
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
     """Harmonic mean in time [rad/s] of a spin read at start, half time and end, by Simpson's rule for 1/ψ̇.
 
-    Smooth in the readings, so that their noise does no harm where the spin hardly falls.
+    The formula is smooth in the readings, so that their noise does no harm if the spin hardly falls.
 
     6/(1/start + 4/half + 1/end); for a viscous decay low by d⁴/2880 of itself with d = ln(start/end), which is 8e-5 for
     a spin that falls by half, and as good for any other smooth decay.
@@ -239,8 +240,8 @@ def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
 def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     """Relative change of I_zz [1] if the spin fell by dry friction instead of viscously: −d²/12.
 
-    Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio minus 1, taken as the change of
-    I_zz that goes with it (the inertia goes as 1/spin).
+    Logarithmic mean (dry friction) in the place of `harmonic_mean_spin`, as a ratio minus 1, which is the change of
+    I_zz because the inertia is proportional to 1/spin.
     """
     return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1
 
@@ -258,7 +259,7 @@ def least_spin(
 ) -> Any:
     """Return the minimum spin for steady precession, from D = 0 in eq. (8).
 
-    2√((I − I_zz) cosθ h m g)/I_zz [rad/s], with I in the place of I − I_zz for the total spin; 0 where every spin has a
+    2√((I − I_zz) cosθ h m g)/I_zz [rad/s], with I in the place of I − I_zz for the total spin; 0 if every spin has a
     steady precession. A level rod under a torque needs a spin above 0.
     """
     curvature = _curvature(inertia, transverse_inertia, pitch, total_spin)
@@ -268,8 +269,9 @@ def least_spin(
 def sleeping_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
     """Total spin above which an upright rod stays upright ("sleeps"): 2√(I h m g)/I_zz [rad/s].
 
-    From the motion linearised about the vertical; 0 where any spin will do. The torque is the one that the rod has when
-    horizontal; negative for a rod that hangs straight down (or a weight below the centre), which is stable at any spin.
+    From the motion linearised about the vertical; 0 if every spin is enough. The torque is that of the
+    horizontal rod. It is negative for a rod that hangs straight down, or a weight below the centre, which is stable at
+    any spin.
     """
     return 2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
 
@@ -277,7 +279,7 @@ def sleeping_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: Arr
 def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
     """Rate at which a small tilt of an upright rod grows: √(h m g/I − (I_zz ω3/2I)²).
 
-    Rate [1/s]: the tilt grows e-fold in its inverse; 0 where the rod sleeps. For small tilts.
+    Rate [1/s]: the tilt grows e-fold in its inverse; 0 if the rod sleeps. For small tilts.
     """
     half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
     return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
@@ -292,7 +294,7 @@ def nutation_rate(
 ) -> Any:
     """Rate of a small nutation about steady precession: √((I_zz ω3/I − 2 φ̇ cosθ)² + (φ̇ sinθ)²).
 
-    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size where no
+    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size if no
     torque acts.
 
     The second derivative of the effective potential of θ at the steady state of eq. (8), over I; h m g is taken out of
@@ -303,7 +305,7 @@ def nutation_rate(
     return np.hypot(free - 2 * rate * np.sin(pitch), rate * np.cos(pitch))
 
 
-# --- a rod let go from rest -----------------------------------------------------------------------------------
+# --- a rod released from rest -----------------------------------------------------------------------------------
 
 
 def _delta(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, across: ArrayLike) -> Any:
@@ -311,7 +313,7 @@ def _delta(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, across: Array
 
 
 def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
-    """Relative bias of I_zz [1] when a rod is let go from rest and taken for steady: 2δ².
+    """Relative bias of I_zz [1] if a released rod is treated as steady: 2δ².
 
     Lowest order, for a level rod; too high by 3 % of itself at δ = 0.07, by 15 % at 0.17.
     """
@@ -323,7 +325,7 @@ def greatest_sag(
 ) -> Any:
     """Angle [rad] from where a rod is released to its lowest direction, to its highest one if the torque is negative.
 
-    Energy and angular momentum are conserved: with z the sine of the pitch, from z0 on, it turns back where
+    Energy and angular momentum are conserved: with z the sine of the pitch, from z0 on, it turns back at
     2δ (1 − z²) = z0 − z.
     """
     high = np.sign(torque) * np.sin(pitch)
@@ -344,7 +346,7 @@ def spin_of_sag(
 def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
     """Largest error of one click of the stopwatch from not knowing the nutation's phase: I/(I_zz ψ̇).
 
-    Time [s], for a rod let go from rest, whatever the weight; 1/√2 of it is its root mean square.
+    Time [s], for a released rod, whatever the weight; 1/√2 of it is its root mean square.
 
     In cusps φ = φ̇ (t − sin(ν t)/ν) with the nutation rate ν = I_zz ψ̇/I: up to 1/ν early or late.
     """
@@ -425,7 +427,7 @@ def balanced_direction(
 ) -> tuple[Any, Any]:
     """Where a balanced spinning gyroscope points after a time: at the same star.
 
-    Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN where the rod points straight up or down, within 1e-12
+    Azimuth in [0, 2π) and altitude [rad]; the azimuth is NaN if the rod points straight up or down, within 1e-12
     rad.
 
     Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude, from

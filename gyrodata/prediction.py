@@ -1,62 +1,77 @@
 """Predictions of theory for given numbers: the answers of ``gyro predict``, and their text.
 
-The answers are in SI units, with None for what is not; ``reason`` says in words why what is None is None, and is ""
-where nothing is. ``why`` answers in words for people. The text has rpm, seconds and degrees, with the SI unit beside.
+The answers are in SI units. A value that does not exist is None, and ``reason`` contains the cause.
 """
 
 from __future__ import annotations
 
 import math
+import string
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
-import msgspec
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import asdict
 
-from gyrodata import __version__, motion, physics
+from gyrodata import motion, physics
 from gyrodata.physics import RPM
+from gyrodata.results import Tool
 
-SCHEMA = "gyro.prediction/2"
+SLOW = 0.01
+"""The formula for a fast spin is called unsuitable if its relative error exceeds this value [1]."""
 
-ROUGH = 0.01
-"""A closed form that is off by more than this [1] is told to be."""
+
+class Prediction(Struct, frozen=True, kw_only=True):
+    """The keys that every prediction has."""
+
+    schema: Literal["gyro.prediction/2"] = "gyro.prediction/2"
+    tool: Tool = Tool()
+    options: Mapping[str, float] = {}
+    """The numbers that the prediction is for [SI units]."""
+    notes: tuple[str, ...] = ()
+    """The numbers that were not given as options, and where they come from."""
+    why: str
+    """The answer in words."""
+    reason: str = ""
+    """Names of the values that are null, with the cause."""
 
 
 # --- the rod under a weight ------------------------------------------------------------------------------------
 
 
 class Released(Struct, frozen=True):
-    """A rod let go from rest, by the exact motion."""
+    """A rod that is released from rest, by the exact motion."""
 
     mean_rate: float | None
-    """Of precession [rad/s]."""
+    """Mean precession rate [rad/s]."""
     sag: float
     """Angle below the start, mean over time [rad]; negative if the rod rises."""
     greatest_sag: float
-    """The same at most [rad]."""
+    """Largest angle below the start [rad]; negative if the rod rises."""
     nutation_rate: float | None
     """2π over the time from one moment of rest to the next [rad/s]."""
     click_error_s: float | None
-    """How far ahead of its mean course the rod gets, or behind, at most [s]."""
+    """Largest time by which the rod is ahead of its mean motion, or behind it [s]."""
     reason: str
+    """Names of the values that are null, with the cause."""
 
 
 class Sleeping(Struct, frozen=True):
-    """An upright rod, the spin being the total one."""
+    """An upright rod with this total spin."""
 
     stable: bool
     critical_spin: float
-    """Least spin to stay upright [rad/s]."""
+    """Minimum spin to stay upright [rad/s]."""
     growth_rate: float
-    """Of a small tilt [1/s]."""
+    """Growth rate of a small tilt [1/s]."""
 
 
-class Precession(Struct, frozen=True):
-    """Steady precession, what a rod let go from rest does instead, and whether an upright one stays."""
+class Precession(Prediction, frozen=True, kw_only=True):
+    """Steady precession, the motion of a rod that is released from rest, and the stability of an upright rod."""
 
-    why: str
+    prediction: Literal["precession"] = "precession"
     slow: float | None
     """Slow root of eq. (8) [rad/s]."""
     fast: float | None
@@ -64,38 +79,51 @@ class Precession(Struct, frozen=True):
     horizontal: float | None
     """Eq. (9) [rad/s]."""
     exists: bool
+    """True if steady precession is possible."""
     critical_spin: float
-    """Least spin for steady precession at this pitch [rad/s]."""
+    """Minimum spin for steady precession at this pitch [rad/s]."""
     period: float | None
-    """Of the slow root [s]."""
-    reason: str
+    """Period of the slow root [s]."""
     released: Released
     sleeping: Sleeping
 
 
 def predict_precession(
-    torque: float, spin: float, inertia: float, transverse_inertia: float, pitch: float = 0.0
+    torque: float, spin: float, inertia: float, transverse_inertia: float, pitch: float
 ) -> Precession:
-    """Both roots of eq. (8), eq. (9), the rod let go from rest, and the upright one."""
+    """Compute both roots of eq. (8), eq. (9), the motion after a release from rest, and the upright rod."""
     top = inertia, transverse_inertia, pitch
     slow = _finite(physics.precession_rate(torque, spin, *top))
     fast = _finite(physics.fast_precession_rate(torque, spin, *top))
     horizontal = _finite(physics.precession_rate(torque, spin, inertia))
     critical = float(physics.least_spin(torque, *top))
-    sleeping = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
+    upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
+    reasons = []
+    if slow is None:
+        cause = (
+            f"the spin is below the minimum of {critical / RPM:.4g} rpm" if critical else "without spin the rod falls"
+        )
+        reasons.append(f"slow, fast, period: {cause}")
+    elif fast is None:
+        which = "with I = I_zz" if inertia == transverse_inertia else "that is level"
+        reasons.append(f"fast: a rod {which} has only the slow precession")
+    if slow == 0:
+        reasons.append("period: without a torque the rod keeps its direction")
+    if horizontal is None:
+        reasons.append("horizontal: a level rod that does not spin falls")
     return Precession(
         why=_precession_why(torque, spin, slow is not None),
+        reason="; ".join(reasons),
         slow=slow,
         fast=fast,
         horizontal=horizontal,
         exists=slow is not None,
         critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
-        reason=_why_none(slow, fast, horizontal, critical, inertia == transverse_inertia),
         released=_released(torque, spin, *top),
         sleeping=Sleeping(
-            stable=abs(spin) > sleeping or torque < 0,
-            critical_spin=sleeping,
+            stable=abs(spin) > upright or torque < 0,
+            critical_spin=upright,
             growth_rate=float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia)),
         ),
     )
@@ -103,72 +131,51 @@ def predict_precession(
 
 def _precession_why(torque: float, spin: float, steady: bool) -> str:
     if torque == 0:
-        return "Without a torque the angular momentum stays as it is, and the rod stays where it points."
+        return "Without a torque the angular momentum does not change, and the rod keeps its direction."
     if spin == 0:
-        return "Without spin there is no angular momentum to turn aside: the rod swings like a pendulum."
+        return "Without spin the rod has no angular momentum along its axis: it swings like a pendulum."
     sense = "counterclockwise" if torque * spin > 0 else "clockwise"
-    moves = "falls" if torque > 0 else "rises"
-    never = "" if steady else " At this pitch the spin is too slow for a steady precession."
+    never = "" if steady else "At this pitch the spin is too slow for steady precession. "
     return (
-        "The torque is level and at right angles to the rod. The angular momentum of the spin lies along the rod, and "
-        f"it changes the way the torque points: sideways. So the rod goes round, {sense} seen from above, instead of "
-        f"following the weight.{never} Let go from rest, it first {moves}, gets its speed sideways from that, and "
-        "comes back to rest at the height of its start, again and again: it nutates."
+        "The torque is horizontal and at right angles to the rod. The angular momentum of the spin points along the "
+        f"rod, and the torque changes it sideways. So the rod goes round, {sense} seen from above, instead of "
+        f"following the weight. {never}If the rod is released from rest, it first {'falls' if torque > 0 else 'rises'} "
+        "and gains speed sideways. Then it returns to the height of its start, again and again: it nutates."
     )
 
 
-def _why_none(
-    slow: float | None, fast: float | None, horizontal: float | None, critical: float, round_body: bool
-) -> str:
-    """Say why there is no such rate: clauses, parted by semicolons."""
-    clauses = []
-    if slow is None:
-        low = (
-            f"no steady precession at this pitch below the least spin, {critical:.4g} rad/s = {critical / RPM:.4g} rpm"
-        )
-        clauses.append(f"slow, fast, period: {low if critical else 'without spin the rod just falls'}")
-    elif fast is None:
-        which = "with I = I_zz" if round_body else "that is level"
-        clauses.append(f"fast: a rod {which} has only the slow precession")
-    if slow == 0:
-        clauses.append("period: without a torque the rod stays where it points")
-    if horizontal is None:
-        clauses.append("horizontal: a level rod that does not spin falls")
-    return "; ".join(clauses)
-
-
 def _finite(value: Any) -> float | None:
-    """A number, or None for what theory has no number for; zero without a sign."""
+    """Return a number without the sign of zero; None if theory has no number."""
     return float(value) + 0.0 if math.isfinite(value) else None
 
 
 def _released(torque: float, spin: float, inertia: float, across: float, pitch: float) -> Released:
     top = motion.Top(inertia, across, torque)
-    nods = motion.nutation(top, spin, pitch)
-    mean = motion.mean_precession_rate(top, motion.released(top, spin, pitch)) if torque and spin else 0.0
+    nutation = motion.nutation(top, spin, pitch)
+    mean = motion.mean_precession_rate(top, spin, pitch) if torque and spin else 0.0
     reason = ""
     if spin == 0:
-        reason = "mean_rate, nutation_rate, click_error_s: without spin it swings and does not precess"
+        reason = "mean_rate, nutation_rate, click_error_s: without spin the rod swings and does not precess"
     elif torque == 0:
-        reason = "click_error_s: without a torque the rod stays where it points"
+        reason = "click_error_s: without a torque the rod keeps its direction"
     return Released(
         mean_rate=_finite(mean) if spin else None,
-        sag=nods.mean_sag + 0.0,
-        greatest_sag=nods.greatest_sag + 0.0,
-        nutation_rate=2 * math.pi / nods.period if spin else None,
-        click_error_s=None if reason else nods.lead,
+        sag=nutation.mean_sag + 0.0,
+        greatest_sag=nutation.greatest_sag + 0.0,
+        nutation_rate=2 * math.pi / nutation.period if spin else None,
+        click_error_s=None if reason else nutation.lead,
         reason=reason,
     )
 
 
-# --- the Earth that turns below --------------------------------------------------------------------------------
+# --- the rotation of the Earth ---------------------------------------------------------------------------------
 
 
 class Direction(Struct, frozen=True):
-    """Where a rod points at one time."""
+    """The direction of a rod at one time."""
 
     hours: float
-    """Of the clock, since the start."""
+    """Time of the clock since the start [h]."""
     sidereal_hours: float
     azimuth_deg: float | None
     """From north through east; null straight up or down."""
@@ -176,26 +183,23 @@ class Direction(Struct, frozen=True):
     reason: str
 
 
-class Earth(Struct, frozen=True):
-    """Where two balanced gyroscopes point as the Earth turns under them."""
+class Earth(Prediction, frozen=True, kw_only=True):
+    """The directions of two balanced gyroscopes while the Earth rotates below them."""
 
-    why: str
+    prediction: Literal["earth"] = "earth"
     sidereal_day_hours: float
     pole: str
-    """Pole of the sky above the horizon, "north" or "south", at which the first rod is pointed."""
+    """Pole of the sky above the horizon, "north" or "south", to which the first rod points."""
     axis: tuple[Direction, ...]
     """Started along the Earth's axis."""
     east: tuple[Direction, ...]
     """Started level, towards the east."""
     drift_torque: float | None
-    """Torque left over from the balance under which a level rod precesses as fast as the Earth turns [N*m]; null
-    where inertia and spin are not given."""
+    """Residual torque that turns a level rod as fast as the Earth rotates [N*m]."""
 
 
-def predict_earth(
-    latitude: float, times: Sequence[float], inertia: float | None = None, spin: float | None = None
-) -> Earth:
-    """Two balanced gyroscopes at clock times since the start [s]."""
+def predict_earth(latitude: float, times: Sequence[float], inertia: float, spin: float) -> Earth:
+    """Compute the directions of two balanced gyroscopes at clock times since the start [s]."""
     pole, azimuth = ("north", 0.0) if latitude >= 0 else ("south", math.pi)
     return Earth(
         why=_earth_why(math.degrees(abs(latitude)), pole),
@@ -203,27 +207,28 @@ def predict_earth(
         pole=pole,
         axis=_directions(azimuth, abs(latitude), latitude, times),
         east=_directions(math.pi / 2, 0.0, latitude, times),
-        drift_torque=None if inertia is None or spin is None else inertia * abs(spin) * physics.EARTH_ROTATION,
+        drift_torque=inertia * abs(spin) * physics.EARTH_ROTATION,
     )
 
 
 def _earth_why(latitude: float, pole: str) -> str:
-    """Say which stars the rods follow; the latitude is in degrees, without its sign."""
-    star = "the pole star" if pole == "north" else "the south pole of the sky, near which no bright star stands"
+    """Describe the paths of the rods; the latitude is in degrees, without its sign."""
+    star = "the pole star" if pole == "north" else "the south pole of the sky"
     side = "south" if pole == "north" else "north"
     top = round(90 - latitude, 1)
-    level = (
-        f"is highest after 6 sidereal hours, {f'in the {side} at {top:g}°' if top < 90 else 'straight overhead'}, sets "
-        "in the west after 12, and is back in the east after 24, which are 23 h 56 min of the clock. From the 12th to "
-        "the 24th hour it points below the horizon, where the cup is in the way of a real rod."
-        if top
-        else f"goes round the horizon by way of the {side}, once in 23 h 56 min."
-    )
+    path = f"goes round the horizon by way of the {side}, once in 23 h 56 min."
+    if top:
+        highest = f"in the {side} at {top:g}°" if top < 90 else "straight overhead"
+        path = (
+            f"is highest after 6 sidereal hours, {highest}. It sets in the west after 12 hours and returns to the east "
+            "after 24, which are 23 h 56 min of the clock. From the 12th to the 24th hour it points below the horizon, "
+            "where the cup stops a real rod."
+        )
     return (
         "No torque acts on a balanced gyroscope. So its angular momentum, and the rod with it, keeps its direction "
-        f"among the stars, while the ground turns. The first rod points along the Earth's axis, at {star}. That place "
-        "in the sky does not move, and neither does the rod. The second rod points at a star on the eastern horizon "
-        f"and follows it over the sky: it {level}"
+        "among the stars, while the ground turns. The first rod points along the Earth's axis, to "
+        f"{star}. That place in the sky does not move, so the rod does not move either. The second rod points to a "
+        f"star on the eastern horizon and follows it over the sky: it {path}"
     )
 
 
@@ -235,30 +240,42 @@ def _directions(azimuth: float, altitude: float, latitude: float, times: Sequenc
             sidereal_hours=24 * time / physics.SIDEREAL_DAY,
             azimuth_deg=_finite(math.degrees(bearing)),
             altitude_deg=math.degrees(height),
-            reason="azimuth_deg: it points straight up or down" if math.isnan(bearing) else "",
+            reason="azimuth_deg: the rod points straight up or down" if math.isnan(bearing) else "",
         )
         for time, bearing, height in zip(times, bearings.tolist(), heights.tolist(), strict=True)
     )
 
 
+def _earth_table(earth: Earth) -> str:
+    axis, east = f"{earth.pole}: azimuth", "east: azimuth"
+    lines = [f"  {'hours':>7}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"]
+    for row, other in zip(earth.axis, earth.east, strict=True):
+        line = f"  {row.hours:>7.2f}{row.sidereal_hours:>10.3f}"
+        for one, width in ((row, 17), (other, 16)):
+            # No "360.00" and no "-0.00".
+            azimuth = "-" if one.azimuth_deg is None else f"{round(one.azimuth_deg, 2) % 360:.2f}°"
+            line += f"{azimuth:>{width}}{round(one.altitude_deg, 2) + 0.0:>9.2f}°"
+        lines.append(line)
+    return "\n".join(lines)
+
+
 # --- a wheel in the hands --------------------------------------------------------------------------------------
 
 
-class Platform(Struct, frozen=True):
-    """A turntable at rest, on which someone tips a spinning wheel."""
+class Platform(Prediction, frozen=True, kw_only=True):
+    """A turntable at rest on which a person tips a spinning wheel."""
 
-    why: str
+    prediction: Literal["platform"] = "platform"
     rate: float
-    """Of the platform, positive in the sense that the wheel has with its axle up [rad/s]."""
+    """Of the platform, counterclockwise seen from above is positive [rad/s]."""
     period: float | None
     """Of the platform [s]."""
     momentum_before: float
-    """Of the wheel about the vertical [kg*m^2/s]."""
+    """Angular momentum of the wheel about the vertical, before [kg*m^2/s]."""
     momentum_after: float
-    """The same, after [kg*m^2/s]."""
+    """Angular momentum of the wheel about the vertical, after [kg*m^2/s]."""
     momentum_platform: float
-    """Of the platform with all on it, after [kg*m^2/s]."""
-    reason: str
+    """Angular momentum of the platform with everything on it, after [kg*m^2/s]."""
 
 
 def predict_platform(
@@ -267,365 +284,259 @@ def predict_platform(
     """Tip the axle from one angle above the horizontal to another [rad]."""
     rate = float(physics.platform_rate(wheel_inertia, wheel_spin, platform_inertia, start, end)) + 0.0
     wheel = wheel_inertia * wheel_spin
+    why = (
+        "To tip the axle, your hands exert a torque on the wheel, and this changes the wheel's angular momentum about "
+        "the vertical. The wheel exerts the opposite torque on your hands, and so on you and the platform. There is no "
+        "other torque about the vertical, because the platform turns freely. So the total angular momentum does not "
+        "change, and the platform gains what the wheel loses."
+    )
+    if wheel == 0:
+        why = "A wheel that does not spin has no angular momentum, so the platform stays at rest."
+    elif rate == 0:
+        why = "The wheel's angular momentum about the vertical does not change, so the platform stays at rest."
     return Platform(
-        why=_platform_why(rate, wheel),
+        why=why,
+        reason="" if rate else "period: the platform stays at rest",
         rate=rate,
         period=2 * math.pi / abs(rate) if rate else None,
         momentum_before=wheel * math.sin(start) + 0.0,
         momentum_after=wheel * math.sin(end) + 0.0,
         momentum_platform=platform_inertia * rate,
-        reason="" if rate else "period: the platform stays at rest",
     )
 
 
-def _platform_why(rate: float, wheel: float) -> str:
-    if wheel == 0:
-        return "A wheel that does not spin has no angular momentum to pass on, so the platform stays at rest."
-    if rate == 0:
-        return (
-            "The wheel has the same angular momentum about the vertical before and after, so there is none left for "
-            "the platform, and it stays at rest."
-        )
-    return (
-        "To tip the axle, your hands put a torque on the wheel, and this changes the wheel's angular momentum about "
-        "the vertical. The wheel puts the opposite torque on your hands, and so on you and on the platform. About the "
-        "vertical no other torque acts, because the platform turns freely: all angular momentum together stays the "
-        "same, and the platform gains what the wheel loses."
-    )
+class Twist(Prediction, frozen=True, kw_only=True):
+    """The torque of a spinning wheel with a level axle that both hands turn over at a steady rate."""
 
-
-class Twist(Struct, frozen=True):
-    """Predict the torque of a spinning wheel, level in both hands, that is turned over at a steady rate."""
-
-    why: str
+    prediction: Literal["twist"] = "twist"
     twist_rate: float
-    """[rad/s]"""
+    """Rate at which the axle turns [rad/s]."""
     torque: float
-    """Of the hands on the wheel, its size [N*m]."""
+    """Size of the torque of the hands on the wheel [N*m]."""
     force: float
-    """At each hand, one the opposite of the other [N]."""
+    """Force of each hand; the two forces are opposite [N]."""
     momentum_change: float
-    """Of the wheel, once it is turned over [kg*m^2/s]."""
+    """Change of the wheel's angular momentum when it is turned over [kg*m^2/s]."""
     turn_left: str
-    """What the hands do to turn the axle counterclockwise seen from above."""
+    """What the hands do to turn the axle counterclockwise, seen from above."""
     right_end_up: str
-    """What they do to tip it, the right end up."""
+    """What the hands do to raise the right end of the axle."""
 
 
 def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles: float) -> Twist:
-    """Turn the wheel over in a time [s], the hands so far apart [m].
+    """Turn the wheel over in a time [s], with the hands at this distance from each other [m].
 
-    The spin is positive counterclockwise for who looks from the right hand at the wheel.
+    The spin is positive if it is counterclockwise, seen from the right hand.
     """
     rate = math.pi / time
-    # Eq. (4) for the axle along e3, which turns about e2. I across the axle has no say at a steady rate.
+    # Eq. (4) for the axle along e3, which turns about e2. I across the axle has no effect at a steady rate.
     body, frame = np.array([0.0, rate, wheel_spin]), np.array([0.0, rate, 0.0])
     change = physics.momentum_change(body, np.zeros(3), frame, wheel_inertia, wheel_inertia)
     torque = float(np.linalg.norm(change))
-    turned, tipped = "nothing lasting", "nothing lasting"
-    if wheel_spin:
-        low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
-        turned = f"the {low} hand pushes down, the {high} hand up"
-        tipped = f"the {low} hand pushes forward, the {high} hand back"
+    low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
+    why = (
+        "The angular momentum of the wheel, I ω, points along the axle. If the axle turns at a rate Ω, the angular "
+        "momentum changes at right angles to itself, and this needs a torque Ω × I ω from your hands. So they push at "
+        "right angles to the motion of the axle, and you feel that the wheel pushes back. With twice the spin, or a "
+        "twist that is twice as fast, the force is twice as large. If one of the two is reversed, the force is "
+        "reversed. A rotation about the axle itself needs no torque."
+    )
+    if wheel_spin == 0:
+        why = (
+            "A wheel that does not spin has no angular momentum along the axle. Your hands push only to start and to "
+            "stop the axle, in the direction in which it moves."
+        )
     return Twist(
-        why=_twist_why(wheel_spin),
+        why=why,
         twist_rate=rate,
         torque=torque,
         force=torque / handles,
         momentum_change=2 * wheel_inertia * abs(wheel_spin),
-        turn_left=turned,
-        right_end_up=tipped,
-    )
-
-
-def _twist_why(spin: float) -> str:
-    if spin == 0:
-        return (
-            "A wheel that does not spin has no angular momentum to turn: only to start it and to stop it do the hands "
-            "push, and along the way they go."
-        )
-    return (
-        "The angular momentum of the wheel, I ω, lies along the axle. Turned with the axle at a rate Ω, it changes at "
-        "right angles to itself, and that takes a torque Ω × I ω from your hands. So they push at right angles to the "
-        "way the axle goes, and you feel the wheel push back. Twice the spin or twice the speed of the twist is twice "
-        "the force; the other sense of either turns it round. A turn about the axle itself takes none."
+        turn_left=f"the {low} hand pushes down, the {high} hand up" if wheel_spin else "no steady push",
+        right_end_up=f"the {low} hand pushes forward, the {high} hand back" if wheel_spin else "no steady push",
     )
 
 
 # --- a force on the tip ----------------------------------------------------------------------------------------
 
 
-class Tip(Struct, frozen=True):
-    """Predict the motion of the rod's tip under a constant force; the rod is at rest at first, across the force.
+class Tip(Prediction, frozen=True, kw_only=True):
+    """The motion of the rod's tip under a constant force at right angles to a rod that is at rest at the start.
 
-    For a balanced ball, by the exact motion, which is that of a rod under a weight.
+    The ball is balanced. The motion is exact: it is that of a rod under a weight.
     """
 
-    why: str
+    prediction: Literal["tip"] = "tip"
     speed: float | None
     """Of the tip, at right angles to rod and force, mean over a nutation [m/s]."""
     turning_rate: float | None
-    """How fast the rod goes round the direction of the force, mean over a nutation [rad/s]."""
+    """Rate at which the rod goes round the direction of the force, mean over a nutation [rad/s]."""
     torque: float
     """[N*m]"""
     angle_deg: float
-    """From the force to the way the tip goes, counterclockwise for who looks from the tip at the ball."""
+    """From the force to the motion of the tip, counterclockwise if you look from the tip at the ball."""
     direction: str
     yields: float | None
-    """Angle by which the rod gives way to the force, mean over a nutation [rad]."""
+    """Angle by which the rod follows the force, mean over a nutation [rad]."""
     greatest_yield: float
-    """The same at most [rad]."""
+    """Largest angle by which the rod follows the force [rad]."""
     nutation_rate: float | None
     """[rad/s]"""
     acceleration: float
     """Of the tip at the start, along the force, F L²/I [m/s^2]."""
     estimate: float | None
-    """F L²/(I_zz ω), which is the speed where the spin is fast [m/s]."""
+    """F L²/(I_zz ω), the speed for a fast spin [m/s]."""
     estimate_error: float | None
-    """By how much that is too high [1]."""
-    reason: str
+    """Relative error of the estimate [1]."""
 
 
 def predict_tip(force: float, length: float, inertia: float, spin: float, transverse_inertia: float) -> Tip:
-    """Pull across the rod; the spin is positive counterclockwise for who looks from the tip at the ball."""
+    """Pull the tip; the spin is positive if it is counterclockwise, seen from the tip."""
     torque = force * length
     top = motion.Top(inertia, transverse_inertia, torque)
-    # The force in the place of gravity: the rod is level where it is across the force.
-    nods = motion.nutation(top, spin)
-    acceleration = torque * length / transverse_inertia
+    # The force replaces gravity: the rod is level if it is at right angles to the force.
+    nutation = motion.nutation(top, spin)
+    speed = estimate = error = None
+    if spin:
+        speed = length * abs(nutation.sideways)
+        estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
+        error = estimate / speed - 1
+    why = (
+        "The force exerts a torque about the ball's centre, L F, at right angles to rod and force. The angular "
+        "momentum I_zz ω points along the rod and changes in the direction of the torque. So the tip moves at right "
+        "angles to the force. With twice the force it moves twice as fast, with twice the spin half as fast. This is "
+        "why gyroscopes for navigation spin fast: they are hard to turn."
+    )
+    direction = "along the torque: at right angles to the force"
     if spin == 0:
-        return Tip(
-            why="Without spin the rod has no angular momentum. What the torque of the force gives to it points across "
-            "rod and force, so the rod turns the way it is pulled, faster and faster. Any force moves it, however "
-            "small; without one a balanced rod keeps pointing where it points.",
-            speed=None,
-            turning_rate=None,
-            torque=torque,
-            angle_deg=0.0,
-            direction="along the force",
-            yields=None,
-            greatest_yield=nods.greatest_sag,
-            nutation_rate=None,
-            acceleration=acceleration,
-            estimate=None,
-            estimate_error=None,
-            reason="speed, turning_rate, yields, nutation_rate, estimate, estimate_error: without spin it follows the "
-            "force",
+        direction = "along the force"
+        why = (
+            "Without spin the rod has no angular momentum along its axis. The angular momentum that it gains from the "
+            "torque is at right angles to rod and force, so the rod moves along the force, faster and faster. Any "
+            "force moves it, however small. Without a force a balanced rod keeps its direction."
         )
-    speed = length * abs(nods.sideways)
-    estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
-    error = estimate / speed - 1
-    slow = "" if error <= ROUGH else " The spin here is too slow for that: the rod also follows the force, far."
+    elif error is not None and error > SLOW:
+        why += " Here the spin is too slow for this rule: the rod also follows the force, far."
+        direction = "at right angles to the force and also far along it: the spin is slow"
     return Tip(
-        why="The force has a torque about the ball's centre, L F, at right angles to rod and force. The angular "
-        "momentum I_zz ω lies along the rod and changes the way the torque points. So the tip goes at right angles to "
-        "the force. Twice the force moves it twice as fast; twice the spin, half as fast: what spins fast is hard to "
-        f"turn, and that is why gyroscopes for navigation are set spinning.{slow}",
+        why=why,
+        reason=""
+        if spin
+        else "speed, turning_rate, yields, nutation_rate, estimate, estimate_error: without spin "
+        "the rod follows the force",
         speed=speed,
-        turning_rate=abs(float(motion.mean_precession_rate(top, motion.released(top, spin)))),
+        turning_rate=abs(float(motion.mean_precession_rate(top, spin))) if spin else None,
         torque=torque,
-        angle_deg=math.copysign(90.0, spin),
-        direction="along the torque: across the force, a quarter turn ahead of it in the sense of the spin"
-        if nods.greatest_sag < math.pi / 4
-        else "across the force and far along it: so slow a spin does not hold the rod",
-        yields=nods.mean_sag,
-        greatest_yield=nods.greatest_sag,
-        nutation_rate=2 * math.pi / nods.period,
-        acceleration=acceleration,
+        angle_deg=math.copysign(90.0, spin) if spin else 0.0,
+        direction=direction,
+        yields=nutation.mean_sag if spin else None,
+        greatest_yield=nutation.greatest_sag,
+        nutation_rate=2 * math.pi / nutation.period if spin else None,
+        acceleration=torque * length / transverse_inertia,
         estimate=estimate,
         estimate_error=error,
-        reason="",
     )
 
 
-# --- as JSON and as text ---------------------------------------------------------------------------------------
+# --- as text ---------------------------------------------------------------------------------------------------
 
-Answer = Precession | Earth | Platform | Twist | Tip
+TEXTS = {
+    "precession": """\
+Steady precession at a pitch of {pitch:angle}, a spin of {spin:rate} and a torque of {torque:.4g} N·m
+{why}
 
-ANSWERS: dict[str, type[Struct]] = {
-    "earth": Earth,
-    "platform": Platform,
-    "tip": Tip,
-    "precession": Precession,
-    "twist": Twist,
+  slow, eq. (8)   {slow:rate}, one turn in {period:.4g} s
+  fast, eq. (8)   {fast:rate}
+  level, eq. (9)  {horizontal:rate}
+  minimum spin    {critical_spin:rate} for steady precession at this pitch
+  no value        {reason}
+
+Released from rest
+  mean rate       {released.mean_rate:rate}
+  sag             {released.sag:angle} on average, {released.greatest_sag:angle} at most; negative: the rod rises
+  nutation        {released.nutation_rate:rate}
+  click error     up to {released.click_error_s:.2g} s, depending on the phase of the nutation
+  no value        {released.reason}
+
+Upright rod with this spin
+  minimum spin    {sleeping.critical_spin:rate} to stay upright
+  growth          a small tilt grows at a rate of {sleeping.growth_rate:.3g} per second
+""",
+    "earth": """\
+Balanced gyroscopes at latitude {latitude:angle}, seen from the ground
+{why}
+
+  residual torque {drift_torque:small_torque} turns a level rod as fast as the Earth rotates, at {spin:rate}
+
+{pole}: started along the Earth's axis; east: started level. Azimuth: from north through east.
+{table}
+""",
+    "platform": """\
+A wheel on a platform at rest is tipped from {from:angle} to {to:angle} above the horizontal
+{why}
+
+  platform        {rate:rate}, one turn in {period:.4g} s; positive: counterclockwise seen from above
+  no value        {reason}
+  inertia         {platform_inertia:.4g} kg·m² of platform, person and wheel
+
+Angular momentum about the vertical
+  before          wheel {momentum_before:.4g} kg·m²/s
+  after           wheel {momentum_after:.4g} kg·m²/s, platform {momentum_platform:.4g} kg·m²/s
+""",
+    "twist": """\
+A level wheel is turned over in {time:.4g} s; seen from your right hand its counterclockwise spin is {wheel_spin:rate}
+{why}
+
+  twist           {twist_rate:rate}, half a turn
+  torque          {torque:.4g} N·m
+  force           {force:.4g} N at each hand, {handles:.4g} m apart
+  body turns left {turn_left}
+  right end up    {right_end_up}
+  I ω changes by  {momentum_change:.4g} kg·m²/s in total, at any rate of the twist
+""",
+    "tip": """\
+A force of {force:.4g} N at right angles to the rod, {length:.4g} m from the centre, with a spin of {spin:rate}
+{why}
+
+  tip             {speed:.4g} m/s
+  direction       {direction}
+  rod turns at    {turning_rate:rate}
+  torque          {torque:.4g} N·m
+  follows force   {yields:angle} on average, {greatest_yield:angle} at most
+  nutation        {nutation_rate:rate}
+  at first        {acceleration:.4g} m/s² along the force, F L²/I, with any spin
+  F L²/(I_zz ω)   {estimate:.4g} m/s, {estimate_error:percent} too high
+  no value        {reason}
+""",
 }
-"""What each subcommand answers with."""
+"""The text of each prediction. A line is left out if one of its values does not exist."""
 
 
-def document(name: str, options: Mapping[str, Any], notes: Sequence[str], answer: Answer) -> dict[str, Any]:
-    """Put an answer into the object that is written out."""
-    return {
-        "schema": SCHEMA,
-        "tool": {"name": "gyrodata", "version": __version__},
-        "prediction": name,
-        "options": dict(options),
-        "notes": list(notes),
-        **msgspec.to_builtins(answer),
-    }
+class _Quantities(string.Formatter):
+    """Formats of quantities for people, such as ``{spin:rate}`` and ``{pitch:angle}``."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        if format_spec == "rate":
+            return f"{value / RPM:.4g} rpm ({value:.4g} rad/s)"
+        if format_spec == "angle":
+            return f"{math.degrees(value):.4g}° ({value:.3g} rad)"
+        if format_spec == "small_torque":
+            return f"{1e3 * value:.3g} mN·m"
+        if format_spec == "percent":
+            return f"{100 * value:.2g} %"
+        return format(value, format_spec)
 
 
-def prediction_text(options: Mapping[str, Any], notes: Sequence[str], answer: Answer) -> str:
-    """Write a prediction as text: what is asked, the answer in words, and the numbers."""
-    match answer:
-        case Precession():
-            first, *lines = _precession_text(options, answer)
-        case Earth():
-            first, *lines = _earth_text(options, answer)
-        case Platform():
-            first, *lines = _platform_text(options, answer)
-        case Twist():
-            first, *lines = _twist_text(options, answer)
-        case Tip():
-            first, *lines = _tip_text(options, answer)
-    words = textwrap.wrap(answer.why, 76, initial_indent="  ", subsequent_indent="  ")
-    taken = ["", "not given, so taken:", *(f"  {note}" for note in notes)] if notes else []
-    return "\n".join([first, *words, "", *lines, *taken]) + "\n"
-
-
-def _rate(value: float) -> str:
-    return f"{value / RPM:.4g} rpm ({value:.4g} rad/s)"
-
-
-def _angle(value: float) -> str:
-    return f"{math.degrees(value):.3g}° ({value:.3g} rad)"
-
-
-def _line(label: str, text: str) -> str:
-    return f"  {label:<16}{text}"
-
-
-def _precession_text(options: Mapping[str, Any], told: Precession) -> list[str]:
-    pitch, spin = f"{math.degrees(options['pitch']):.4g}°", _rate(options["spin"])
-    lines = [f"steady precession at pitch {pitch}, spin {spin}, torque {options['torque']:.4g} N·m"]
-    if told.slow is not None:
-        turn = f", one turn in {told.period:.4g} s" if told.period else ""
-        lines.append(_line("slow, eq. (8)", _rate(told.slow) + turn))
-    if told.fast is not None:
-        lines.append(_line("fast, eq. (8)", _rate(told.fast)))
-    if told.horizontal is not None:
-        lines.append(_line("level, eq. (9)", _rate(told.horizontal)))
-    lines.append(_line("least spin", f"{_least(told.critical_spin)} for steady precession at this pitch"))
-    lines += _lacking(told.reason)
-    return [*lines, "", *_released_text(told.released), "", *_sleeping_text(told.sleeping)]
-
-
-def _released_text(told: Released) -> list[str]:
-    lines = ["let go from rest"]
-    if told.mean_rate is not None:
-        lines.append(_line("mean rate", _rate(told.mean_rate)))
-    moves, size = ("rises by", -1) if told.greatest_sag < 0 else ("sags by", 1)
-    sag = f"{_angle(size * told.sag)} on average, {_angle(size * told.greatest_sag)} at most"
-    lines.append(_line(moves, sag))
-    if told.nutation_rate is not None:
-        lines.append(_line("nutates at", _rate(told.nutation_rate)))
-    if told.click_error_s is not None:
-        lines.append(_line("click error", f"up to {told.click_error_s:.2g} s, by the phase of the nutation"))
-    return [*lines, *_lacking(told.reason)]
-
-
-def _lacking(reason: str) -> list[str]:
-    """Say what is None, and why."""
-    return [
-        f"  no {clause.replace('click_error_s', 'click error').replace('_', ' ')}"
-        for clause in reason.split("; ")
-        if clause
-    ]
-
-
-def _sleeping_text(told: Sleeping) -> list[str]:
-    lines = ["rod upright, at this spin"]
-    if told.stable:
-        lines.append(_line("stays", "a small tilt does not grow"))
-    elif told.growth_rate:
-        lines.append(_line("falls", f"a small tilt grows e-fold in {1 / told.growth_rate:.3g} s"))
-    else:
-        lines.append(_line("drifts", "nothing holds it"))
-    return [*lines, _line("least spin", f"{_least(told.critical_spin)} to stay")]
-
-
-def _least(spin: float) -> str:
-    return _rate(spin) if spin else "any"
-
-
-def _earth_text(options: Mapping[str, Any], told: Earth) -> list[str]:
-    latitude = math.degrees(options["latitude"])
-    lines = [f"balanced gyroscopes at latitude {latitude:.4g}°, from the ground, which turns under them"]
-    if told.drift_torque is not None:
-        lines.append("A torque left over from the balance that turns a level rod as fast as the Earth turns:")
-        lines += [_line("torque", f"{1e3 * told.drift_torque:.3g} mN·m at a spin of {_rate(options['spin'])}"), ""]
-    axis, east = f"{told.pole}: azimuth", "east: azimuth"
-    lines += [
-        f"{told.pole}: started along the Earth's axis; east: started level. Azimuth: from north through east.",
-        f"  {'hours':>8}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}",
-    ]
-    for one, other in zip(told.axis, told.east, strict=True):
-        cells = f"  {one.hours:>8.4f}{one.sidereal_hours:>10.4f}"
-        cells += f"{_bearing(one):>17}{_height(one):>10}{_bearing(other):>16}{_height(other):>10}"
-        lines.append(cells)
-    return lines
-
-
-def _bearing(row: Direction) -> str:
-    return "-" if row.azimuth_deg is None else f"{round(row.azimuth_deg, 2) % 360:.2f}°"
-
-
-def _height(row: Direction) -> str:
-    # No "-0.00".
-    return f"{round(row.altitude_deg, 2) + 0.0:.2f}°"
-
-
-def _platform_text(options: Mapping[str, Any], told: Platform) -> list[str]:
-    start, end = (math.degrees(options[name]) for name in ("from", "to"))
-    lines = [f"axle tipped from {start:.4g}° to {end:.4g}° above the horizontal, the platform at rest before"]
-    if told.period:
-        sense = "in" if told.rate * options["wheel_spin"] > 0 else "against"
-        lines.append(_line("platform", f"{_rate(abs(told.rate))}, one turn in {told.period:.4g} s"))
-        lines.append(_line("sense", f"{sense} that of the wheel when its axle points up"))
-    else:
-        lines.append(_line("platform", "stays at rest"))
-    lines.append(_line("inertia", f"{options['platform_inertia']:.4g} kg·m² of platform, person and wheel"))
-    lines.append("")
-    lines.append("angular momentum about the vertical, which stays the same [kg·m²/s]")
-    lines.append(_line("before", f"wheel {told.momentum_before:.4g}"))
-    after = f"wheel {told.momentum_after:.4g}, platform {told.momentum_platform:.4g}"
-    return [*lines, _line("after", after)]
-
-
-def _twist_text(options: Mapping[str, Any], told: Twist) -> list[str]:
-    seen = "counterclockwise" if options["wheel_spin"] >= 0 else "clockwise"
-    spin = f"{_rate(abs(options['wheel_spin']))} {seen} seen from your right hand"
-    return [
-        f"a level wheel, {spin}, turned over in {options['time']:.4g} s",
-        _line("twist", f"{_rate(told.twist_rate)}, half a turn"),
-        _line("torque", f"{told.torque:.4g} N·m"),
-        _line("force", f"{told.force:.4g} N at each hand, {100 * options['handles']:.4g} cm apart"),
-        _line("body turns left", told.turn_left),
-        _line("right end up", told.right_end_up),
-        _line("I ω changes by", f"{told.momentum_change:.4g} kg·m²/s in all, however fast"),
-    ]
-
-
-def _tip_text(options: Mapping[str, Any], told: Tip) -> list[str]:
-    at = f"{100 * options['length']:.4g} cm from the centre, spin {_rate(options['spin'])}"
-    lines = [f"a force of {options['force']:.4g} N across the rod, {at}"]
-    if told.speed is not None:
-        lines.append(_line("tip", f"{100 * told.speed:.4g} cm/s ({told.speed:.4g} m/s)"))
-    lines.append(_line("direction", told.direction))
-    if told.turning_rate is not None:
-        lines.append(_line("rod turns at", _rate(told.turning_rate)))
-    lines.append(_line("torque", f"{told.torque:.4g} N·m"))
-    if told.yields is not None and told.nutation_rate is not None:
-        lines.append(_line("gives way by", f"{_angle(told.yields)} on average, {_angle(told.greatest_yield)} at most"))
-        lines.append(_line("nutates at", _rate(told.nutation_rate)))
-    lines.append(_line("at first", f"{told.acceleration:.4g} m/s² along the force, F L²/I, whatever the spin"))
-    if told.estimate is not None and told.estimate_error is not None:
-        speed, error = f"{100 * told.estimate:.4g} cm/s", told.estimate_error
-        judged = f"{speed}, {100 * error:.2g} % too high"
-        if error > ROUGH:
-            judged = f"{speed}: not for so slow a spin, {_times(error)}"
-        lines.append(_line("F L²/(I_zz ω)", judged))
-    return lines
-
-
-def _times(error: float) -> str:
-    return f"{100 * error:.2g} % too high" if error < 1 else f"{1 + error:.3g} times too high"
+def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
+    """Write a prediction as text: the question, the answer in words, and the numbers."""
+    quantities, lines = _Quantities(), []
+    values = {**answer.options, **asdict(answer)}
+    values["why"] = textwrap.fill(answer.why, 76, initial_indent="  ", subsequent_indent="  ")
+    values["table"] = _earth_table(answer) if isinstance(answer, Earth) else None
+    for line in TEXTS[answer.prediction].splitlines():
+        fields = [name for _, name, _, _ in quantities.parse(line) if name]
+        if all(quantities.get_field(name, (), values)[0] not in (None, "") for name in fields):
+            lines.append(quantities.vformat(line, (), values))
+    if answer.notes:
+        lines += ["", "Not given, so assumed:", *(f"  {note}" for note in answer.notes)]
+    return "\n".join(lines) + "\n"

@@ -1,7 +1,7 @@
-"""Steps of the lab's procedure that a log lacks, each with its reason in numbers.
+"""Steps of the lab procedure that are missing in a log, each with its reason in numbers.
 
 The procedure: at least three weights, each with at least three well-spread spins; one run without a weight; times
-over 6 s; the spin at start and end where it falls much. Meant to be asked before leaving the lab.
+over 6 s; the spin at start and end if it falls much. Students should check this before they leave the lab.
 """
 
 from __future__ import annotations
@@ -22,23 +22,20 @@ from gyrodata.results import Analysis
 from gyrodata.tables import load_words
 
 SHORT = 6.0
-"""A time below this [s] is short for a hand that is wrong by 0.14 s: over 2 %."""
+"""A time below this [s] is short: the usual error of a hand, 0.14 s, is over 2 % of it."""
 
 SPREAD = 2.0
-"""Ratio of the largest to the smallest spin of a weight below which its spins are not well spread."""
+"""The spins of a weight are well spread if the largest is at least this many times the smallest."""
 
 USUAL_SPINS = np.array([200.0, 400.0, 600.0])
 """Spins that the procedure asks for [rpm]."""
 
 FALL = 0.10
-"""Relative fall of the spin above which the law by which it falls begins to matter."""
+"""If the spin falls by more than this part, the decay law matters."""
 
 
 def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ...]]:
-    """Analyse a log and find what it lacks: the analysis, None if the log has no answer, and all diagnostics.
-
-    Doubts are in the analysis.
-    """
+    """Analyse a log and list what is missing: the analysis, or None if the log has no answer, and all diagnostics."""
     try:
         analysis = analyze_readings(readings)
     except LogError as error:
@@ -52,16 +49,16 @@ PROCEDURE = (
     codes.TOO_FEW_WEIGHTS, codes.TOO_FEW_RUNS, codes.SPINS_TOO_CLOSE, codes.NO_UNLOADED_RUN, codes.TIMES_TOO_SHORT,
     codes.SPIN_FALLS_TOO_MUCH,
 )  # fmt: skip
-"""What the procedure asks for, by the diagnostic of a log that lacks it."""
+"""Steps of the procedure, each as the diagnostic that reports a missing step."""
 
 ADVICE = {*PROCEDURE, codes.DIGITS_TOO_FEW, codes.DIRECTION_MISSING, codes.SINGLE_TORQUE, codes.RELEASE_NOT_TOLD}
-"""Diagnostics that say how to measure better; the answer is correct without them."""
+"""Diagnostics about better measurements; the answer is correct without them."""
 
 
 def what_lacks(
     readings: Readings, measured: Measurements, analysis: Analysis | None, asked: Collection[str] = PROCEDURE
 ) -> list[Diagnostic]:
-    """Find what a log lacks of what is asked for, of `PROCEDURE`; without an analysis, what needs none."""
+    """List the missing steps among those asked for; without an analysis, only those that need none."""
     found = list(_weights_and_spins(readings, measured))
     if analysis and codes.NO_UNLOADED_RUN in asked:
         found += _unloaded(readings, analysis)
@@ -83,7 +80,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
         have = spins / RPM
         if lacking > 0:
-            # Those that are farthest from all spins so far.
+            # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
             wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
             words = f"{name}: {_counted(len(group), 'run')}, and the lab sheet asks for three spins"
@@ -138,7 +135,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
 
 
 def _named(measured: Measurements, indices: Integers) -> str:
-    """Name runs: "runs 2, 5"."""
+    """Return the names of runs: "runs 2, 5"."""
     names = ", ".join(measured.runs[i] for i in indices[:8]) + (", …" if len(indices) > 8 else "")
     return f"run{'s' if len(indices) > 1 else ''} {names}"
 

@@ -1,7 +1,7 @@
-"""The one reader of a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
+"""Read a written quantity: number, last digit, ±, unit, power of ten and coverage factor.
 
 Cells, options, ``# key:`` lines, rubrics and reported values are all read here. They differ in the kind of quantity
-and in the unit that holds if none is written. What this tool prints, it reads.
+and in the unit that is used if none is written. The functions read everything that this tool prints.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from functools import lru_cache
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, vocabulary
-from gyrodata.units import KINDS, LIMITS, Uncertainty, UnitError, fold_letters, kinds_of, parse_unit
+from gyrodata import diagnostics, units, vocabulary
+from gyrodata.units import Uncertainty, UnitError
 
 LONGEST = 200
 """Characters in a written quantity; a longer text is not one."""
 MOST_DIGITS = 7
-"""Of a reading, zeros before it included: 0.02000 kg has six."""
+"""Most digits of a reading, with the zeros before it: 0.02000 kg has six."""
 LONG = 600.0
-"""So long a time [s] written as 00:20:13 is more likely one of 20.13 s."""
+"""A time [s] at least this long that is written as 00:20:13 may be one of 20.13 s."""
 
 _SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
 NUMBER = rf"[-+]?{_SIZE}"
@@ -39,7 +39,7 @@ _QUANTITY = (
     rf"\s*(?P<unit>{_UNIT})?(?:\s*±\s*(?P<spread>{_SIZE})\s*(?P<percent>%)?\s*(?P<last>{_UNIT})?)?"
     rf"(?(open)\s*\)\s*(?P<shared>{_POWER})?\s*(?P<behind>{_UNIT})?)"
 )
-"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``: all that `_USUAL` brings the other ways of writing to."""
+"""``4.4(1)e-3 g``, ``4.4 g ± 2 %``, ``(4.4 ± 0.1)e-3 g``; `_USUAL` turns other ways of writing into these."""
 
 _ABOUT = r"(?:about|approximately|approx\.?|circa|ca\.?|roughly|[~≈≃])\s*(?=[-+(\d.,])"
 IN_FRONT = rf"(?i)^(?:[^\W\d][\w ]{{0,30}}=\s*)?(?:{_ABOUT})?"
@@ -62,7 +62,7 @@ _USUAL = (
     (rf"^({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))", r"(\1)"),
     (_POWER_OF_TEN, r"e\1\2"),
 )
-"""Ways of writing, and the usual one to put in their place."""
+"""Ways of writing, and the usual way that replaces each."""
 
 _COVERAGE = (
     r"(?i)\s*(?:[(\[,;]?\s*(?:k\s*=\s*([1-9](?:[.,][0-9]+)?)|([1-3])\s?-?(?:σ|sigma|s\.?d\.?))\s*[)\]]?"
@@ -94,18 +94,8 @@ _DATE_DIGITS = r"[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4}(?:[ T].*)?"
 _TWO = rf"{NUMBER}\s*(?:-|–|—|->|→|to|bis|à|a|до)\s*{NUMBER}\s*\S*"
 
 
-class CellError(UnitError):
-    """A written quantity that cannot be read; the message follows its text."""
-
-    def __init__(self, message: str, hint: str = "", code: str = diagnostics.CELL_IS_NO_NUMBER) -> None:
-        super().__init__(message, hint)
-        self.code = code
-
-    joint = " "
-
-
 class Written(Struct, frozen=True):
-    """A quantity taken apart, before its unit is understood."""
+    """The parts of a written quantity, before its unit is read."""
 
     number: str
     """Text of the number, its power of ten in it: ``4.441e-3``, ``1/3``."""
@@ -116,11 +106,11 @@ class Written(Struct, frozen=True):
     unit: str | None = None
     """In folded letters; None if there is none."""
     spread: str | None = None
-    """Text of what is behind ±, or in the bracket; None if there is none."""
+    """Text behind ±, or in the bracket; None if there is none."""
     spread_unit: str | None = None
     """Its own unit, if it has one; "%" of the number."""
     coverage: float = 1.0
-    """What it is to be divided by to become a standard uncertainty."""
+    """Divisor that makes it a standard uncertainty."""
 
 
 class Quantity(Struct, frozen=True):
@@ -139,21 +129,21 @@ class Quantity(Struct, frozen=True):
 
 
 def fold_number(text: str) -> str:
-    """Write a text in ASCII as far as that changes nothing: real minus signs, ½, wide digits; 10⁻³ becomes 10^-3."""
+    """Replace real minus signs, ½ and wide digits by their ASCII forms; 10⁻³ becomes 10^-3."""
     if text.isascii():
         return text.strip()
     text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
     text = re.sub("[¼-¾⅐-⅞]", r" \g<0>", text)
-    return fold_letters(text).translate(_MINUS).strip()
+    return units.fold_letters(text).translate(_MINUS).strip()
 
 
 def to_float(number: str) -> float:
-    """Understand a number with either decimal sign."""
+    """Read a number with either decimal sign."""
     return float(number.replace(",", "."))
 
 
 def last_place(number: str) -> int:
-    """Give the power of ten of the last digit typed."""
+    """Return the power of ten of the last digit typed."""
     mantissa, _, exponent = number.lower().replace(",", ".").partition("e")
     return int(exponent or 0) - len(mantissa.partition(".")[2])
 
@@ -166,17 +156,17 @@ def as_read(value: float, step: float) -> str:
 
 
 def take_apart(text: str) -> Written | None:
-    """Take a written quantity apart; None if it is none.
+    """Split a written quantity into its number, its unit and its uncertainty.
 
-    Read are ``4.4e-3 kg m^2``, ``4.4×10⁻³ kg·m²``, ``4.4(1)e-3 kg m^2``, ``4.4e-3 ± 2 % kg m^2``,
-    ``(4.4 ± 0.1) × 10⁻³ kg·m²``, ``4.4 ± 0.2 g (k = 2)``, ``76 g``, ``1/3`` and their like.
+    The function reads ``4.4e-3 kg m^2``, ``4.4×10⁻³ kg·m²``, ``4.4(1)e-3 kg m^2``, ``4.4e-3 ± 2 % kg m^2``,
+    ``(4.4 ± 0.1) × 10⁻³ kg·m²``, ``4.4 ± 0.2 g (k = 2)``, ``76 g`` and ``1/3``; it returns None for other texts.
     """
     if len(text) > LONGEST:
         return None
     plain = fold_number(text)
     if PLAIN.fullmatch(plain):
         return Written(plain, to_float(plain), float(f"1e{last_place(plain)}"))
-    # Of many blanks in a row two are left: the patterns would try all ways to part them.
+    # Of many blanks in a row two are left: the patterns would try all ways to split them.
     plain = re.sub(r"\+\s?/\s?-|\+-|\\pm", "±", re.sub(r"\s{3,}", "  ", plain))
     bare, coverage = _without_coverage(plain)
     for way, usual in _USUAL:
@@ -200,23 +190,18 @@ def take_apart(text: str) -> Written | None:
         if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
             number = number.replace(",", "")  # "46,300 ± 600"
     spread_unit, unit = "%" if percent else last if unit else None, unit or last or behind
-    value, step = _value_of(number)
-    return Written(number, value, step, unit, spread, spread_unit, coverage)
-
-
-def _value_of(number: str) -> tuple[float, float | None]:
-    """Give the value of a number or a fraction, and one step of its last digit."""
     if "/" not in number:
-        return to_float(number), float(f"1e{last_place(number)}")
+        value, step = to_float(number), float(f"1e{last_place(number)}")
+        return Written(number, value, step, unit, spread, spread_unit, coverage)
     try:
         value = float(sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split())))
     except ZeroDivisionError:
         value = math.inf
-    return -value if number.startswith("-") else value, None
+    return Written(number, -value if number[0] == "-" else value, None, unit, spread, spread_unit, coverage)
 
 
 def _without_coverage(text: str) -> tuple[str, float]:
-    """Take ``(k = 2)`` or ``(95 %)`` off, and give the coverage factor."""
+    """Remove ``(k = 2)`` or ``(95 %)``, and return the coverage factor."""
     match = re.search(_COVERAGE, text)
     number = to_float(match[match.lastindex or 0]) if match and ("±" in text or match[1]) else 0.0
     factor = _LEVELS.get(number, number if number < 10 else 0.0)
@@ -224,35 +209,22 @@ def _without_coverage(text: str) -> tuple[str, float]:
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
-    """Convert a parsed quantity to SI; `unit` is used if none is written."""
+    """Convert a quantity to SI; `unit` is used if none is written."""
     own = written.unit or unit or ""
-    known, uncertainty, u_step = parse_unit(own, kind), None, None
+    known, uncertainty, u_step = units.parse_unit(own, kind), None, None
     u = to_float(written.spread or "0") / written.coverage
     if written.spread_unit == "%":
         uncertainty = Uncertainty(0.0, u / 100)
     elif written.spread is not None:
-        factor = parse_unit(written.spread_unit or own, kind).factor
+        factor = units.parse_unit(written.spread_unit or own, kind).factor
         uncertainty, u_step = Uncertainty(u * factor), 10.0 ** last_place(written.spread) * factor
     step = None if written.step is None else written.step * known.factor
     return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 
 
-def doubtful_comma(written: Written, value: float, kind: str) -> str:
-    """Say in which two ways a comma can be meant that may part thousands: "46300 or 46.300"; "" if in one only.
-
-    A power of ten, another number with a decimal comma, or a size [SI] that no lab has tells how it is meant.
-    """
-    low, high = LIMITS[kind]
-    both = all(low <= abs(size) <= high for size in (value, 1000 * value))
-    commas = [number for number in (written.number, written.spread or "") if "," in number]
-    if not both or "," not in written.number or not all(re.fullmatch(_THOUSANDS, number) for number in commas):
-        return ""
-    return f"{written.number.replace(',', '')} or {written.number.replace(',', '.')}"
-
-
 @lru_cache(maxsize=16384)
 def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quantity:
-    """Understand a quantity of one kind: a cell, an option, or a value of a line.
+    """Read a quantity of one kind: a cell, an option, or a value of a line.
 
     Parameters
     ----------
@@ -261,20 +233,20 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     kind : str
         Kind of quantity, a key of `gyrodata.units.KINDS`.
     unit : str or None
-        What holds if the text has no unit.
+        Unit that is used if the text has none.
     ask : bool
-        Whether to refuse a comma that may part thousands.
+        Whether a comma that may separate thousands is an error.
 
     Raises
     ------
-    CellError
+    UnitError
         The text cannot be read.
     """
     plain = fold_number(text)
     if kind == "sign":
         sense = plain.lower().replace(" ", "").replace("-c", "c")
         if sense not in _CCW + _CW:
-            raise CellError("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
+            raise _fault("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
         return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
     if kind in ("mass", "force", "length") and (several := re.fullmatch(_SEVERAL, text)):
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
@@ -289,83 +261,86 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
     written = take_apart(joined)
     if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
-        raise _not_a_number(text, kind, CellError("is not a number", how_to_write(kind)))
-    _check_size(written)
+        raise _not_a_number(text, kind, _fault("is not a number", how_to_write(kind)))
+    for number in (written.number, written.spread or "0"):
+        size = written.value if "/" in number else to_float(number)
+        if math.isinf(size) or (size == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])):
+            fault = "divides by zero" if "/" in number else "is too large or too small for a number"
+            raise _fault(fault, "write the value as it was read")
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        raise two_readings(kind)
-    own = written.unit or unit
+        raise _two_readings(kind)
+    own, (low, high) = written.unit or unit, units.LIMITS[kind]
     if own is None and kind != "number":
-        raise CellError("has no unit", f"write one behind it: {KINDS[kind].examples}", diagnostics.UNIT_MISSING)
+        raise UnitError("has no unit", f"write one behind it: {units.KINDS[kind].examples}", diagnostics.UNIT_MISSING)
     try:
         quantity = in_si(written, kind, unit)
     except UnitError as error:
-        code = diagnostics.PER_SECOND_IS_AMBIGUOUS if error.reason == "ambiguous" else diagnostics.UNIT_UNKNOWN
-        told = CellError(f"cannot be read: {error}", error.hint, code)
-        raise (told if kinds_of(own or "") else _not_a_number(text, kind, told)) from None
-    if ask and (ways := doubtful_comma(written, quantity.value, kind)):
-        raise CellError(f"can mean {ways}", f"write {ways}, without marks between the thousands")
-    if quantity.uncertainty is not None and quantity.uncertainty.absolute > LIMITS[kind][1]:
-        raise CellError("has an uncertainty that is far too large", "is its unit the one written?")
+        told = UnitError(f"cannot be read: {error}", error.hint, error.code)
+        raise (told if units.kinds_of(own or "") else _not_a_number(text, kind, told)) from None
+    if ask and "," in written.number:
+        # A power of ten, another number with a decimal comma, or an impossible size shows how the comma is meant.
+        commas = [number for number in (written.number, written.spread or "") if "," in number]
+        both = all(low <= abs(size) <= high for size in (quantity.value, 1000 * quantity.value))
+        if both and all(re.fullmatch(_THOUSANDS, number) for number in commas):
+            ways = f"{written.number.replace(',', '')} or {written.number.replace(',', '.')}"
+            raise _fault(f"can mean {ways}", f"write {ways}, without marks between the thousands")
+    if quantity.uncertainty is not None and quantity.uncertainty.absolute > high:
+        raise _fault("has an uncertainty that is far too large", "is its unit the one written?")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
     return replace(quantity, step=None) if exact else quantity
 
 
-def _check_size(written: Written) -> None:
-    """Refuse what divides by zero, or what a number of sixteen digits cannot be."""
-    for number in (written.number, written.spread or "0"):
-        value = written.value if "/" in number else to_float(number)
-        if math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])):
-            fault = "divides by zero" if "/" in number else "is too large or too small for a number"
-            raise CellError(fault, "write the value as it was read")
+def _fault(message: str, hint: str, code: str = diagnostics.CELL_IS_NO_NUMBER) -> UnitError:
+    return UnitError(message, hint, code)
 
 
 def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
     if kind != "time" or unit not in (None, "s", "min"):
-        raise CellError("is a clock time, not a number", "write the column's unit as s" if kind == "time" else "")
+        raise _fault("is a clock time, not a number", "write the column's unit as s" if kind == "time" else "")
     hours, minutes, seconds = clock.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
         short = "" if hours or not seconds.isdigit() else f"{minutes}.{seconds} for seconds and hundredths, "
         message = "is not a clock time: its seconds or minutes are above 59"
-        raise CellError(message, f"write {short}mm:ss.cc for minutes")
+        raise _fault(message, f"write {short}mm:ss.cc for minutes")
     value = int(hours or 0) * 3600 + int(minutes) * 60 + late
     if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
         short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"
         hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
-        raise CellError("can be h:mm:ss or mm:ss:hundredths", hint)
+        raise _fault("can be h:mm:ss or mm:ss:hundredths", hint)
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
 
 
-def two_readings(kind: str) -> CellError:
-    """Name "412/398" and "412 - 398", the spin at the start and at the end."""
+def _two_readings(kind: str) -> UnitError:
+    """Return the error for "412/398" and "412 - 398", the spin at the start and at the end."""
     ways = "in two columns, spin_start [rpm] and spin_end [rpm]" if kind == "rate" else "in two rows"
-    return CellError("is not one number, but looks like two readings", f"write them {ways}")
+    return _fault("is not one number, but looks like two readings", f"write them {ways}")
 
 
-def _not_a_number(text: str, kind: str, otherwise: CellError) -> CellError:
-    """Say what a text looks like instead, and what was probably meant; `otherwise` if nothing is known of it."""
+def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
+    """Return an error that says what a text looks like, and what was probably meant; else `otherwise`."""
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
-        return two_readings(kind)
+        return _two_readings(kind)
     for case in vocabulary.NO_NUMBER:
         if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
-            return CellError(case["message"], match.expand(case["hint"]))
+            return _fault(case["message"], match.expand(case["hint"]))
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # If the comma is the decimal sign, 20.1 becomes the 20th of January.
         meant = f"{min(pair)}/{max(pair)}" if pair and kind == "number" else "{}.{}".format(*pair) if pair else ""
         hint = f"did you mean {meant}? " if meant else ""
         hint += "A spreadsheet makes dates of such numbers: make the cells text first"
-        return CellError("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
+        return _fault("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
     mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)).rstrip(".,;")
     bare = take_apart(mended) if mended != plain else None
     if bare and bare.unit is None and bare.spread is None:
-        return CellError("is not a number", f"did you mean {mended}?")
+        return _fault("is not a number", f"did you mean {mended}?")
     return otherwise
 
 
 def date_pair(text: str) -> tuple[int, int] | None:
-    """Give day and month of a date, in either order; None if a text is not a date."""
+    """Return day and month of a date, in either order; None if a text is not a date."""
     match = next(filter(None, (re.fullmatch(date, text) for date in _DATES)), None)
     if match is None:
         return None
@@ -375,23 +350,24 @@ def date_pair(text: str) -> tuple[int, int] | None:
 
 
 def how_to_write(kind: str) -> str:
-    """Say how a number of some kind is written, without a number that could be taken over as it stands."""
-    return f"write a number with its unit: {KINDS[kind].examples}" if KINDS[kind].si else KINDS[kind].proposal
+    """Return how a number of a kind is written, without a number that could be copied."""
+    known = units.KINDS[kind]
+    return f"write a number with its unit: {known.examples}" if known.si else "write the number alone"
 
 
 def parse_quantity(text: str, kind: str) -> float:
-    """Understand one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``."""
+    """Read one number with its unit: ``60 g``, ``200 rpm``, ``(4.44 ± 0.06) × 10⁻³ kg·m²``, ``1/3``."""
     try:
         return read_cell(text.strip(), kind, None, ask=True).value
-    except CellError as error:
-        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind)) from None
+    except UnitError as error:
+        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind), error.code) from None
 
 
 @lru_cache(maxsize=512)
 def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) -> Uncertainty:
-    """Understand a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
+    """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
 
-    A coverage factor behind it, ``1 mm (k = 2)``, is divided out; `unit` is that of a term that has none of its own.
+    The function divides by a coverage factor behind it, as in ``1 mm (k = 2)``; a term without a unit has `unit`.
     """
     absolute = relative = 0.0
     share = f'{how_to_write(kind)}, or a share of the value: "1 %"'
@@ -400,13 +376,13 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
         percent = term.rstrip().endswith("%")
         try:
             quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
-        except CellError as error:
+        except UnitError as error:
             hint = share if (str(error), error.hint) == ("is not a number", how_to_write(kind)) else error.hint
-            raise UnitError(f'"{term.strip()[:40]}" {error}', hint) from None
+            raise UnitError(f'"{term.strip()[:40]}" {error}', hint, error.code) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0
         absolute += 0.0 if percent else quantity.value / coverage
-    if relative > 10 or absolute > LIMITS[kind][1]:
+    if relative > 10 or absolute > units.LIMITS[kind][1]:
         raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
     return Uncertainty(absolute, relative)

@@ -1,7 +1,6 @@
 """The results of one log: `Analysis`, and the records of its JSON.
 
-`to_json` turns a record into JSON, and `schema` makes the JSON Schema of the same records: a field that is added here
-is emitted and declared.
+`to_json` turns a record into JSON, and the module `schema` derives the JSON Schema from the same records.
 """
 
 from __future__ import annotations
@@ -33,29 +32,29 @@ from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, 
 if TYPE_CHECKING:
     import pandas as pd
 
-DOF_REASON = (
-    "u and the interval are quantiles of the posterior distribution, which holds the doubt about the widths too"
-)
+    from gyrodata.coverage import SelfCheck
+
+DOF_REASON = "u and the interval are quantiles of the posterior distribution, which includes the doubt about the widths"
 
 
 def _above(room: str) -> Any:
-    """Give a module of a room above this one: it is loaded when somebody looks, not when a result is made."""
+    """Return a module of a layer above this one, loaded when it is used."""
     return import_module(f"gyrodata.{room}")
 
 
 CONVENTIONS: dict[str, str] = msgspec.json.decode(Path(__file__).with_name("conventions.json").read_bytes())
-"""Which convention each number follows."""
+"""The convention of each number, by its key in the JSON."""
 
 
 class Options(Struct, frozen=True):
     """The options of the analysis."""
 
     set: Mapping[str, str] = field(default_factory=dict)
-    """Constants given beside the log."""
+    """Constants that were given in addition to the log."""
     map: Mapping[str, str] = field(default_factory=dict)
-    """Headers of roles given beside the log."""
+    """Headers of roles that were given in addition to the log."""
     config: str | None = None
-    """Name of the TOML file with the same, without its folder."""
+    """Name of the TOML file with constants and headers, without its folder."""
     model: Model = "auto"
     keep_flagged: bool = False
     worksheet: bool = False
@@ -69,19 +68,20 @@ DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 
 
 class Doubt(Struct, frozen=True):
-    """A reason not to quote the answer, which not even its u contains."""
+    """A reason why I_zz may be wrong by more than its u."""
 
     kind: DoubtKind
     words: str
-    """What is wrong."""
+    """The reason."""
     remedy: str
-    """Where to look for the cause."""
+    """What to check."""
 
 
 class Result(Estimate, frozen=True, kw_only=True):
-    """A value with its standard uncertainty u (k = 1) and its 95 % interval; see `CONVENTIONS`."""
+    """A value with its standard uncertainty u (k = 1) and its 95 % interval."""
 
     k: float | None
+    """Coverage factor: half the 95 % interval over u [1]."""
     dof: float | None
     """Degrees of freedom; null, see dof_reason."""
     expanded_u: float | None
@@ -89,28 +89,29 @@ class Result(Estimate, frozen=True, kw_only=True):
     relative_u: float | None
     """u over the value [1]."""
     level: float
-    """Of the interval [1]."""
+    """Probability of the interval [1]."""
     dof_reason: str | None
+    """Why dof is null."""
 
     @property
     def ufloat(self) -> Any:
-        """Value and u as a number of `uncertainties`, that of one quantity alone; see `Analysis.ufloats`."""
+        """Value and u as a number of `uncertainties`; correlated ones are in `Analysis.ufloats`."""
         from uncertainties import ufloat
 
         return ufloat(self.value, self.u or 0.0)
 
     def to_pint(self, registry: Any) -> Any:
-        """Give the quantity of pint.
+        """Convert to a quantity of pint.
 
         Parameters
         ----------
         registry : pint.UnitRegistry
-            Your own, so that the quantity can be compared with yours.
+            The registry of your other quantities.
 
         Returns
         -------
         pint.Quantity
-            Its magnitude is a number of `uncertainties`.
+            With a number of `uncertainties` as its magnitude.
         """
         return registry.Quantity(self.ufloat, self.unit)
 
@@ -118,7 +119,7 @@ class Result(Estimate, frozen=True, kw_only=True):
         return self.value
 
     def __format__(self, form: str) -> str:
-        """Write it as `uncertainties` does, its unit behind it: ``f"{lab.inertia:.2u}"``."""
+        """Format like `uncertainties`, followed by the unit: ``f"{lab.inertia:.2u}"``."""
         return f"{self.ufloat:{form}} {self.unit}" if form else str(self)
 
     def __str__(self) -> str:
@@ -129,11 +130,71 @@ NO_BALL = (
     "Not checked against the ball: add # ball_mass and # ball_diameter; without them gyro cannot detect "
     "a wrong unit in a whole column"
 )
-"""In place of the comparison with the ball."""
+"""Printed instead of the comparison with the ball."""
 
 
 class Analysis(Struct, frozen=True, eq=False):
-    """Everything that is said of one log; SI units. Two of them are equal where their JSON is."""
+    """The complete result of one log, in SI units; two are equal if their JSON is equal.
+
+    Attributes
+    ----------
+    name : str
+        Name of the log in messages.
+    sha256 : str
+        SHA-256 of the bytes of the log.
+    options : Options
+        The options of the analysis.
+    readings : Readings
+        The readings of the log, with their cells.
+    measurements : Measurements
+        Measured quantities of each run, with their uncertainty components.
+    fit : FitResult
+        The recommended fit: adjusted times, residuals, covariance and posterior distribution.
+    model : ChosenModel
+        The model that was fitted to the runs, with the reason.
+    outliers : tuple of Outlier
+        Suspected outliers, also those that are in the fit.
+    inertia : Result
+        I_zz [kg*m^2].
+    residual_torque : Result
+        M0 [N*m]: the net torque is m g x + M0.
+    timing_bias : Result
+        b [s]: the reading of the stopwatch is the true time plus b.
+    if_balanced : Estimate or None
+        I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None if torques differ.
+    doubts : tuple of Doubt
+        Reasons why I_zz may be wrong by more than its u.
+    p : float or None
+        Probability of a chi-square at least this large; None without degrees of freedom.
+    birge : float or None
+        Birge ratio, √(chi-square/dof) [1]; None without degrees of freedom.
+    fits : tuple of NamedFit
+        The recommended fit and the textbook fits.
+    budget : tuple of Share
+        What each uncertainty component contributes to u(I_zz), the largest first.
+    sensitivity : tuple of Sensitivity
+        I_zz if one reading, setting or assumption were different.
+    effects : tuple of Effect
+        The size of every approximation in this log.
+    power_law : tuple of PowerLaw
+        Exponent of period against spin for each torque.
+    exponent : Exponent or None
+        Exponent of period against spin, of all torques; None if no torque has runs at different spins.
+    constancy : Constancy or None
+        Scatter of φ̇ψ̇ among runs with the same torque; None if no torque has two runs.
+    ball : Ball or None
+        Comparison with the inertia of the ball; None if the log does not give its mass and diameter.
+    torques : tuple of Torque
+        Mean φ̇ψ̇ of each torque.
+    run_table : tuple of Run
+        Every run with its residual; the same as `runs`.
+    patterns : tuple of Pattern
+        Tests of the residuals for patterns, the least probable first.
+    advice : tuple of str
+        What would improve the next measurement.
+    diagnostics : tuple of Diagnostic
+        Errors, warnings and notes, with code, place and remedy.
+    """
 
     name: str
     sha256: str
@@ -142,50 +203,37 @@ class Analysis(Struct, frozen=True, eq=False):
     measurements: Measurements
     fit: FitResult
     model: ChosenModel
-    """The model that the runs were fitted with."""
     outliers: tuple[Outlier, ...]
-    """Runs that look odd, left out or not."""
     inertia: Result
-    """I_zz [kg*m^2]."""
     residual_torque: Result
-    """M0 [N*m]: the torque is m g x + M0."""
     timing_bias: Result
-    """b [s]"""
     if_balanced: Estimate | None
-    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; None where torques differ."""
     doubts: tuple[Doubt, ...]
-    """Why the answer is not to be quoted as it stands."""
     p: float | None
-    """Probability of a chi-square at least as large; None without degrees of freedom."""
     birge: float | None
-    """√(chi-square/dof)."""
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
     sensitivity: tuple[Sensitivity, ...]
     effects: tuple[Effect, ...]
     power_law: tuple[PowerLaw, ...]
     exponent: Exponent | None
-    """None where no torque has runs at different spins."""
     constancy: Constancy | None
-    """None where no torque has two runs."""
     ball: Ball | None
-    """None where the log does not give the ball's mass and diameter."""
     torques: tuple[Torque, ...]
     run_table: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
-    """What was looked for in the residuals, the least likely first."""
     advice: tuple[str, ...]
     diagnostics: tuple[Diagnostic, ...] = field(default=())
 
     @property
     def lab(self) -> Lab:
-        """The log and its fit, from which `changes` start."""
+        """The log and its fit, for `changes`."""
         left_out = tuple(i for i, run in enumerate(self.run_table) if run.left_out)
         return Lab(self.readings, self.measurements, self.fit, self.model, left_out)
 
     @property
     def runs_disagree(self) -> bool:
-        """Whether the runs contradict each other, or the line; a wrong column or ball is another doubt."""
+        """Whether the runs contradict each other or the fitted law; other doubts are about the ball or a column."""
         return any(doubt.kind not in ("ball", "size") for doubt in self.doubts)
 
     @property
@@ -202,28 +250,27 @@ class Analysis(Struct, frozen=True, eq=False):
 
     @property
     def runs(self) -> pd.DataFrame:
-        """One row for each run, SI units, as a DataFrame."""
+        """A DataFrame with one row for each run, in SI units."""
         import pandas as pd
 
         return pd.DataFrame([asdict(run) for run in self.run_table])
 
     def ufloats(self) -> dict[str, Any]:
-        """Give I_zz [kg*m^2], M0 [N*m] and b [s] as numbers of `uncertainties` that know how they are correlated.
+        """Return I_zz [kg*m^2], M0 [N*m] and b [s] as correlated numbers of `uncertainties`.
 
         Returns
         -------
         dict of str to uncertainties.UFloat
-            By their names in the JSON: "inertia", "residual_torque", "timing_bias".
+            With the keys "inertia", "residual_torque" and "timing_bias".
         """
         from uncertainties import correlated_values
 
-        told = {"inertia": self.inertia, "residual_torque": self.residual_torque, "timing_bias": self.timing_bias}
-        # The fit gives their correlation, with the reported u.
-        u = np.array([one.u or 0.0 for one in told.values()])
-        own = np.sqrt(np.diag(self.fit.covariance))
-        share = np.divide(u, own, out=np.zeros_like(u), where=own > 0)
-        together = self.fit.covariance * share[:, None] * share
-        return dict(zip(told, correlated_values([one.value for one in told.values()], together), strict=True))
+        results = {name: getattr(self, name) for name in ("inertia", "residual_torque", "timing_bias")}
+        # The fit gives the correlations, and the results their u.
+        u, of_fit = np.array([one.u or 0.0 for one in results.values()]), np.sqrt(np.diag(self.fit.covariance))
+        share = np.divide(u, of_fit, out=np.zeros_like(u), where=of_fit > 0)
+        covariance = self.fit.covariance * share[:, None] * share
+        return dict(zip(results, correlated_values([one.value for one in results.values()], covariance), strict=True))
 
     def __eq__(self, other: object) -> bool:
         return self.to_dict() == other.to_dict() if isinstance(other, Analysis) else NotImplemented
@@ -232,11 +279,21 @@ class Analysis(Struct, frozen=True, eq=False):
         return hash((self.name, self.sha256, self.inertia.value))
 
     def __repr__(self) -> str:
-        told = f"{len(self.run_table)} runs, {len(self.diagnostics)} things to look at"
-        return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {told}>"
+        found = f"{len(self.run_table)} runs, {len(self.diagnostics)} diagnostics"
+        return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {found}>"
 
     def __str__(self) -> str:
-        return str(_above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)"))
+        text = _above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)").rstrip("\n")
+        return str(_above("python_api").in_python(text))
+
+    def summary(self) -> str:
+        """Return the answer and the findings as text, the same as ``print(lab)`` shows."""
+        return str(self)
+
+    def selfcheck(self, labs: int = 1000, seed: int = 1) -> SelfCheck:
+        """Simulate this lab many times and count how often its intervals contain I_zz; see `gyrodata.selfcheck`."""
+        checked: SelfCheck = _above("coverage").selfcheck(self, labs, seed)
+        return checked
 
     def plot(self, name: str = "torque", ax: Any = None) -> Any:
         """Draw one of the figures of the report.
@@ -244,10 +301,10 @@ class Analysis(Struct, frozen=True, eq=False):
         Parameters
         ----------
         name : {"period", "product", "torque", "residuals"}
-            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque against φ̇ψ̇ [rad²/s²]; what each time
-            is off by, in its standard uncertainty.
+            Period [s] against spin [rpm]; φ̇ψ̇ [rad²/s²] against spin [rpm]; torque against φ̇ψ̇ [rad²/s²]; or the
+            difference of each time and its prediction [u].
         ax : matplotlib.axes.Axes, optional
-            What to draw on; ``ax.legend()`` names the torques. If none are given: a new figure with its legend.
+            Axes to draw on; ``ax.legend()`` names the torques. None: a new figure with its legend.
 
         Returns
         -------
@@ -256,22 +313,22 @@ class Analysis(Struct, frozen=True, eq=False):
         Raises
         ------
         TypeError, ValueError
-            If `ax` is no axes, or there is no such figure.
+            If `ax` is not an ``Axes``, or if the name is unknown.
         """
         return _above("plotting").plot_on(self, name, ax)
 
     def report(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the page, the figures and the data of ``gyro analyze`` into a folder.
+        """Write the HTML report, the figures and the data of ``gyro analyze`` into a folder.
 
         Parameters
         ----------
         folder : path
-            It is made if it is not there; other files in it stay.
+            The folder is created if it does not exist; other files in it are not changed.
 
         Returns
         -------
         Path
-            Of the page, report.html.
+            The path of report.html.
         """
         target = Path(folder)
         write_folder(target, _above("reporting.files").report_files(self))
@@ -281,20 +338,21 @@ class Analysis(Struct, frozen=True, eq=False):
         from html import escape
 
         figure = b64encode(_above("plotting").render(self, "png", names=("torque",))["torque"]).decode()
-        told = escape(str(self))
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
-        return f'<pre style="white-space: pre-wrap">{told}</pre>{picture}' + (f"<ul>{found}</ul>" if found else "")
+        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}' + (
+            f"<ul>{found}</ul>" if found else ""
+        )
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting.markdown").markdown_report(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the analysis as the JSON contract has it (schema "gyro.analysis/2")."""
+        """Return the object of the JSON, with the schema "gyro.analysis/2"."""
         fit, measured = self.fit, self.measurements
         no_p = "no degrees of freedom: as many unknowns as runs" if self.p is None else None
-        told: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.scatter, measured.time_u, no_p),
             "constants": {"g": measured.g, **self.readings.constants},
             "model": self.model.name,
@@ -305,11 +363,11 @@ class Analysis(Struct, frozen=True, eq=False):
             ),
             "conventions": CONVENTIONS,
         }
-        told |= {name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name not in told}
+        fields |= {name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name not in fields}
         whole = AnalysisDocument(
             input=Input(self.name, self.sha256, len(self.run_table)),
             options=self.options,
-            result=AnalysisResult(**told),
+            result=AnalysisResult(**fields),
             diagnostics=tuple(one.to_dict() for one in self.diagnostics),
         )
         return to_json(whole)
@@ -329,15 +387,15 @@ class Input(Struct, eq=False):
     """The log."""
 
     name: str
-    """Its path as it was given; of an absolute one what the logs of one call do not share."""
+    """The path of the log as given; without the common folders if it is absolute."""
     sha256: str | None
-    """Of its bytes; null where it could not be read."""
+    """SHA-256 of the bytes of the log; null if it cannot be read."""
     rows: int | None
     """Number of runs read."""
 
 
 class Goodness(Struct, eq=False):
-    """How well the runs go together."""
+    """How well the runs agree with each other."""
 
     chi2: float
     dof: int
@@ -346,9 +404,9 @@ class Goodness(Struct, eq=False):
     birge: float | None
     """√(chi2/dof)."""
     scatter: float
-    """Factor on the errors that each run has alone, as the runs have it; u holds it."""
+    """Factor on the independent errors of each run, estimated from the runs; u includes it."""
     time_u: float | None
-    """Standard uncertainty of every time [s], before that factor; null where it is not the same for all runs."""
+    """Standard uncertainty of every time [s], without this factor; null if it is not the same for all runs."""
     reason: str | None
     """Why p is null."""
 
@@ -358,11 +416,11 @@ class StatedUncertainty(Struct, eq=False):
 
     source: str
     shared_by: str
-    """Runs that have this error in common; "" where every run has its own."""
+    """The runs that share this error; "" if each run has its own."""
     default: bool
-    """True where the log does not state it."""
+    """True if the log does not state it."""
     text: str
-    """What it is, in words: "0.2 %"."""
+    """The uncertainty as text: "0.2 %"."""
 
 
 class AnalysisResult(Struct, eq=False):
@@ -371,24 +429,24 @@ class AnalysisResult(Struct, eq=False):
     inertia: Result
     """I_zz."""
     residual_torque: Result
-    """M0: the torque at work is the applied torque plus M0."""
+    """M0: the net torque is the applied torque plus M0."""
     timing_bias: Result
-    """b: a stopwatch's reading is the true time plus b."""
+    """b: the reading of the stopwatch is the true time plus b."""
     if_balanced: Estimate | None
-    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null where torques differ."""
+    """I_zz of a log with one torque, if the ball is balanced [kg*m^2]; null if torques differ."""
     doubts: tuple[Doubt, ...]
-    """Why the answer is not to be quoted as it stands, the weightiest reason first; empty where nothing is wrong."""
+    """Reasons why I_zz may be wrong by more than its u, the most serious first; empty if there are none."""
     goodness: Goodness
     fits: tuple[NamedFit, ...]
     budget: tuple[Share, ...]
-    """What each source of uncertainty contributes to u of I_zz."""
+    """What each uncertainty component contributes to u(I_zz)."""
     sensitivity: tuple[Sensitivity, ...]
-    """What I_zz would be if one thing were otherwise."""
+    """I_zz if one reading, setting or assumption were different."""
     constants: Mapping[str, float]
-    """By name: g, and the ball's mass and diameter where the log gives them."""
+    """By name: g, and the mass and diameter of the ball if the log gives them."""
     model: Literal["horizontal", "steady", "released"]
     effects: tuple[Effect, ...]
-    """The size of every simplification in this log."""
+    """The size of every approximation in this log."""
     power_law: tuple[PowerLaw, ...]
     exponent: Exponent | None
     constancy: Constancy | None
@@ -402,45 +460,45 @@ class AnalysisResult(Struct, eq=False):
     torques: tuple[Torque, ...]
     runs: tuple[Run, ...]
     patterns: tuple[Pattern, ...]
-    """What was looked for in the residuals, the least likely first; empty for fewer than two degrees of freedom."""
+    """Tests of the residuals for patterns, the least probable first; empty below two degrees of freedom."""
     uncertainties: tuple[StatedUncertainty, ...]
     advice: tuple[str, ...]
-    """What would make the next lab better."""
+    """What would improve the next measurement."""
     conventions: Mapping[str, str]
-    """Which convention each number follows, by its key."""
+    """The convention of each number, by its key."""
 
 
 class AnalysisDocument(Struct, eq=False, kw_only=True):
-    """What ``gyro analyze --format json`` says of one log."""
+    """The JSON of ``gyro analyze`` for one log."""
 
     schema: Literal["gyro.analysis/2"] = "gyro.analysis/2"
     tool: Tool = Tool()
     input: Input
     options: Options
     result: AnalysisResult | None
-    """null when the log cannot be analysed; the diagnostics say why."""
+    """null if the log cannot be analysed; the diagnostics contain the reason."""
     diagnostics: tuple[DiagnosticJson, ...]
 
 
 class HandIn(Struct, eq=False):
-    """What ``gyro check --hand-in`` reads as a grader will."""
+    """What ``gyro grade`` would read from this submission."""
 
     text: str | None
-    """I_zz as written; null where none is found."""
+    """I_zz as written; null if it is not found."""
     inertia: float | None
-    """[kg*m^2]; null where it cannot be read, or two differ."""
+    """[kg*m^2]; null if it cannot be read, or if two values differ."""
     u: float | None
-    """Standard uncertainty [kg*m^2]; null where none is found."""
+    """Standard uncertainty [kg*m^2]; null if it is not found."""
     file: str | None
-    """Where it stands, …"""
+    """The file that contains I_zz."""
     line: int | None
-    """… and in which line."""
+    """The line that contains I_zz, from 1."""
     station: str | None
     """The station that the log names."""
 
 
 class CheckDocument(Struct, eq=False, kw_only=True):
-    """What ``gyro check --format json`` says of one log."""
+    """The JSON of ``gyro check`` for one log."""
 
     schema: Literal["gyro.check/1"] = "gyro.check/1"
     tool: Tool = Tool()
@@ -448,7 +506,7 @@ class CheckDocument(Struct, eq=False, kw_only=True):
     clean: bool
     """True if there is no doubt, and no diagnostic above a note."""
     doubts: tuple[Doubt, ...]
-    """Why the answer of ``gyro analyze`` is not to be relied on."""
+    """Reasons why I_zz may be wrong by more than its u."""
     diagnostics: tuple[DiagnosticJson, ...]
     hand_in: HandIn | None
     """null without --hand-in."""
@@ -459,11 +517,11 @@ def encode(record: Any) -> bytes:
     try:
         return msgspec.json.encode(record)
     except UnicodeEncodeError:
-        # Half of a surrogate, as of a file's name in another coding, has to be escaped.
+        # The name of a file in another encoding can contain half of a surrogate pair, which has to be escaped.
         return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
 
 
 def to_json(record: Struct) -> dict[str, Any]:
-    """Turn a record into the object that its JSON is, with lists for tuples."""
-    made: dict[str, Any] = json.loads(encode(record))
-    return made
+    """Convert a record to the object of its JSON, with lists for tuples."""
+    content: dict[str, Any] = json.loads(encode(record))
+    return content

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from msgspec import Struct
@@ -39,9 +39,9 @@ class Run(Struct, frozen=True):
     residual_u: float
     """Standard uncertainty expected of it from what this run has alone [s]."""
     studentized_residual: float | None
-    """Time minus what the other runs predict, in standard uncertainties; None where they cannot tell."""
+    """Time minus what the other runs predict, in standard uncertainties; None if they cannot predict it."""
     influence: float
-    """Change of I_zz if this run were left out [kg*m^2]; 0 where it is."""
+    """Change of I_zz if this run were left out [kg*m^2]; 0 if it is left out."""
     flagged: bool
     left_out: bool
     reason: str
@@ -50,7 +50,7 @@ class Run(Struct, frozen=True):
 def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
-    """Put what was read and what was made of it side by side for each run."""
+    """List for each run what was read and what was computed from it."""
     reasons, out = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}, set(left_out)
     read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
@@ -60,19 +60,19 @@ def run_table(
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     everyone = range(len(measured.runs))
     marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
-    # In the order of the fields: names for each of very many runs would take as long as the fit.
+    # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
     return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), *marks))
 
 
 def or_none(value: Floats | float) -> float | None:
-    """Give None for what was not read."""
+    """Return None for NaN, which means that nothing was read."""
     return None if math.isnan(value) else float(value)
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
-    """Say why a run looks odd: which corrections fit it, or how far off it is."""
+    """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
     if outlier.cells:
         return "; or ".join(outlier.cells).replace("; or fits", "; or it fits")
     name, time = "time" if measured.timed else "period", measured.time[outlier.index]
@@ -83,7 +83,7 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
 
 
 def load_words(measured: Measurements, index: int) -> str:
-    """Name the load of a run as the log does: "20.00 g at 15.0 cm"."""
+    """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
     if not np.isnan(measured.mass[index]):
         of_mass, of_position = measured.steps_of_load(index)
         mass = as_read(1e3 * measured.mass[index], 1e3 * of_mass)
@@ -125,7 +125,7 @@ class Torque(Struct, frozen=True):
     """[N*m]"""
     runs: int
     without: Estimate | None
-    """I_zz from the runs of the other torques [kg*m^2]; null where they cannot tell it, or of very many."""
+    """I_zz from the runs of the other torques [kg*m^2]; null if undetermined, or for very many torques."""
     product: MeanProduct
     period_per_spin: Estimate
     """τ/ψ̇ = 2π/(φ̇ψ̇) from that mean, without its sign: slope of the period against the spin [s²/rad]."""
@@ -135,33 +135,31 @@ def torque_table(
     measured: Measurements, fit: FitResult, kept: list[int], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    groups = torque_groups(measured)
-    told = _Groups([used or group for used, group in zip(_kept_groups(measured, kept), groups, strict=True)])
-    product = fit.sense * np.abs(measured.product)
-    size = measured.own_relative * np.abs(product)
-    weight = 1 / np.maximum(size, 1e-12) ** 2
-    mean = told.mean(product, weight)
-    alone = np.sqrt(told.sum((weight * size) ** 2)) / told.sum(weight)
-    # A late or early hand moves all of them the same way, each by b/T.
-    hand = measured.timing_bias_u * told.mean(product / measured.time, weight)
+    torques, all_products = [], fit.sense * np.abs(measured.product)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    mean_u = np.sqrt(alone**2 + hand**2 + (scale * mean) ** 2)
-    with np.errstate(all="ignore"):
-        # One run has no spread, and an exact one no chi-square.
-        spread = np.sqrt(told.sum(told.from_mean(product, np.ones_like(product)) ** 2) / (told.runs - 1))
-        chi2 = told.sum((told.from_mean(product, weight) / size) ** 2)
-    chi2 = np.where((told.runs > 1) & np.isfinite(chi2), chi2, np.nan)
-    torques = []
-    for k, group in enumerate(groups):
-        i, runs, scatter = group[0], int(told.runs[k]), or_none(chi2[k])
+    groups = torque_groups(measured)
+    for k, (group, used) in enumerate(zip(groups, _kept_groups(measured, kept), strict=True)):
+        runs = used or group
+        product, time = all_products[runs], measured.time[runs]
+        size = measured.own_relative[runs] * np.abs(product)
+        weight = 1 / np.maximum(size, 1e-12) ** 2
+        mean = float(np.average(product, weights=weight))
+        alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
+        # A late or early hand changes all runs in the same direction, each by b/T.
+        hand = measured.timing_bias_u * np.average(product / time, weights=weight)
+        spread = chi2 = p = None
+        if len(runs) > 1:
+            spread = float(np.std(product, ddof=1))
+            if size.all():
+                chi2 = float(np.sum(((product - mean) / size) ** 2))
+                p = fitting.chi2_tail(chi2, len(runs) - 1)
+        mean_u = math.hypot(alone, hand, scale * mean)
+        of_mean = MeanProduct(mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
+        slope = 2 * math.pi / abs(mean)
+        per_spin = Estimate(slope, slope * mean_u / abs(mean), "s^2/rad")
+        i = group[0]
         load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
-        p = None if scatter is None else fitting.chi2_tail(scatter, runs - 1)
-        of_mean = MeanProduct(
-            float(mean[k]), float(mean_u[k]), "rad^2/s^2", spread=or_none(spread[k]), p=p, chi2=scatter
-        )
-        slope = 2 * math.pi / abs(of_mean.value)
-        per_spin = Estimate(slope, slope * float(mean_u[k]) / abs(of_mean.value), "s^2/rad")
-        torques.append(Torque(*load, runs, without.get(k), of_mean, per_spin))
+        torques.append(Torque(*load, len(runs), without.get(k), of_mean, per_spin))
     return tuple(torques)
 
 
@@ -187,7 +185,7 @@ class Exponent(Estimate, frozen=True, kw_only=True):
 
 
 class Constancy(Struct, frozen=True):
-    """How far the single φ̇ψ̇ lie from the mean of their torque, all torques together."""
+    """Scatter of the single φ̇ψ̇ about the mean of their torque, for all torques together."""
 
     scatter: float
     """Standard deviation about the means, relative to them [1]."""
@@ -202,93 +200,69 @@ class Constancy(Struct, frozen=True):
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    for group, sums in zip(torque_groups(measured), _slope_sums(measured, kept).T, strict=True):
-        exponent, u = map(or_none, _slope(measured, sums))
-        reason = "u from timing and spin of each run, and the hand's bias"
+    for group, used in zip(torque_groups(measured), _kept_groups(measured, kept), strict=True):
+        exponent, torque = _common_exponent(measured, [used]), float(measured.torque[group[0]])
         if exponent is None:
-            reason = "needs two runs with different spins"
-        laws.append(PowerLaw(float(measured.torque[group[0]]), exponent, u, reason))
+            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
+        else:
+            reason = "u from timing and spin of each run, and the hand's bias"
+            laws.append(PowerLaw(torque, exponent.value, exponent.u, reason))
     return tuple(laws)
 
 
 def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
     """Exponent of the period against the spin, the same for all torques; None if no torque has different spins."""
-    sums = _slope_sums(measured, kept)
-    sums = sums[:, ~np.isnan(sums).any(axis=0)]
-    if not sums.size:
-        return None
-    value, u = _slope(measured, np.add.reduce(sums, axis=1))
-    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=sums.shape[1])
+    return _common_exponent(measured, _kept_groups(measured, kept))
 
 
-def _slope_sums(measured: Measurements, kept: list[int]) -> Floats:
-    """Sums over each torque's runs from which `_slope` has the slope of ln τ on ln ψ̇, shape (3, torques).
+def _common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
+    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own.
 
-    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the torque's own mean; a late or early hand
-    changes every ln τ by b/T. NaN for a torque without different spins.
+    The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's mean; a late or early hand changes
+    every ln τ by b/T.
     """
     spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
-    groups = _kept_groups(measured, kept)
-    differ = [len(group) > 1 and float(np.ptp(spin[group])) >= 0.02 for group in groups]
-    told = _Groups([group if spread else [] for group, spread in zip(groups, differ, strict=True)])
-    weight = 1 / np.maximum(measured.own_relative, 1e-12) ** 2
-    with np.errstate(invalid="ignore"):
-        away = told.from_mean(spin, weight)
-    sums = np.array([told.sum(weight * away * each) for each in (away, period, 1 / measured.time)])
-    return np.where(differ, sums, np.nan)
-
-
-def _slope(measured: Measurements, sums: Floats) -> tuple[float, float]:
-    """Slope of torques that have each a constant of their own, and its standard uncertainty."""
-    across, along, late = sums.tolist()
-    return along / across, math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
+    across = along = late = 0.0
+    torques = 0
+    for group in groups:
+        if len(group) < 2 or np.ptp(spin[group]) < 0.02:
+            continue
+        weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
+        away = weight * (spin[group] - np.average(spin[group], weights=weight))
+        across += float(away @ spin[group])
+        along += float(away @ period[group])
+        late += float(away @ (1 / measured.time[group]))
+        torques += 1
+    if not torques:
+        return None
+    value = along / across
+    u = math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
-    """Say whether φ̇ψ̇ is constant at each torque, as far as timing and spin can show it.
+    """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
     """
     groups = [group for group in _kept_groups(measured, kept) if len(group) > 1]
-    own, product = measured.own_relative, np.abs(measured.product)
-    if not own.all() or not groups:
+    if not measured.own_relative.all() or not groups:
         return None
-    told = _Groups(groups)
-    weight = 1 / (product * own) ** 2
-    away = told.from_mean(product, weight)
-    count, dof = len(told.index), len(told.index) - len(groups)
-    chi2 = float(np.add.reduce(told.sum(weight * away**2)))
-    scatter = float(np.add.reduce(told.sum(away**2) / told.mean(product, weight) ** 2)) / dof
-    expected = float(np.add.reduce(told.sum(own**2))) / count
+    count = sum(map(len, groups))
+    dof, chi2, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
+    for group in groups:
+        product, own = np.abs(measured.product[group]), measured.own_relative[group]
+        mean = np.average(product, weights=1 / (product * own) ** 2)
+        chi2 += float(np.sum(((product - mean) / (product * own)) ** 2))
+        scatter += float(np.sum((product / mean - 1) ** 2)) / dof
+        expected += float(np.sum(own**2)) / count
     return Constancy(math.sqrt(scatter), math.sqrt(expected), chi2, dof, fitting.chi2_tail(chi2, dof))
 
 
 def _kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
+    """List the runs of each torque that are used."""
     inside = set(kept)
     return [[i for i in group if i in inside] for group in torque_groups(measured)]
-
-
-class _Groups:
-    """Sums over the runs of each torque, all torques at once."""
-
-    def __init__(self, members: Sequence[Sequence[int]]) -> None:
-        self.runs = np.array([len(group) for group in members], dtype=int)
-        self.index = np.array([i for group in members for i in group], dtype=int)
-        self.of = np.repeat(np.arange(len(members)), self.runs)
-
-    def sum(self, values: Floats) -> Floats:
-        """Sum of the values of n runs over those of each torque, shape (torques,)."""
-        return np.asarray(np.bincount(self.of, values[self.index], len(self.runs)), dtype=float)
-
-    def mean(self, values: Floats, weight: Floats) -> Floats:
-        """Weighted mean of each torque, shape (torques,)."""
-        return self.sum(weight * values) / self.sum(weight)
-
-    def from_mean(self, values: Floats, weight: Floats) -> Floats:
-        """Distance of each run from its torque's weighted mean, shape (n,); 0 for runs of none."""
-        away = np.zeros_like(values)
-        away[self.index] = values[self.index] - self.mean(values, weight)[self.of]
-        return away
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------
@@ -300,7 +274,7 @@ class NamedFit(Struct, frozen=True):
     name: str
     """"recommended", "through_origin" or "with_constant"."""
     inertia: Estimate | None
-    """null where this fit is not possible."""
+    """null if this fit is not possible."""
     constant: Estimate | None
     """Constant of the line M = I_zz φ̇ψ̇ + constant, which is −M0."""
     note: str
@@ -348,17 +322,17 @@ class Ball(Struct, frozen=True):
     """Compare the measured I_zz with that of the ball or disk in the log."""
 
     mass: float | None
-    """[kg]; None where the log describes a disk only."""
+    """[kg]; None if the log describes only a disk."""
     mass_u: float | None
-    """Standard uncertainty [kg]; None where the log does not state it: taken as exact."""
+    """Standard uncertainty [kg]; None if the log does not state it; then the value is taken as exact."""
     diameter: float | None
-    """[m]; None where the log describes a disk only."""
+    """[m]; None if the log describes only a disk."""
     diameter_u: float | None
-    """Standard uncertainty [m]; None where the log does not state it: taken as exact."""
+    """Standard uncertainty [m]; None if the log does not state it; then the value is taken as exact."""
     solid: float | None
-    """2/5 m r² of the ball without a bore [kg*m^2]; None where the log describes a disk only."""
+    """2/5 m r² of the ball without a bore [kg*m^2]; None if the log describes only a disk."""
     bore: float
-    """What the bore adds to it for the same mass [kg*m^2]."""
+    """Increase by the bore, for the same mass [kg*m^2]."""
     rod: float
     """½ m r² of the rod [kg*m^2]."""
     disk: float
@@ -366,7 +340,7 @@ class Ball(Struct, frozen=True):
     inertia: float
     """All of these together [kg*m^2]."""
     inertia_u: float | None
-    """Its standard uncertainty [kg*m^2]; None where neither the ball's mass nor its diameter has one."""
+    """Its standard uncertainty [kg*m^2]; None if neither the mass nor the diameter of the ball has one."""
     difference: float
     """I_zz minus that [kg*m^2]."""
     difference_u: float | None
@@ -380,12 +354,14 @@ class Ball(Struct, frozen=True):
 def compare_with_ball(
     inertia: Estimate, constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
 ) -> Ball | None:
-    """Compare I_zz with that of the ball, its bore, rod and disk; None where the log gives neither ball nor disk."""
+    """Compare I_zz with that of the ball, its bore, rod and disk; None if the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
     rod, disk = (
         physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
         for part in ("rod", "disk")
     )
+    # A hoop is a disk whose mass is all at the rim.
+    disk += constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
@@ -394,7 +370,7 @@ def compare_with_ball(
     diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
-        # Without its depth a bore ends at the centre.
+        # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
         bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
     expected = solid + bore + rod + disk

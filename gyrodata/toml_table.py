@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import difflib
 import json
 import re
 import tomllib
-from collections import Counter
 from collections.abc import Iterable
 from typing import Annotated, Any, TypeVar
 
@@ -23,7 +21,7 @@ Text = Annotated[str, Meta(pattern=r"\S", examples=["a text"])]
 Number = Annotated[float, Meta(ge=0, lt=1e9, examples=[2])]
 
 Path = tuple[str | int, ...]
-"""Keys from the top; an array of tables has the number of the table, from 0, after its name."""
+"""Keys from the top; after the name of an array of tables, the number of the table, from 0."""
 
 
 class UnfitError(ValueError):
@@ -39,100 +37,90 @@ class UnfitError(ValueError):
 class TomlFile:
     """A TOML file: its values, and its text, in which the line of a fault is found.
 
-    `code`, `hint`: Diagnostic of a file that is not TOML, and what to write. Raises InputError.
+    `code` and `hint` are the diagnostic of a file that is not TOML, and what to write. Raises InputError.
     """
 
     def __init__(self, data: bytes, name: str, code: str, hint: str) -> None:
         self.name, self.text = name, data.decode("utf-8-sig", "surrogateescape").replace("\r\n", "\n")
         try:
             # Raises UnicodeEncodeError, which is a ValueError, if a byte is not UTF-8.
-            self.values = tomllib.loads(self.text.encode().decode())
+            self.values: dict[str, Any] = tomllib.loads(self.text.encode().decode())
+        except UnicodeEncodeError as error:
+            place = (self.text.count("\n", 0, error.start) + 1, 1, 1)
+            raise self._error(code, "is not UTF-8", "save it as UTF-8 in your editor", place) from None
         except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
-            if isinstance(error, UnicodeEncodeError):
-                line, column = self.text.count("\n", 0, error.start) + 1, 1
-                message, hint = "is not UTF-8", "save it as UTF-8 in your editor"
-            else:
-                place = re.search(r"line (\d+), column (\d+)", str(error))
-                line, column = (int(place[1]), int(place[2])) if place else (self.text.count("\n") + 1, 1)
-                message = f"this is not TOML: {str(error).partition(' (at ')[0]}"
-            raise self._fault(code, message, hint, (line, column, 1)) from None
+            found = re.search(r"line (\d+), column (\d+)", str(error))
+            place = (int(found[1]), int(found[2]), 1) if found else (self.text.count("\n") + 1, 1, 1)
+            raise self._error(code, f"this is not TOML: {str(error).partition(' (at ')[0]}", hint, place) from None
 
     def record(self, kind: type[Record], path: Path = ()) -> Record:
         """Read the table at `path` into a record; raise InputError with the first fault."""
+        try:
+            return convert(self._value(path), kind)
+        except ValidationError as error:
+            raise self._explained(error, kind, path) from None
+
+    def _value(self, path: Path) -> Any:
         value: Any = self.values
         for part in path:
             value = value[part]
-        try:
-            return convert(value, kind)
-        except ValidationError as error:
-            raise self._told(error, kind, path) from None
+        return value
 
-    def _told(self, error: ValidationError, kind: type, path: Path) -> InputError:
-        """Say what is wrong and what to write, by what msgspec says and what the JSON Schema of the record knows."""
-        inner = re.search(r"(.*) - at `\$(.*)`$", str(error))
-        message, place = inner.groups() if inner else (str(error), "")
+    def _explained(self, error: ValidationError, kind: type, path: Path) -> InputError:
+        """Write what is wrong and what to write, from the words of msgspec and the JSON Schema of the record."""
+        message, _, place = str(error).partition(" - at `$")
         steps = re.findall(r"\[(\d+)\]|\.(\w+)", place)
         path = (*path, *(int(number) if number else key for number, key in steps))
         if isinstance(unfit := error.__cause__, UnfitError):
             return self.fault(unfit.code, (*path, *unfit.path), str(unfit), unfit.hint)
-        value: Any = self.values
-        for part in path:
-            value = value[part]
+        value, known = self._value(path), samples_of(kind)
         key = next((part for part in reversed(path) if isinstance(part, str)), "")
-        known = samples_of(kind)
         if field := re.search(r"(missing required|unknown) field `(.+)`", message):
-            key = field[2]
             if field[1] != "unknown":
-                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, f'"{key}" is missing', _how(key, known))
+                message = f'"{field[2]}" is missing'
+                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, message, _how(field[2], known))
             # A key that is there already is not proposed: it would then be there twice.
-            close = difflib.get_close_matches(key.lower(), [one for one in known if one not in value], n=1)
+            close = difflib.get_close_matches(field[2].lower(), [one for one in known if one not in value], n=1)
             where = f" in [{'.'.join(part for part in path if isinstance(part, str))}]" if path else ""
             hint = f"did you mean {close[0]}?" if close else "take it out"
-            return self.fault(RUBRIC_KEY_UNKNOWN, (*path, key), f'"{key[:60]}" is not known{where}', hint)
+            return self.fault(RUBRIC_KEY_UNKNOWN, (*path, field[2]), f'"{field[2][:60]}" is not known{where}', hint)
+        code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(key, known) if steps else getattr(kind, "HINT", "")
         if isinstance(value, str) and message.startswith("Invalid"):
-            code = CRITERION_KIND_UNKNOWN if key == "check" else RUBRIC_VALUE_CANNOT_BE_USED
             words = [json.loads(word) for word in known.get(key, ())]
-            words = words[0] if words and isinstance(words[0], list) else words
-            said = f'there is no check "{value[:60]}"' if key == "check" else f'{key} = "{value[:60]}" cannot be used'
-            return self.fault(code, path, said, nearest(value, words))
-        told = value if isinstance(value, dt.date | dt.time) else json.dumps(value, default=str, ensure_ascii=False)
-        hint = _how(key, known) if steps else getattr(kind, "HINT", "")
-        return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, f"{key} = {str(told)[:60]} cannot be used", hint)
+            code = CRITERION_KIND_UNKNOWN if key == "check" else code
+            hint = nearest(value, words[0] if words and isinstance(words[0], list) else words)
+        shown = json.dumps(value, default=str, ensure_ascii=False)
+        return self.fault(code, path, f"{key} = {shown[:60]} cannot be used", hint)
 
     def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
         """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""
-        count: Counter[Path] = Counter()
-        table: Path = ()
-        best, spot = -1, (1, 1, 1)
-        for number, line in enumerate(self.text.split("\n"), 1):
-            mark = re.match(r"(\s*)(?:(\[\[?)([^\]#]+)\]\]?|([\w.\"'-]+)\s*=)", line)
-            if mark is None:
-                continue
-            names = tuple(part.strip(" \"'") for part in (mark[3] or mark[4]).split("."))
-            if mark[2]:
-                table = names
-                if mark[2] == "[[":
-                    table = (*names, count[names])
-                    count[names] += 1
-            place = table if mark[2] else (*table, *names)
-            if place == path[: len(place)] and len(place) > best:
-                best, spot = len(place), (number, len(mark[1]) + 1, len(mark[0].rstrip("= ")) - len(mark[1]))
-        return self._fault(code, message, hint, spot)
+        spot, start = (1, 1, 1), 0
+        for name, number in zip(path, (*path[1:], 0), strict=True):
+            rest, word = self.text[start:], re.escape(str(name))
+            own = re.split(r"\n(?=[ \t]*\[)", rest, maxsplit=1)[0]
+            marks = list(re.finditer(rf"(?m)^([ \t]*)(\[+[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)", rest))
+            marks = marks or list(re.finditer(rf"(?m)^([ \t]*)([\"']?{word}[\"']?)(?=[ \t]*=)", own))
+            if marks and isinstance(name, str):
+                # After the name of an array of tables, the number of the table follows.
+                mark = marks[min(number if isinstance(number, int) else 0, len(marks) - 1)]
+                start += mark.start()
+                spot = (self.text.count("\n", 0, start) + 1, len(mark[1]) + 1, len(mark[2]))
+        return self._error(code, message, hint, spot)
 
-    def _fault(self, code: str, message: str, hint: str, spot: tuple[int, int, int]) -> InputError:
+    def _error(self, code: str, message: str, hint: str, spot: tuple[int, int, int]) -> InputError:
         line, column, width = spot
         excerpt = self.text.split("\n")[line - 1]
         return InputError([Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width)])
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """Propose the known word that is meant, or list them all."""
+    """Propose the known word that is probably meant, or list them all."""
     close = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.6)
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
 
 def samples_of(kind: type) -> dict[str, list[str]]:
-    """Give, by the keys of a record and of all below it, what can be written there: words, or examples."""
+    """Give, by the keys of a record and of all records in it, the words or examples that can be written there."""
     found: dict[str, dict[str, None]] = {}
     for table in schema(kind)["$defs"].values():
         for key, shape in table.get("properties", {}).items():
@@ -144,7 +132,7 @@ def samples_of(kind: type) -> dict[str, list[str]]:
 
 
 def _how(key: str, known: dict[str, list[str]]) -> str:
-    """Say what to write for a key."""
+    """Write how to write a key."""
     if not known.get(key):
         return f"write a table, headed [[{key}]]"
     # Times have no quotation marks.

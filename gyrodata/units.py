@@ -1,9 +1,9 @@
-"""Kinds of quantity and their units: what a student writes becomes an SI float, and an SI float what is expected.
+"""Kinds of quantity and their units: a unit that a student writes becomes an SI factor.
 
-A unit text, with symbols in many languages, products, powers and look-alike letters, is taken apart by one rule; the
-symbols, each with its SI factor, are in `vocabulary.toml`. Any other name of a usual unit, such as "ounces" or
-"milliseconds", is converted by pint, which takes 0.3 s to load and is the only import of it. Symbols are not given to
-pint: it takes ``Nm`` for a textile unit, ``U/min`` for an enzyme activity, and 1 Hz for 1 rad/s.
+One rule splits a unit text with symbols in many languages, products, powers and look-alike letters; the symbols, each
+with its SI factor, are in `vocabulary.toml`. Pint converts any other name of a usual unit, such as "ounces" or
+"milliseconds"; it takes 0.3 s to load, and nothing else uses it. Pint does not get symbols: it reads ``Nm`` as a
+textile unit, ``U/min`` as an enzyme activity, and 1 Hz as 1 rad/s.
 """
 
 from __future__ import annotations
@@ -17,26 +17,29 @@ from typing import Any, NamedTuple
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata import vocabulary
+from gyrodata import diagnostics, vocabulary
 
 MAX_UNIT_LENGTH = 64
 """Characters in a unit text; longer ones are refused unread."""
 RPM = math.pi / 30
 """One revolution per minute [rad/s]."""
 STANDARD_GRAVITY = 9.80665
-"""Standard acceleration of free fall [m/s^2] (CGPM 1901): of the kilogram-force, and where a log gives none."""
+"""Standard acceleration of free fall [m/s^2] (CGPM 1901): for the kilogram-force, and for a log without g."""
 
 
 class UnitError(ValueError):
-    """A unit that cannot be used: unknown, of another kind, or ambiguous."""
+    """A quantity or a unit that cannot be read.
 
-    def __init__(self, message: str, hint: str = "", reason: str = "unknown") -> None:
+    The message follows the text that cannot be read; `hint` says what to write, and `code` names the diagnostic.
+    """
+
+    def __init__(self, message: str, hint: str = "", code: str = diagnostics.UNIT_UNKNOWN) -> None:
         super().__init__(message)
-        self.hint, self.reason = hint, reason
+        self.hint, self.code = hint, code
 
 
 class Uncertainty(Struct, frozen=True):
-    """Standard uncertainty of a reading, as data sheets mean it: a plain sum of a fixed part and a proportional one.
+    """Standard uncertainty of a reading: the plain sum of a fixed part and a proportional part, as in data sheets.
 
     Attributes
     ----------
@@ -50,7 +53,7 @@ class Uncertainty(Struct, frozen=True):
     relative: float = 0.0
 
     def at(self, value: float) -> float:
-        """Give the standard uncertainty of one reading."""
+        """Return the standard uncertainty of one reading."""
         return self.absolute + self.relative * abs(value)
 
 
@@ -64,16 +67,11 @@ class Kind(Struct, frozen=True):
     words: str
     """With its article."""
     limits: tuple[float, float] | None = None
-    """Smallest and largest size [SI unit] of what is on a lab bench, zero apart: far from all ever read."""
+    """Smallest and largest possible size in a lab [SI unit], except zero."""
     examples: str = "the number alone"
     """Units to propose."""
     also: tuple[str, ...] = ()
     """Units of other dimensions that measure the same."""
-
-    @property
-    def proposal(self) -> str:
-        """Return what to write, without a number that could be copied."""
-        return f"write one of: {self.examples}" if self.si else "write the number alone"
 
 
 KINDS = convert(vocabulary.KINDS, dict[str, Kind])
@@ -87,7 +85,7 @@ LIMITS = {name: kind.limits for name, kind in KINDS.items() if kind.limits}
 
 
 class Dimensions(NamedTuple):
-    """Powers of mass, length and time, and of radians and revolutions, which are not the same thing here."""
+    """Powers of mass, length, time, radians and revolutions; radians and revolutions differ here."""
 
     mass: int = 0
     length: int = 0
@@ -97,7 +95,7 @@ class Dimensions(NamedTuple):
 
 
 class Unit(Struct, frozen=True):
-    """A unit that this tool understood.
+    """A unit.
 
     Attributes
     ----------
@@ -114,8 +112,8 @@ class Unit(Struct, frozen=True):
     dimensions: Dimensions = Dimensions()
 
 
-# Letters that look alike in the alphabets of the lab are one letter; in capitals because "н" is not an "h", and in
-# small letters so that a word folds the same way however it is written.
+# Letters of other alphabets that look like Latin letters become these. Capital and small letters are listed one by one,
+# because "н" is not an "h".
 _LOOK_ALIKES = str.maketrans(
     "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″",
     "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"",
@@ -125,7 +123,7 @@ _RINGS = str.maketrans({"º": "°", "˚": "°", "̊": "°"})
 
 @lru_cache(maxsize=4096)
 def fold_letters(text: str) -> str:
-    """Write compatibility forms and look-alike letters of other alphabets in one way; case is kept."""
+    """Replace compatibility forms and look-alike letters of other alphabets; upper and lower case are kept."""
     if text.isascii():
         return text
     folded = unicodedata.normalize("NFKC", text.translate(_RINGS)).translate(_LOOK_ALIKES).replace("⁄", "/")
@@ -167,7 +165,7 @@ _USUAL = (
 
 
 def _find_symbols(word: str) -> list[Unit]:
-    """Look a symbol up; glued ("Nm", "gcm") and dotted ("N.m") products come apart here. Empty if it is none."""
+    """Look up a symbol, or the symbols of a product such as "Nm" or "N.m"; an empty list for other words."""
     bare = word.replace(".", "")
     if known := _SYMBOLS.get(bare) or (_ANY_CASE.get(bare.lower()) if bare not in _MEGA else None):
         return [known]
@@ -181,7 +179,7 @@ def _find_symbols(word: str) -> list[Unit]:
 
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Unit:
-    """Take a unit text apart: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
+    """Read a unit text: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
     if len(text) > MAX_UNIT_LENGTH:
         raise UnitError(f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read")
     rest = fold_letters(text.strip()).translate(_PRODUCT_SIGNS).replace("**", "^").strip()
@@ -235,26 +233,30 @@ def _from_pint(name: str, kind: str) -> Unit | None:
     return Unit(name, float(quantity.to(SI[kind]).magnitude)) if quantity.is_compatible_with(SI[kind]) else None
 
 
+def _proposal(kind: str) -> str:
+    return f"write one of: {KINDS[kind].examples}" if SI[kind] else "write the number alone"
+
+
 @lru_cache(maxsize=1024)
 def parse_unit(text: str, kind: str) -> Unit:
-    """Understand a unit as a unit of one kind of quantity."""
+    """Read a unit of one kind of quantity."""
     try:
         unit = parse(text)
     except UnitError as fault:
         if in_words := _from_pint(text.strip().lower(), kind):
             return in_words
-        raise UnitError(str(fault), f"for {KINDS[kind].words}, {KINDS[kind].proposal}") from None
+        raise UnitError(str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}") from None
     factor, dimensions = unit.factor, unit.dimensions
     if dimensions not in _DIMENSIONS.get(kind, ()):
-        hint = (
-            "; a time per revolution goes into a column spin_period [s]" if kind == "rate" and dimensions.time else ""
-        )
-        raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', KINDS[kind].proposal + hint, "kind")
+        hint = _proposal(kind)
+        if kind == "rate" and dimensions.time:
+            hint += "; a time per revolution goes into a column spin_period [s]"
+        raise UnitError(f'"{text.strip()}" is not a unit of {KINDS[kind].words}', hint)
     if kind == "rate" and not dimensions.angle and not dimensions.turn:
         # Counts per minute of a turning thing are revolutions; per second they might be radians.
         if unit.text != "1/min":
-            hint = "write rev/s (or Hz) for revolutions, rad/s for radians"
-            raise UnitError(f'"{text.strip()}" can mean revolutions or radians', hint, "ambiguous")
+            hint, code = "write rev/s (or Hz) for revolutions, rad/s for radians", diagnostics.PER_SECOND_IS_AMBIGUOUS
+            raise UnitError(f'"{text.strip()}" can mean revolutions or radians', hint, code)
         factor = RPM
     elif kind in ("number", "time"):
         factor /= (2 * math.pi) ** dimensions.turn  # a turn has 2π radians, and yet counts as one
@@ -266,7 +268,7 @@ def parse_unit(text: str, kind: str) -> Unit:
 
 @lru_cache(maxsize=1024)
 def kinds_of(text: str) -> frozenset[str]:
-    """Tell which kinds of quantity a unit text can measure; none if it is not a unit."""
+    """Return the kinds of quantity that a unit text can measure; none if it is not a unit."""
     try:
         dimensions = parse(text).dimensions if text.strip() else None
     except UnitError:

@@ -11,12 +11,16 @@ UNITS: dict[str, str] = _SECTIONS.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
 """The fields of each kind of quantity."""
+ROLES: dict[str, Any] = _SECTIONS.pop("roles")
+"""The fields of each role."""
+CONSTANTS: dict[str, str] = _SECTIONS.pop("constants")
+"""The kind of each constant of a log that is not a role."""
 MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
-"""What to say of a text that is written in the place of a number, and what to type."""
+"""Messages for texts in the place of a number, and what to type."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS
 """The other sections of the file, by language: lists of names or words by key."""
 
@@ -37,3 +41,8 @@ def words(key: str, separator: str = " ") -> str:
         Empty if no language has the key.
     """
     return separator.join(section[key] for section in LANGUAGES.values() if key in section)
+
+
+def pattern(key: str) -> str:
+    """Return a regular expression, without regard to case, for what all languages list under one key."""
+    return f"(?i:{words(key, '|')})"

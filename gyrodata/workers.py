@@ -1,4 +1,4 @@
-"""Work in other processes, so that a task that hangs, or ends its process, costs that task alone."""
+"""Work in several processes, so that a task that hangs, or ends its process, costs only that task."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
@@ -20,7 +20,7 @@ from msgspec import Struct
 Task = TypeVar("Task")
 Answer = TypeVar("Answer")
 
-MEMORY = 2_000_000_000  # address space that a worker may take [byte]; to grade one log takes a tenth of it
+MEMORY = 2_000_000_000  # address space of a worker [byte]; to grade one log takes a tenth of it
 
 
 class Failed(Struct, frozen=True):
@@ -30,14 +30,12 @@ class Failed(Struct, frozen=True):
 
 
 class _TookTooLong(BaseException):
-    """Of an alarm; nothing that a task catches."""
+    """Raised by an alarm; no task catches it."""
 
 
 def count_workers() -> int:
-    """Tell how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def in_workers(
@@ -50,73 +48,60 @@ def in_workers(
     work : callable
         A function of a module, or a `functools.partial` of one: it is sent to the workers with each task.
     tasks : sequence
-        What `work` is called with, one at a time.
+        The arguments of `work`, one at a time.
     workers : int
-        Number of processes. With 0, or if no process can be started, everything is done in this process, where nothing
-        stops a task that hangs.
+        Number of processes. With 0 everything is done in this process, and nothing stops a task that hangs.
     limit : float
         Time for one task [s].
     cluster : Executor, optional
         Does the work instead, on other machines; it is left open.
     """
-    if cluster is not None:
-        yield from _attempt(cluster, work, tasks, limit, [])
-    elif workers and tasks:
-        lost: list[Task] = []
-        try:
-            with _pool(min(workers, len(tasks))) as pool:
-                yield from _attempt(pool, work, tasks, limit, lost)
-        except OSError:
-            workers = 0
-        # A process that dies takes the whole pool along. Which task has ended it is found by halves; the others do not
-        # suffer, and a task that ends its process when it is alone is not tried again.
-        if len(lost) == len(tasks) == 1:
-            yield lost[0], Failed("its process ended without an answer, perhaps for want of memory")
-        else:
-            for half in filter(None, (lost[: len(lost) // 2], lost[len(lost) // 2 :])):
-                yield from in_workers(work, half, workers, limit)
     if not workers and cluster is None:
         for task in tasks:
             yield task, _do(work, task, 0.0)
-
-
-def _attempt(
-    pool: Executor, work: Callable[[Task], Answer], tasks: Sequence[Task], limit: float, lost: list[Task]
-) -> Iterator[tuple[Task, Answer | Failed]]:
-    """Give the tasks to a pool and take the answers; tasks whose pool breaks are added to `lost`."""
-    futures = {}
-    for task in tasks:
-        try:
-            futures[pool.submit(_do, work, task, limit)] = task
-        except BrokenProcessPool:
-            lost.append(task)
-    for future in as_completed(futures):
-        task, answer = futures[future], None
-        try:
-            answer = future.result()
-        except BrokenProcessPool:
-            lost.append(task)
-            continue
-        except (Exception, CancelledError) as error:  # of a cluster: a worker that was lost, a scheduler that is gone
-            answer = Failed(f"its worker was lost ({type(error).__name__})")
-        yield task, answer
+        return
+    lost: list[Task] = []
+    with nullcontext(cluster) if cluster is not None else _pool(min(workers, len(tasks)) or 1) as pool:
+        futures = {}
+        for task in tasks:
+            try:
+                futures[pool.submit(_do, work, task, limit)] = task
+            except BrokenProcessPool:
+                lost.append(task)
+        for future in as_completed(futures):
+            answer: Answer | Failed
+            try:
+                answer = future.result()
+            except BrokenProcessPool:
+                lost.append(futures[future])
+                continue
+            except (Exception, CancelledError) as error:  # a cluster lost its worker or its scheduler
+                answer = Failed(f"its worker was lost ({type(error).__name__})")
+            yield futures[future], answer
+    # A process that dies ends the whole pool. The task that killed it is found by halves: the others are done again,
+    # and a task that ends its process when it is the only one is not.
+    if len(lost) == len(tasks) == 1:
+        yield lost[0], Failed("its process ended without an answer, perhaps for want of memory")
+    elif lost:
+        for half in filter(None, (lost[: len(lost) // 2], lost[len(lost) // 2 :])):
+            yield from in_workers(work, half, workers, limit)
 
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Executor]:
-    """Start processes that never hear Ctrl-C, and end them all, in the middle of a task too; OSError if none starts."""
+    """Start processes that ignore Ctrl-C, and end them all, even during a task."""
     others = multiprocessing.active_children()
-    # A fork has all code loaded already. Elsewhere it is not safe, and each process loads the code itself.
-    context = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
-    pool = ProcessPoolExecutor(workers, context, _begin)
-    if hasattr(signal, "pthread_sigmask"):
-        # The processes start with the first task, and keep what is blocked then.
-        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    # A forked process has loaded all code already. Only on Linux is it safe to fork.
+    pool = ProcessPoolExecutor(
+        workers, multiprocessing.get_context("fork" if sys.platform == "linux" else None), _begin
+    )
+    # The processes start with the first task, and keep what is blocked then.
+    block = getattr(signal, "pthread_sigmask", lambda how, signals: None)
     try:
+        block(getattr(signal, "SIG_BLOCK", 0), [signal.SIGINT])
         pool.submit(int)
     finally:
-        if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+        block(getattr(signal, "SIG_UNBLOCK", 0), [signal.SIGINT])
     try:
         yield pool
     except BaseException:
@@ -127,11 +112,8 @@ def _pool(workers: int) -> Iterator[Executor]:
         pool.shutdown(cancel_futures=True)
 
 
-# --- in the workers -----------------------------------------------------------------------------------------
-
-
 def _begin() -> None:
-    """Prepare a worker: it does not hear Ctrl-C, has a limit of memory, and ends when its parent is gone."""
+    """Prepare a worker: it ignores Ctrl-C, has limited memory, and ends when its parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent: Any = multiprocessing.parent_process()
     threading.Thread(target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True).start()
@@ -140,9 +122,8 @@ def _begin() -> None:
 
         most = resource.getrlimit(resource.RLIMIT_AS)[1]
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123
-            here = int(file.read().split()[0]) * resource.getpagesize()
-        limit = here + MEMORY if most == resource.RLIM_INFINITY else min(here + MEMORY, most)
-        resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+            limit = int(file.read().split()[0]) * resource.getpagesize() + MEMORY
+        resource.setrlimit(resource.RLIMIT_AS, (limit if most == resource.RLIM_INFINITY else min(limit, most), most))
 
 
 def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Failed:
@@ -151,7 +132,7 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
     def ring(*_: object) -> None:
         raise _TookTooLong
 
-    # A worker of a cluster has threads, in which no signal is heard.
+    # A worker of a cluster has threads, which no signal reaches.
     alarm = limit and hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
     with open(os.devnull, "w", encoding="utf-8") as nowhere:  # noqa: PTH123
         try:
@@ -159,7 +140,7 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
                 signal.signal(signal.SIGALRM, ring)
                 signal.setitimer(signal.ITIMER_REAL, limit)
             if limit:
-                # Ends the process if it does not come back even then.
+                # Ends the process if the alarm does not help.
                 faulthandler.dump_traceback_later(2 * limit, exit=True, file=nowhere)
             return work(task)
         except _TookTooLong:

@@ -1,4 +1,4 @@
-"""Wrong cells: what an odd run would have in one cell if it agreed with the others.
+"""Wrong cells: the content of one cell with which an odd run would agree with the others.
 
 Each change is made in the log's own readings; the run is then compared with what the fit of the other runs predicts.
 """
@@ -27,7 +27,7 @@ from gyrodata.tables import turn_words
 from gyrodata.units import from_si, parse_unit
 
 MOST_RUNS, MOST_ODD, MOST_TOLD = 1000, 12, 3
-"""Larger logs, and more odd runs, are not searched for a wrong cell; so many corrections of one run are told."""
+"""Larger logs, and more odd runs, are not searched for a wrong cell; at most this many corrections are printed."""
 
 FITS = 2.5
 """A correction fits if the run is then off by less than this many standard uncertainties …"""
@@ -36,17 +36,17 @@ NEAR = 0.15
 """… of those that bring the time so near to the predicted one, as a difference of logarithms."""
 
 WIDER, UNUSUAL = 1.25, 2
-"""The rank of a correction is 0 for a likely slip, and so much more or less if the value is, or was, so many times
-larger or smaller than in any other run."""
+"""A correction has rank 0 if it is a likely slip. The rank changes by `UNUSUAL` if the new, or the old, value is
+outside the range of the other runs by the factor `WIDER`."""
 
 FROM_OTHERS = 5
-"""Rank of a value that was worked out from the other runs: it explains nothing."""
+"""Rank of a value that was computed from the other runs: it explains nothing."""
 
 
 def explain(
     readings: Readings, measured: Measurements, chosen: ChosenModel, outliers: Sequence[Outlier], others: FitResult
 ) -> tuple[Outlier, ...]:
-    """Give odd runs with the corrections that fit, the likeliest first; `others` is the fit without these runs."""
+    """Return odd runs with the corrections that fit, the most likely first; `others`: the fit without these runs."""
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0
     typical = max(1.0, fitting.MAD_TO_SD * float(np.median(np.abs(others.deviations[kept]))))
@@ -56,7 +56,7 @@ def explain(
         if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
-            # The count of all other runs of this weight is more likely than another one.
+            # The count that all other runs of this weight have is more likely than another count.
             found.append((0 if len(alike) and np.allclose(alike, outlier.turns) else 1, FITS, words))
         if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, changed in _changes(readings, measured, others, i):
@@ -70,7 +70,7 @@ def explain(
         likely = [words for rank, _, words in found if rank <= min(found[0][0] + 1, FROM_OTHERS - 1)]
         maybe = [words for rank, _, words in found if rank == FROM_OTHERS]
         if not outlier.slip:
-            # One that is merely odd may be so by chance, and then several corrections may fit, or none.
+            # A run that is not clearly wrong may be odd by chance; then several corrections may fit, or none.
             slips = [words for rank, _, words in found if rank <= 0]
             likely, maybe = [], slips if len(slips) == 1 else []
         cells, expected = tuple(likely[:MOST_TOLD]), float(others.fitted_time[i])
@@ -91,7 +91,7 @@ class Cell(NamedTuple):
     text: str
     """The number as it would be written."""
     words: str
-    """What is said after the number; {old} is the number that was written."""
+    """The words after the number; {old} is the number that was written."""
     value: float
     """[SI unit]"""
 
@@ -99,7 +99,7 @@ class Cell(NamedTuple):
 def _changes(
     readings: Readings, measured: Measurements, others: FitResult, index: int
 ) -> Iterator[tuple[int, str, Readings]]:
-    """List the changes of one cell that bring a run near to what the others predict: rank, words, changed readings."""
+    """List the changes of one cell with which the other runs predict about this time: rank, words, changed readings."""
     bias, imbalance, torque = others.timing_bias.value, others.residual_torque.value, measured.torque[index]
     need = float((measured.time[index] - bias) / (others.fitted_time[index] - bias))
     if not 0 < need < math.inf:
@@ -116,7 +116,7 @@ def _changes(
         rest = np.abs([column.values[k] or math.nan for k in np.flatnonzero(others.adjusted.kept)])
         low, high = np.nanmin(rest) / WIDER, np.nanmax(rest) * WIDER
         cells = list(_of_neighbours(column, index, role in loads)) if role != timing else []
-        # A value that another weight or position has too is not a typing mistake.
+        # A value that another run has too is not a typing mistake.
         if role not in loads or abs(old) not in rest:
             cells += _of_slips(column, index, readings.position_from if role == "position" else None)
         if spins == [role] == ["spin"]:
@@ -126,7 +126,7 @@ def _changes(
             rounded = float(f"{value:.6g}")
             if rounded in seen:
                 continue
-            # The runs below one cell that is filled down have it too.
+            # If the cell also counts for blank cells below it, their runs change too.
             cell = [
                 replace(reading, value=value) if own == spot else reading
                 for reading, own in zip(column.readings, column.spots, strict=True)
@@ -141,7 +141,7 @@ def _changes(
             elif measured.slowing is None:
                 after = need * abs((torque * value / old + imbalance) / (torque + imbalance))
             else:
-                # The mean rate of a rod that nods depends on its moment of inertia too.
+                # The mean rate of a nutating rod depends on its moment of inertia too.
                 after = 1.0
             if not after > 0 or abs(math.log(after)) > NEAR:
                 continue
@@ -154,7 +154,7 @@ def _changes(
 
 
 def _written(column: Column, index: int) -> str:
-    """Give the number of a cell as it was typed; of anything but a plain number, its value in the column's unit."""
+    """Return the number of a cell as it was typed; if it is not a plain number, its value in the unit of the column."""
     text, value = column.readings[index].text, column.values[index] or 0.0
     if PLAIN.fullmatch(text):
         return text
@@ -162,7 +162,7 @@ def _written(column: Column, index: int) -> str:
 
 
 def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
-    """Give what the runs before and after have; `single`: also if only one of them has it."""
+    """List the values of the runs before and after; `single`: also if only one of them has the value."""
     values, spots = column.values, column.spots
     elsewhere = [k for k in range(len(spots)) if spots[k] != spots[index]]
     nearest = [*[k for k in elsewhere if k < index][-1:], *[k for k in elsewhere if k > index][:1]]
@@ -182,7 +182,7 @@ def _of_neighbours(column: Column, index: int, single: bool) -> Iterator[Cell]:
 
 
 def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
-    """Give what the number would be without a slip of the pen: its point, its digits, its unit."""
+    """List the number with another decimal point, exchanged digits, or another unit."""
     text, value = _written(column, index), column.values[index] or 0.0
     number, shifted = Decimal(text.replace(",", ".")), origin in ("surface", "tip")
     factor = parse_unit(column.unit, kind_of_role(column.role)).factor if column.unit else 1.0
@@ -194,7 +194,7 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
         guesses += [(1, number + 60, "is a minute missing?"), (1, number - 60, "is it a minute less?")]
         guesses += [(2, number + step, "is a digit wrong?") for step in (-10, 10)]
     for rank, new, why in guesses:
-        # A position that counts from elsewhere is moved by as much as the number is.
+        # A position with another origin changes by as much as the number.
         moved = factor * float(new - number) * (-1 if origin == "tip" else 1)
         yield Cell(rank, _like(f"{new:f}", text), f" would fit, not {{old}} ({why})", value + moved)
     for unit, times in other_units(column) if column.unit and not shifted else ():
@@ -203,7 +203,7 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
 
 
 def _that_fits(column: Column, index: int, value: float) -> Iterator[Cell]:
-    """Give the reading that the other runs predict, with as many digits as were typed."""
+    """List the reading that the other runs predict, with as many digits as were typed."""
     step = column.readings[index].step or 0.0
     factor = parse_unit(column.unit, kind_of_role(column.role)).factor
     places = max(0, -math.floor(math.log10(step / factor * 1.000001))) if step else 1
@@ -212,5 +212,5 @@ def _that_fits(column: Column, index: int, value: float) -> Iterator[Cell]:
 
 
 def _like(number: str, written: str) -> str:
-    """Write a number with the decimal comma or point of another one."""
+    """Return a number with the decimal sign of another number."""
     return number.replace(".", ",") if "," in written else number

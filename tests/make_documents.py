@@ -1,4 +1,4 @@
-"""Update the outputs in the README and in the pages of `gyro explain`; read the difference."""
+"""Update the reference and the outputs in the README and in the pages of `gyro explain`; read the difference."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import tempfile
 from pathlib import Path
 
 from documents import DOCUMENTS, cropped, typed
+from python_page import reference
 
 if __name__ == "__main__":
     for path in DOCUMENTS:
-        text = path.read_text(encoding="utf-8")
+        text = reference(path.read_text(encoding="utf-8"))
         with tempfile.TemporaryDirectory() as folder:
             for command, shown, came, wrong in typed(text, Path(folder)):
                 if wrong:

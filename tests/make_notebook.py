@@ -1,4 +1,4 @@
-"""Write sample_data/notebook.ipynb anew: its cells are run in a new kernel, and what they show is stored with them."""
+"""Run the cells of sample_data/notebook.ipynb in a new kernel, and store their outputs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ ROOT = Path(__file__).parent.parent
 NOTEBOOK = ROOT / "sample_data" / "notebook.ipynb"
 
 KERNEL = [
-    # Figures whose bytes are the same on every run.
+    # The bytes of figures are the same in every run.
     "--InlineBackend.figure_formats=svg",
     "--InlineBackend.rc=svg.hashsalt=gyrodata",
     "--InlineBackend.rc=svg.fonttype=none",
@@ -19,7 +19,7 @@ KERNEL = [
 
 
 def executed(path: Path) -> dict[str, Any]:
-    """Run a notebook in its folder, and give it with what its cells show."""
+    """Run a notebook in its folder, and return it with its outputs."""
     import nbformat
     from nbclient import NotebookClient
 
@@ -28,12 +28,12 @@ def executed(path: Path) -> dict[str, Any]:
         notebook, kernel_name="python3", resources={"metadata": {"path": str(path.parent)}}, extra_arguments=KERNEL,
         startup_timeout=300, timeout=300, record_timing=False,
     )  # fmt: skip
-    # No figure tells the day it was drawn on.
+    # Figures do not contain the date.
     client.execute(env={**os.environ, "PYTHONPATH": str(ROOT), "SOURCE_DATE_EPOCH": "0"})
     notebook.metadata["language_info"] = {"name": "python"}
     for cell in notebook.cells:
         for output in cell.get("outputs", ()):
-            # A notebook shows the HTML, and the whole report beside it would be most of the file.
+            # A notebook shows the HTML; the report as Markdown would be most of the file.
             output.get("data", {}).pop("text/markdown", None)
     return json.loads(nbformat.writes(notebook))  # type: ignore[no-any-return]
 

@@ -12,7 +12,8 @@ INERTIA = 4.44e-3  # [kg*m^2]: a 4-inch steel ball
 IMBALANCE = 6e-4  # [N*m]
 BIAS = 0.03  # [s]
 G = 9.803  # [m/s^2]
-TARGET = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
+ROOT = Path(__file__).parent.parent
+TARGETS = [ROOT / "sample_data" / "air_gyroscope.csv", ROOT / "gyrodata" / "sample.csv"]
 
 HEAD = f"""\
 # Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s, seed {SEED}
@@ -48,4 +49,5 @@ def make() -> str:
 
 
 if __name__ == "__main__":
-    TARGET.write_text(make(), encoding="utf-8")
+    for target in TARGETS:
+        target.write_text(make(), encoding="utf-8")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import ast
 import functools
 import graphlib
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,8 @@ TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "gyrodata"
 ROOMS = """diagnostics docs vocabulary; errors units; disk toml_table workers quantities physics error_sources;
     motion readings; measurements; fitting; tables simulation mistakes; patterns changes; effects wrong_cells; findings;
-    results prediction; benchmark analysis coverage; plotting procedure; reporting; grading; schema; cli; __main__"""
+    results; benchmark analysis coverage prediction; plotting procedure python_api; reporting; grading; schema;
+    cli; __main__"""
 SHELVES = {room: shelf for shelf, rooms in enumerate(ROOMS.split(";")) for room in rooms.split()}
 """A room imports only from shelves below its own."""
 OWNERS = {"pint": "units", "matplotlib": "plotting", "typer": "cli", "rich": "docs",
@@ -69,6 +72,13 @@ def test_imports_only_go_down_the_shelves() -> None:
 
 def test_libraries_stay_with_their_owners() -> None:
     assert [(a, b) for a, b in pairs() if room(a) not in OWNERS.get(b.split(".")[0], room(a)).split()] == []
+
+
+def test_each_message_of_the_reader_is_used() -> None:
+    source = "".join(path.read_text("utf-8") for path in (PACKAGE / "readings").glob("*.py"))
+    names = set(tomllib.loads((PACKAGE / "readings" / "messages.toml").read_text("utf-8")))
+    assert set(re.findall(r'(?:faults\.add|refuse)\(\s*"(\w+)"', source)) <= names
+    assert {name for name in names if f'"{name}"' not in source} == set()
 
 
 HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties pydantic"

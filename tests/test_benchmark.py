@@ -42,9 +42,6 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
     }  # fmt: skip
     for panel in done.motion:
         assert panel.winner.error < panel.bound == pytest.approx(0.3 * panel.u)
-        if panel.scene.name == "released":
-            # Elliptic functions agree with the integrated motion, but for the drag and the Earth's rotation.
-            assert next(p.error for p in panel.points if p.method == "exact motion of a release") < 1e-4
         # No model is exact by construction.
         assert min(point.error for point in panel.points[: len(MODELS)]) > 1e-5
 
@@ -109,7 +106,7 @@ def test_the_command_writes_every_chart_and_the_reading(
     done: Benchmark, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(room, "run_benchmark", lambda *_: done)
-    result = CliRunner().invoke(app, ["benchmark", "--quick", "--seed", "5", "--out", str(tmp_path)])
+    result = CliRunner().invoke(app, ["benchmark", "--quick", "--out", str(tmp_path)])
     assert result.exit_code == 0
     expected = {f"{name}.{form}" for name in CHARTS for form in ("png", "svg", "csv")}
     assert {path.name for path in tmp_path.iterdir()} == expected | {"reading.md"}

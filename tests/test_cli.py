@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import openpyxl
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
+import gyrodata
 from gyrodata.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -73,8 +77,7 @@ def test_a_bad_log_is_refused_in_words_and_json(content: bytes | None, code: int
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--set", "g=9.8 m/s^2", "--set", "G=9.8 m/s^2"), "which differ by capitals only"),
-        (("--set", "turns"), "is not of the form KEY=VALUE"),
+        (("--set", "turns"), "does not have the form KEY=VALUE"),
         (("--set", "trns=1"), "did you mean turns"),
         (("--map", "time=Zeit"), "the headers are"),
         (("--out", os.devnull), "cannot be written"),
@@ -102,3 +105,91 @@ def test_the_first_screen_has_a_dozen_lines_and_a_run_in_words() -> None:
     assert lines[3].startswith("  I_zz = ")
     assert lines[4].startswith("  The 10 runs agree with one straight line")
     assert ["Sensitivity to assumptions" in one for one in shown] == [False, True]
+
+
+# --- the first ten minutes ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def typed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """Run commands in a folder that contains the log of ``gyro demo``."""
+    monkeypatch.chdir(tmp_path)
+    Path("demo.csv").write_bytes(SAMPLE.read_bytes())
+    return lambda line: CliRunner().invoke(app, shlex.split(line), prog_name="gyro")
+
+
+def test_demo_writes_a_log_and_keeps_another_file(typed: Callable[..., Result]) -> None:
+    Path("demo.csv").unlink()
+    assert typed("demo").stdout.startswith("demo.csv: 10 runs")
+    assert Path("demo.csv").read_bytes() == SAMPLE.read_bytes()
+    assert Path("demo-report/report.html").is_file()
+    Path("demo.csv").write_text("mine")
+    assert "error G603: demo.csv exists already" in typed("demo").stderr
+    assert Path("demo.csv").read_text() == "mine"
+
+
+SAME = {
+    "demo.csv --no-report": "analyze demo.csv --no-report", "--no-report demo.csv": "analyze demo.csv --no-report",
+    "fit demo.csv --no-report": "analyze demo.csv --no-report", "plot demo.csv -f csv": "analyze demo.csv -f csv",
+    "help check": "check --help", "help": "--help", "-h": "--help", "": "--help", "version": "--version",
+    "docs theory": "explain theory",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("line", SAME)
+def test_word_that_users_try_runs_the_command_that_is_meant(line: str, typed: Callable[..., Result]) -> None:
+    expected = typed(SAME[line])
+    assert (typed(line).output, expected.exit_code) == (expected.output, 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "hint"),
+    [
+        ("anal demo.csv", "no such command 'anal'", "did you mean 'analyze'?"),
+        ("analyze", "missing argument 'LOG...'", "for example: gyro analyze demo.csv"),
+        ("analyze demo.csv --json", "no such option: --json", "did you mean --format json?"),
+        ("check demo.csv -f JSON", "invalid value for '--format' / '-f': 'JSON' is not one of 'text', 'json', 'ndjson'",
+         "did you mean json?"),
+        ("template log.xlsx", "got unexpected extra argument(s) (log.xlsx)",
+         "to write a file: gyro template --out log.xlsx"),
+        ("check demo.csv --loud", "no such option: --loud", "see: gyro check --help"),
+    ],
+)  # fmt: skip
+def test_usage_error_has_a_code_and_a_hint(line: str, message: str, hint: str, typed: Callable[..., Result]) -> None:
+    done = typed(line)
+    assert (done.exit_code, done.stdout, done.stderr) == (2, "", f"error G610: {message}\n   {hint}\n")
+
+
+@pytest.mark.parametrize("name", ["log.xlsx", "log.csv"])
+def test_template_in_a_file_is_read_back(name: str, typed: Callable[..., Result]) -> None:
+    assert typed(f"template --out {name}").exit_code == 0
+    assert "exists already" in typed(f"template --out {name}").stderr
+    if name == "log.csv":
+        return
+    book = openpyxl.load_workbook(name)
+    keys = {row[0].value: row for row in book.active if str(row[0].value).endswith(":")}
+    keys["# ball_mass:"][1].value = "4.31 kg"
+    for row in book.active.iter_rows(min_row=len(keys) + 1):
+        if isinstance(row[0].value, int):
+            row[2].value, row[3].value, row[4].value = 400, 794 / (row[0].value or 50), "1"
+            row[5].value = "ccw"
+    book.save(name)
+    readings = gyrodata.read_log(Path(name))
+    assert (readings.diagnostics, len(readings.runs), readings.constants["ball_mass"]) == ((), 11, 4.31)
+    assert readings.columns["mass"].readings[0].step == pytest.approx(1e-5)
+
+
+def test_open_shows_the_report_in_the_browser(typed: Callable[..., Result], monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    assert typed("demo.csv --open").exit_code == 0
+    assert opened == [Path("demo-report/report.html").resolve().as_uri()]
+    assert "error G604" in typed("demo.csv --open --no-report").stderr
+
+
+def test_constants_of_the_apparatus_are_next_to_the_log(typed: Callable[..., Result]) -> None:
+    Path("gyro.toml").write_text('g = "9.7 m/s^2"\n')
+    given, found = (typed(f"analyze demo.csv -f csv {more}") for more in ("--set g=9.7m/s^2", ""))
+    assert "gyro.toml, next to demo.csv" in found.stderr
+    assert found.stdout == given.stdout != typed("analyze demo.csv -f csv --set g=9.8m/s^2").stdout
+    assert json.loads(typed("analyze demo.csv -f json").stdout)["options"]["config"] == "gyro.toml"

@@ -18,12 +18,14 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, effects, findings, motion, physics, schema
+from gyrodata import changes, docs, effects, findings, motion, physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
+from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.platforms import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
-from gyrodata.readings import parse_header, read_log
+from gyrodata.readings import read_log
+from gyrodata.readings.roles import parse_header
 
 TEXTS = {path.stem: path.read_text(encoding="utf-8") for path in PAGES}
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
@@ -152,11 +154,11 @@ BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
     "nutation, its phase at one click, at most":
         lambda lab: physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"],
     "falling spin, plain mean of start and end": lambda lab: 2 * mean_spin(lab) / (lab["start"] + lab["end"]) - 1,
-    # At half time a viscous fall has reached the geometric mean.
-    "falling spin, half time for the mean": lambda lab: mean_spin(lab) / math.sqrt(lab["start"] * lab["end"]) - 1,
+    # At the midpoint a viscous fall has reached the geometric mean.
+    "falling spin, midpoint for the mean": lambda lab: mean_spin(lab) / math.sqrt(lab["start"] * lab["end"]) - 1,
     "law by which the spin falls": lambda lab: physics.decay_law_doubt(lab["start"], lab["end"]),
     "rod sighted 1° off at each end": lambda lab: SOURCES["angle"].default.absolute / lab["f"],
-    "ruler's zero off by 0.5 mm": lambda lab: SOURCES["position_zero"].default.absolute / lab["x"],
+    "ruler's zero off by 1 mm": lambda lab: SOURCES["position_zero"].default.absolute / lab["x"],
     "weight 25.4 mm wide spins along": lambda lab: physics.cylinder_inertia(lab["m"], 0.0254) / lab["I_zz"],
     "the Earth's rotation, at a pole": lambda lab: physics.EARTH_ROTATION / lab["φ̇"],
 }  # fmt: skip
@@ -184,11 +186,10 @@ def test_approximations_are_complete() -> None:
 def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
     told = [[f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"] for key, kind in SOURCES.items()]
     assert marked("statistics", "sources") == told
-    kinds, tables = [], schema.rubric_schema()["$defs"]
-    for name in tables["_File"]["properties"]["criterion"]["items"]["discriminator"]["mapping"]:
-        keys = tables[name]["properties"]
-        title, full, zero = (keys.get(key, {}).get("default") for key in ("title", "full", "zero"))
-        kinds.append([f"`{name}`", title, *(f"`{one}`" if one else "" for one in (full, zero))])
+    kinds = [
+        [f"`{name}`", kind.title, *(f"`{one}`" if one else "" for one in (kind.full, kind.zero))]
+        for name, kind in KINDS.items()
+    ]
     assert marked("instructors", "kinds") == kinds
     shown = {name: sample.strip("`") for name, sample in marked("instructors", "platforms")}
     assert shown == {name: platform.sample for name, platform in PLATFORMS.items()}
@@ -236,7 +237,8 @@ CLAIMS: list[Claim] = [
     ("statistics", "± 2u of the line without an intercept in {:.1f} %", lambda: selfchecked()[2]),
     ("statistics", "and of the line with an intercept in {:.1f} %", lambda: selfchecked()[3]),
     ("statistics", "gyrodata {}:", lambda: gyrodata.__version__),
-    ("statistics", "a click is {:.2f} s late", lambda: SOURCES["time_bias"].default.absolute * math.sqrt(2)),
+    ("statistics", "one press of the button is {:.2f} s late",
+     lambda: SOURCES["time_bias"].default.absolute * math.sqrt(2)),
     ("statistics", "see to {:.0f}° that a rod is over a screw",
      lambda: 360 * SOURCES["angle"].default.absolute / math.sqrt(2)),
     ("statistics", "With `# latitude:` it is {:.2f} %", lambda: u_of_g("# latitude: 45 deg\n")),

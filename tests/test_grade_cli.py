@@ -105,7 +105,7 @@ def test_a_cluster_writes_the_same_files(
 def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)
-    jsonschema.validate(document, schema.grades_schema())
+    jsonschema.validate(document, schema.json_schema("grades"))
     assert document == json.loads((graded[1] / "grades.json").read_text(encoding="utf-8"))
     assert document["changes"] is None
     lines = [json.loads(line) for line in gyro("grade", CLASS, "--format", "ndjson").stdout.splitlines()]
@@ -127,7 +127,7 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_
     assert "graded 14 (the rubric changed): adlernina" in done.stderr
     assert "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n" in done.stderr
     changes = json.loads(done.stdout)["changes"]
-    jsonschema.validate(json.loads(done.stdout), schema.grades_schema())
+    jsonschema.validate(json.loads(done.stdout), schema.json_schema("grades"))
     assert changes[0] == {
         "student": "103", "name": "castilloines", "from": "17.00", "to": "18.50",
         "parts": [{"column": "inertia", "from": "3.00", "to": "4.50"}],

@@ -17,7 +17,7 @@ from gyrodata.readings import read_log
 
 SAMPLE = (Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 CORPUS = Path(__file__).parent / "fuzz" / "corpus"
-HEAD = "# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n"
+HEAD = "# g: 9.803 m/s^2\n# motion: steady\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 KEYS = {
     **{f"u_{key}": "0 s" for key in ("time", "time_bias", "spin_delay")},
     **{f"u_{key}": "0 %" for key in ("spin", "spin_scale", "mass", "mass_scale", "g", "turns")},
@@ -52,6 +52,7 @@ def nine_runs(stated: dict[str, str], noise: float) -> str:
 @pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides", ""])
 def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -> None:
     text = (CORPUS / f"{name}.csv").read_text() if name else f"# u_time: 0 s\n# u_spin: 0 %\n{SAMPLE}"
+    text = f"# motion: steady\n{text}"
     error = refusal(text)
     assert error.code == "G421"
     assert not name or "times as much as the stated uncertainties allow" in error.message
@@ -62,14 +63,14 @@ def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -
 
 def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
     text = (CORPUS / "all-uncertainties-zero-one-run.csv").read_text()
-    found = gyrodata.analyze(f"# u_spin_delay: 0 s\n{text}".encode())
+    found = gyrodata.analyze(f"# motion: steady\n# u_spin_delay: 0 s\n{text}".encode())
     assert found.inertia.value == pytest.approx(4.43e-3, rel=0.02)
     assert [share.source for share in found.budget] == ["residual_torque"]
 
 
 def test_two_runs_without_any_uncertainty_are_refused() -> None:
     *head, first, _, _, _, _, _, _, last, _ = nine_runs(KEYS, 1.0).splitlines()
-    assert "no run is left over to tell how well the others agree" in refusal("\n".join([*head, first, last])).message
+    assert "the runs are too few to show how well they agree" in refusal("\n".join([*head, first, last])).message
 
 
 @pytest.mark.parametrize("percent", [10, 50])

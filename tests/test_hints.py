@@ -73,11 +73,11 @@ CASES: list[tuple[str, str]] = [
 
 OTHERWISE = {
     "advice to look, to say what was done, to time again or to add runs: nothing that the log tells": "G402 G403 G405 "
-    "G410 G412 G413 G415 G416 G417 G418 G419 G431 G434 G442 G444 G445 G446 G451 G452 G453 G454 G455 G456",
+    "G410 G412 G413 G415 G416 G417 G418 G419 G429 G431 G434 G442 G444 G445 G446 G451 G452 G453 G454 G455 G456",
     "what was understood is said, and needs nothing": "G140 G141 G142 G143 G145 G146 G216 G217 G220 G225 G228 G234 "
-    "G236 G304 G310 G341 G427",
+    "G236 G304 G310 G341 G427 G428 G447",
     "another file is asked for, or only told which columns lie idle": "G106 G108 G221 G223",
-    "readings/test_followed_hints.py": "G240 G241 G401",
+    "readings/test_followed_hints.py": "G240 G401",
     "test_measurements.py": "G406",
     "test_analysis.py": "G414 G433",
     "test_guard.py": "G420 G421",
@@ -244,7 +244,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
      lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:7])])),
     ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
     ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
-     then_good("take one column out")),
+     then_good("delete one column")),
     ("G306", above("# g: fast", NO_G),
      lambda hint: above(named(explanations()["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
     ("G307", f"# g: 9.81 m/s^2\n{GOOD}", then_good("keep one")),

@@ -110,10 +110,10 @@ def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, mea
 
 
 CONFIGS = [
-    ("G504", "[log]\ng = '9.803 m/s^2'\n", lambda _, text: text.replace("[log]\n", "")),
-    ("G504", "g = ['9.803 m/s^2']\n", lambda hint, _: hint.partition(": ")[2]),
+    ("G505", "[log]\ng = '9.803 m/s^2'\n", lambda _, text: text.replace("[log]\n", "")),
+    ("G505", "g = ['9.803 m/s^2']\n", lambda hint, _: hint.partition(": ")[2]),
     ("G504", "g = 'fast'\n", lambda hint, _: f'g = "{typed_as(hint, "fast", "9.803")}"'),
-    ("G505", "g = 9.803 m/s^2\n", lambda hint, _: hint.partition("such as ")[2]),
+    ("G505", "g = 9.803 m/s^2\n", lambda hint, _: hint.partition(": ")[2]),
     ("G501", "gg = '9.803 m/s^2'\n", lambda hint, text: text.replace("gg", hint.split()[3].strip("?"))),
 ]
 
@@ -142,7 +142,7 @@ def test_the_template_is_printed_then(options: str, mended: str) -> None:
     if example := re.match(r"for example (.*)", hint):
         typed = example[1]
     elif ";" in text:
-        assert hint.endswith("part several with commas")
+        assert hint.endswith("separate several with commas")
         typed = f"{option} {text.strip(chr(34)).replace(';', ',')}"
     else:
         unit = re.search(r": (\w+)", hint)

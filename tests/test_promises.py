@@ -75,7 +75,7 @@ def keys(declared: Any, tables: dict[str, Any], before: str = "") -> Iterator[st
     if isinstance(declared, dict):
         if "$ref" in declared:
             inside = tables[declared["$ref"].removeprefix("#/$defs/")]
-            kind = inside["properties"].get("prediction", {}).get("const", "")
+            kind = inside["properties"].get("prediction", {}).get("enum", [""])[0]
             yield from keys(inside, tables, f"{before}{kind}")
         for name, inside in declared.get("properties", {}).items():
             yield f"{before}.{name}"
@@ -95,7 +95,7 @@ def test_no_key_is_taken_away() -> None:
         else:
             title = line
     kinds = ("analysis", "check", "grades", "predictions", "selfcheck")
-    wholes = [getattr(schema, f"{kind}_schema")() for kind in kinds]
+    wholes = [schema.json_schema(kind) for kind in kinds]
     assert told <= {f"{whole['title']} {key}" for whole in wholes for key in keys(whole, whole["$defs"])}
 
 
@@ -126,7 +126,7 @@ def test_a_flag_takes_no_points(tmp_path: Path) -> None:
 def test_every_key_of_the_full_rubric_is_explained() -> None:
     parts = [part for part in default_rubric_text().split("\n\n") if "# " in part]
     shown = {word for part in parts for word in re.findall(r"\w+", part)}
-    known = {key for table in schema.rubric_schema()["$defs"].values() for key in table.get("properties", {})}
+    known = {key for table in schema.json_schema("rubric")["$defs"].values() for key in table.get("properties", {})}
     assert len(known) > 20
     # The uncertainties of a bench are called as in a log.
     assert sorted(one for one in known - shown if not one.startswith("u_")) == []

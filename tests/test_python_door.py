@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,13 @@ import pandas as pd
 import pint
 import pytest
 from matplotlib.figure import Figure
+from python_page import reference, section
 from uncertainties import ufloat
 from users_script import everything
 
 import gyrodata
 from gyrodata import Analysis
+from gyrodata.python_api import in_python
 
 SAMPLE = Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv"
 UNITS = {"time": "s", "spin": "rpm", "mass": "g", "position": "cm"}
@@ -34,7 +37,7 @@ def table() -> pd.DataFrame:
 
 
 def test_an_analysis_is_a_line_and_a_screen(lab: Analysis) -> None:
-    answer = "I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 things to look at"
+    answer = "I_zz = 0.004429±0.000034 kg·m²; 10 runs, 0 diagnostics"
     assert repr(lab) == f"<Analysis of air_gyroscope.csv: {answer}>"
     assert "I_zz = (4.429 ± 0.034) × 10⁻³ kg·m²" in str(lab)
     assert len(str(lab).splitlines()) < 15
@@ -107,14 +110,14 @@ WRONG: list[tuple[Callable[[Any], Any], type[Exception], str]] = [
     (lambda g: g.analyze(SAMPLE, keep_flagged="no"), TypeError, "True or False"),
     (lambda g: g.analyze(3), TypeError, "a log is a path"),
     (lambda g: g.analyze(SAMPLE, settings={"gg": "9.8 m/s^2"}), gyrodata.InputError, "did you mean g"),
-    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping is a mapping"),
+    (lambda g: g.analyze(SAMPLE, mapping="time=T"), TypeError, "mapping cannot be str"),
     (lambda g: g.analyze(SAMPLE).plot("torq"), ValueError, "did you mean 'torque'"),
     (lambda g: g.analyze(SAMPLE).plot("torque", ax=Figure()), TypeError, "ax is axes of matplotlib"),
     (lambda g: g.fit_line([1, 2], [1, 2, 3]), ValueError, "the same length"),
     (lambda g: g.simulate(seed="x"), TypeError, "seed is a whole number"),
     (lambda g: g.simulate(g.Truth(inertia=-1.0)), gyrodata.InputError, "be above zero"),
     (lambda g: g.grade(3), TypeError, "the path of a folder"),
-    (lambda g: g.selfcheck(SAMPLE), TypeError, "lab.measurements"),
+    (lambda g: g.selfcheck(SAMPLE), TypeError, "result of analyze"),
 ]
 
 
@@ -131,6 +134,45 @@ def test_the_script_of_a_user_runs(tmp_path: Path) -> None:
     matplotlib.use("agg")
     assert everything(SAMPLE, SAMPLE.parent / "class", tmp_path / "report") == pytest.approx(35, abs=1)
     assert (tmp_path / "report" / "report.html").exists()
+
+
+PAGE = (Path(gyrodata.__file__).parent / "docs" / "python.md").read_text(encoding="utf-8")
+
+
+def test_page_describes_every_public_name_and_attribute() -> None:
+    assert reference(PAGE) == PAGE, "python tests/make_documents.py updates the page"
+    names = set(gyrodata.__all__) - {"__version__"}
+    assert set(re.findall(r"^<!-- reference: (\w+) -->$", PAGE, re.MULTILINE)) == names
+    examples = "".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
+    assert [name for name in names if name.islower() and f".{name}(" not in examples] == []
+    assert Analysis.__struct_fields__ == tuple(name for name, _, _ in section(Analysis, "Attributes"))
+    assert all(len(text) > 5 for _, _, text in section(Analysis, "Attributes"))
+
+
+def test_warnings_name_each_code_once_with_python_remedies() -> None:
+    log = b"mass [g],position [cm],spin [rpm],time [s],foo,bar\n20,15,200,19.6,1,2\n40,15,400,19.7,3,4\n"
+    with pytest.warns(gyrodata.GyroWarning) as caught:
+        lab = gyrodata.analyze(log, settings={"turns": "1"})
+    codes = [re.search(r"G\d{3}", str(one.message))[0] for one in caught]  # type: ignore[index]
+    assert codes == [*dict.fromkeys(one.code for one in lab.diagnostics if one.severity == "warning")]
+    assert {one.filename for one in caught} == {__file__}
+    text = "\n".join(map(str, lab.diagnostics))
+    assert "--" not in text
+    assert 'mapping={"role": "HEADER"}' in text
+    with pytest.raises(gyrodata.LogError, match=r'settings=\{"turns": "1"\}') as error:
+        gyrodata.analyze(log)
+    assert "--" not in str(error.value)
+    assert in_python('--map time="T (s)" --set turns=5?') == 'mapping={"time": "T (s)"}, settings={"turns": "5"}?'
+
+
+def test_everything_returned_is_readable_text(lab: Analysis) -> None:
+    assert lab.summary() == str(lab)
+    assert "in 95 %" in str(lab.selfcheck(labs=5))
+    simulation = gyrodata.simulate()
+    assert str(simulation) == simulation.log
+    assert repr(simulation) == "<Simulation of 9 runs: I_zz = 0.00444 kg·m²>"
+    line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9], cov_y=0.01)
+    assert str(line) == "y = (0.950±0.071) x + (0.10±0.15), chi-square 1.5 with 1 degrees of freedom"
 
 
 def test_package_says_that_it_has_types() -> None:

@@ -12,6 +12,7 @@ from gates.labs import ARM, INERTIA, RPM, Bench, G, draw, write
 from typer.testing import CliRunner, Result
 
 import gyrodata
+from gyrodata import Design, Truth
 from gyrodata.cli import app
 
 
@@ -19,10 +20,10 @@ def gyro(*arguments: str, stdin: str | None = None) -> Result:
     return CliRunner().invoke(app, list(arguments), input=stdin)
 
 
-def released(spins: str, seed: int, *more: str) -> str:
+def released(spins: str, seed: int, **more: tuple[float, ...]) -> str:
     """Simulate a lab in which the rod is released."""
-    options = ("--motion", "released", "--spins", f"{spins}rpm", "--seed", str(seed), *more)
-    return gyro("simulate", *options).stdout
+    rates = tuple(float(spin) * RPM for spin in spins.split(","))
+    return gyrodata.simulate(Truth(motion="released"), Design(spins=rates, **more), seed=seed).log
 
 
 def analyzed(log: str) -> Result:
@@ -50,10 +51,10 @@ class TestReleased:
             assert f"at {spins[:2]} rpm with" in done.stderr
 
     @pytest.mark.parametrize("spins", ["60,100,150", "100,200,300", "200,400,600"])
-    @pytest.mark.parametrize("turns", ["1", "1/3"])
-    def test_faster_rod_has_its_answer(self, spins: str, turns: str) -> None:
+    @pytest.mark.parametrize("turns", [1.0, 1 / 3])
+    def test_faster_rod_has_its_answer(self, spins: str, turns: float) -> None:
         for seed in range(1, 3):
-            done = analyzed(released(spins, seed, "--turns", turns))
+            done = analyzed(released(spins, seed, turns=(turns,)))
             assert done.exit_code == 0
             assert answer(done) < 4
 
@@ -68,13 +69,13 @@ class TestReleased:
             assert answer(analyzed(released(f"{rpm},{2 * rpm},{3 * rpm}", seed))) < 3
 
     def test_motion_line_of_the_hint_is_answered(self) -> None:
-        log = gyro("simulate", "--motion", "steady", "--spins", "20,30,40rpm", "--seed", "1").stdout
+        log = gyro("simulate", "--spins", "20,30,40rpm", "--seed", "1").stdout
         assert "write # motion: steady" in analyzed(log.replace("# motion: steady", "# motion: released")).stderr
         assert answer(analyzed(log)) < 3
 
     def test_rod_up_that_cannot_precess_steadily_is_named(self) -> None:
         for seed in range(1, 5):
-            assert "error G425: run 7" in analyzed(released("40,55,70", seed, "--pitch", "45deg")).stderr
+            assert "error G425: run 7" in analyzed(released("40,55,70", seed, pitches=(math.pi / 4,))).stderr
 
 
 README = """\

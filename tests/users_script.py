@@ -31,7 +31,7 @@ def everything(log: Path, class_folder: Path, folder: Path) -> float:
         gyrodata.Truth(inertia=4.4e-3), gyrodata.Design(masses=(0.02, 0.04)), {"u_time": gyrodata.Uncertainty(0.2)}, 7
     )
     assert_type(simulation, gyrodata.Simulation)
-    checked = gyrodata.selfcheck(lab.measurements, labs=20)
+    checked = gyrodata.selfcheck(lab, labs=20)
     assert_type(checked, gyrodata.SelfCheck)
     line = gyrodata.fit_line([1.0, 2.0, 3.0], [1.0, 2.1, 2.9], cov_y=0.01)
     assert_type(line, gyrodata.LineFit)

@@ -13,7 +13,7 @@ turn about the vertical. The true motion is known exactly.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -205,10 +205,6 @@ def _draw_labs(scene: MotionScene, count: int, random: np.random.Generator) -> _
     return _Labs(top, state, pitch, spin, time)
 
 
-def _release(labs: _Labs) -> motion.State:
-    return motion.released(labs.top, labs.spin, labs.pitch)
-
-
 MODELS: dict[str, Callable[[_Labs], Floats]] = {
     "eq. (9)": lambda labs: labs.time * physics.horizontal_precession_rate(
         labs.top.torque, labs.spin, labs.top.inertia
@@ -216,8 +212,7 @@ MODELS: dict[str, Callable[[_Labs], Floats]] = {
     "eq. (8)": lambda labs: labs.time * physics.precession_rate(
         labs.top.torque, labs.spin, labs.top.inertia, labs.top.transverse_inertia, labs.pitch
     ),
-    "mean rate of a release": lambda labs: motion.mean_precession_rate(labs.top, _release(labs)) * labs.time,
-    "exact motion of a release": lambda labs: motion.precession_angle(labs.top, _release(labs), labs.time),
+    "mean rate of a release": lambda labs: labs.time * motion.mean_precession_rate(labs.top, labs.spin, labs.pitch),
 }  # fmt: skip
 """Azimuth that each rod sweeps in its time [rad]. No model knows the push, and eq. (9) does not know the pitch."""
 
@@ -261,9 +256,6 @@ TOP = motion.Top(
     INERTIA, DEFAULT_TRANSVERSE_RATIO * INERTIA + _MASS * POSITION**2, _MASS * POSITION * physics.STANDARD_GRAVITY
 )
 START = motion.released(TOP, SPIN)
-NUTATION = 2 * math.pi / float(physics.nutation_rate(SPIN, INERTIA, TOP.transverse_inertia))
-TURN = 2 * math.pi / float(motion.mean_precession_rate(TOP, START))
-"""Periods [s]."""
 
 METHODS = {"splitting strang": 2, "splitting aba84": 4, "RK4": 4, "RK45": 5, "DOP853": 8}
 """Integrators and their order."""
@@ -279,8 +271,6 @@ class Grade(Struct, frozen=True):
     """One integrator with one setting."""
 
     setting: str
-    fineness: float
-    """Steps per nutation, or the number of evaluations if the integrator chooses its steps."""
     evaluations: int
     """Number of evaluations of the torque in all turns."""
     seconds: float
@@ -302,8 +292,8 @@ class Order(Struct, frozen=True):
         seen = [point for point in self.points if 1e-11 < point.off < 1e-3]
         if len(seen) < 2:
             return None
-        fineness, off = np.log([p.fineness for p in seen]), np.log([p.off for p in seen])
-        return -float(np.polyfit(fineness, off, 1)[0])
+        evaluations, off = np.log([p.evaluations for p in seen]), np.log([p.off for p in seen])
+        return -float(np.polyfit(evaluations, off, 1)[0])
 
     def evaluations(self, aim: float) -> float | None:
         """Interpolate the number of evaluations for an error of e3; None if the error is outside the range."""
@@ -316,22 +306,38 @@ class Order(Struct, frozen=True):
 
 def find_orders(effort: Effort, clock: Clock) -> list[Order]:
     """Integrate the motion of the top for one turn and for many turns, with ever finer settings."""
+    nod, rate = motion.nutation(TOP, SPIN), float(motion.mean_precession_rate(TOP, SPIN))
     orders = []
     for turns in (1, effort.turns):
-        true = motion.exact(TOP, START, turns * TURN).axis
+        # After a whole number of nutations and a half the rod is at its lowest point, where it moves fastest.
+        time = (round(2 * math.pi * turns / rate / nod.period) + 0.5) * nod.period
+        level, azimuth = math.cos(nod.greatest_sag), rate * time
+        true = np.array([level * math.cos(azimuth), level * math.sin(azimuth), -math.sin(nod.greatest_sag)])
         for method in METHODS:
             points: list[Grade] = []
-            for setting, fineness in _settings(method):
+            for power in range(2, 13):
+                steps = math.ceil(2**power * time / nod.period)
                 begun = clock()
-                axis, evaluations = _follow(method, fineness, turns * TURN)
+                axis, evaluations, setting = _follow(method, steps, 10.0 ** -(power + 1), time)
                 seconds = max(clock() - begun, 1e-9) / evaluations
                 off = float(np.linalg.norm(axis - true))
-                size = fineness if "steps" in setting else evaluations
-                points.append(Grade(setting, size, evaluations, seconds, off))
+                points.append(Grade(setting or f"{2**power} steps per nutation", evaluations, seconds, off))
                 if off < _ARRIVED or 2 * evaluations > effort.evaluations * turns**0.5:
                     break
             orders.append(Order(method, turns, tuple(points)))
     return orders
+
+
+def _follow(method: str, steps: int, tolerance: float, time: float) -> tuple[Floats, int, str]:
+    """Integrate the motion for a time; return e3 at the end, the number of evaluations, and a tolerance if used."""
+    if method == "RK4":
+        row = [*START.axis.tolist(), *START.momentum.tolist()]
+        return np.array(runge_kutta(motion.vector_rates(TOP), row, time / steps, steps)[:3]), 4 * steps, ""
+    if method.startswith("splitting"):
+        name = method.removeprefix("splitting ")
+        return motion.split(TOP, START, time, steps, name).axis, steps * len(motion.METHODS[name][1]), ""
+    path, evaluations = motion.integrate(TOP, START, [time], method=method, rtol=tolerance, atol=1e-3 * tolerance)
+    return path.axis[0], evaluations, f"rtol {tolerance:.0e}"
 
 
 def cheapest(orders: Sequence[Order], turns: int) -> dict[str, tuple[float, float]]:
@@ -343,28 +349,6 @@ def cheapest(orders: Sequence[Order], turns: int) -> dict[str, tuple[float, floa
             best = min(needed, key=lambda method: needed[method])
             winners[best] = winners.get(best, (aim,))[0], aim
     return winners
-
-
-def _settings(method: str) -> Iterator[tuple[str, float]]:
-    """Yield ever finer settings: steps per nutation, or the relative tolerance."""
-    for power in range(2, 13):
-        if method.startswith("splitting") or method == "RK4":
-            yield f"{2**power} steps per nutation", 2.0**power
-        else:
-            yield f"rtol 1e-{power + 1}", 10.0 ** -(power + 1)
-
-
-def _follow(method: str, fineness: float, time: float) -> tuple[Floats, int]:
-    """Integrate the motion for a time; return e3 at the end and the number of evaluations."""
-    steps = math.ceil(fineness * time / NUTATION)
-    if method == "RK4":
-        row = [*START.axis.tolist(), *START.momentum.tolist()]
-        return np.array(runge_kutta(motion.vector_rates(TOP), row, time / steps, steps)[:3]), 4 * steps
-    if method.startswith("splitting"):
-        name = method.removeprefix("splitting ")
-        return motion.split(TOP, START, time, steps, name).axis, steps * len(motion.METHODS[name][1])
-    path = motion.integrate(TOP, START, time, method=method, rtol=fineness, atol=1e-3 * fineness)
-    return path.axis, path.evaluations
 
 
 def runge_kutta(rates: Callable[..., Sequence[float]], row: Sequence[float], step: float, steps: int) -> list[float]:

@@ -1,4 +1,4 @@
-"""The commands: the only place that prints, writes and exits. Heavy modules are imported inside them."""
+"""The commands: only this package prints and exits. Commands import heavy modules when they run."""
 
 from __future__ import annotations
 
@@ -11,45 +11,43 @@ from typing import Annotated, Any
 import typer
 from msgspec import Struct
 
-from gyrodata import __version__
+from gyrodata import __version__, diagnostics
 from gyrodata.cli.options import example_of
-from gyrodata.cli.terminal import Door, refuse, write_out
-from gyrodata.diagnostics import COMMAND_UNKNOWN, NO_UNLOADED_RUN
+from gyrodata.cli.terminal import Door, write_out
 
 
 class _Kind(Struct, frozen=True):
-    """A command before anything of it is loaded."""
+    """The description of a command that is not loaded yet."""
 
     module: str
     short: str = ""
-    """Its line in ``gyro --help``; none if it is not for people."""
+    """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
 
 
 _COMMANDS = {
+    "demo": _Kind("analyze_command", "Write a sample log, demo.csv, and analyze it.", ("gyro demo",)),
     "analyze": _Kind(
         "analyze_command",
         "Fit I_zz to a log, and write figures and a report.",
-        ("gyro analyze sample_data/air_gyroscope.csv",),
+        ("gyro analyze demo.csv",),
     ),
     "check": _Kind(
         "check_command",
         "Check a log while you can still repeat or add runs.",
-        ("gyro check sample_data/air_gyroscope.csv",),
+        ("gyro check demo.csv",),
     ),
     "template": _Kind(
         "check_command",
-        "Print a blank log to fill in.",
-        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "> log.csv"),
+        "Write a blank log to fill in: a workbook or CSV.",
+        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "--out log.xlsx"),
     ),
     "explain": _Kind(
         "explain_command",
         "Explain a message code, a word or a key; or show a page.",
-        (f"gyro explain {NO_UNLOADED_RUN}",),
+        (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
     ),
-    "grade": _Kind(
-        "grade_command", "Grade a class, with feedback for each student.", ("gyro grade sample_data/class",)
-    ),
+    "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
     "autograde": _Kind("grade_command"),
     "simulate": _Kind(
         "simulate_command",
@@ -64,7 +62,7 @@ _COMMANDS = {
     "selfcheck": _Kind(
         "tool_commands",
         "Test by simulation if the intervals of a log are reliable.",
-        ("gyro selfcheck sample_data/air_gyroscope.csv", "--labs 1000"),
+        ("gyro selfcheck demo.csv", "--labs 1000"),
     ),
     "benchmark": _Kind(
         "tool_commands",
@@ -81,7 +79,7 @@ _COMMANDS = {
 
 
 _GROUPS = {
-    "Your lab": ("analyze", "check", "template", "explain"),
+    "Your lab": ("demo", "template", "check", "analyze", "explain"),
     "A class": ("grade",),
     "Theory and simulation": ("predict", "simulate"),
     "Advanced": ("selfcheck", "schema", "benchmark"),
@@ -90,16 +88,18 @@ _GROUPS = {
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
 _MEANT = {
-    **dict.fromkeys(("fit", "plot", "report", "figures"), "gyro analyze LOG"),
-    "version": "gyro --version",
-    "docs": "gyro explain",
+    **dict.fromkeys(("fit", "plot", "report", "figures", "run", "analyse", "analysis"), "analyze"),
+    **dict.fromkeys(("docs", "doc", "man", "pages"), "explain"),
+    **dict.fromkeys(("sample", "example", "tutorial"), "demo"),
+    **dict.fromkeys(("init", "new", "blank"), "template"),
+    "version": "--version",
 }
-"""Commands that users may try, with the command that is meant."""
+"""Words that users may type, with the command that they mean."""
 
 
 @cache
 def _load(name: str) -> Any:
-    """Make a command of its function, or of its own commands."""
+    """Import the module of a command, and return the command."""
     kind = _COMMANDS[name]
     found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
     if not isinstance(found, typer.Typer):
@@ -113,7 +113,7 @@ def _load(name: str) -> Any:
 
 
 class _OnDemand(Mapping[str, Any]):
-    """The commands by name, each loaded when it is asked for: a start pays for the one that it runs."""
+    """The commands by name. Each is loaded when it is used, so that the start is fast."""
 
     def __getitem__(self, name: str) -> Any:
         if name not in _COMMANDS:
@@ -128,6 +128,8 @@ class _OnDemand(Mapping[str, Any]):
 
 
 class _Gyro(Door):
+    """The command ``gyro``."""
+
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes | {"commands": _OnDemand()})
 
@@ -138,24 +140,25 @@ class _Gyro(Door):
                 formatter.write_dl([(name, _COMMANDS[name].short) for name in names])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read "help analyze" as "analyze --help"."""
-        return super().parse_args(ctx, [*args[1:], "--help"] if args[:1] == ["help"] else args)
+        """Read "help analyze" as "analyze --help", and "log.csv" as "analyze log.csv"."""
+        if args[:1] == ["help"]:
+            args = [*args[1:], "--help"]
+        first = args[0].lower() if args else ""
+        if first in _MEANT:
+            args = [_MEANT[first], *args[1:]]
+        elif _is_log(first) or (first.startswith("-") and any(map(_is_log, args))):
+            args = ["analyze", *args]
+        return super().parse_args(ctx, args)
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Find a command; for a log or a known other word, name the command that is meant."""
-        name = args[0]
-        meant = _MEANT.get(name.lower(), f"gyro analyze {name}" if Path(name).suffix.lower() in _LOGS else "")
-        if meant and name not in _COMMANDS:
-            refuse(COMMAND_UNKNOWN, f'there is no command "{name}"', f"type: {meant}")
-        return super().resolve_command(ctx, args)
+
+def _is_log(word: str) -> bool:
+    return word == "-" or Path(word).suffix.lower() in _LOGS
 
 
 app = typer.Typer(
     name="gyro",
     cls=_Gyro,
     help="Compute the moment of inertia of a gyroscope, with a realistic uncertainty, from the log of a lab.",
-    no_args_is_help=True,
-    add_completion=True,
     # Plain help costs half the start-up time of a coloured one.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

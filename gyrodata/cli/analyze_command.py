@@ -5,18 +5,20 @@ from __future__ import annotations
 import os
 import re
 import sys
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 from msgspec import Struct
+from msgspec.structs import replace
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, StdinOption, pairs
+from gyrodata import diagnostics
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.cli.terminal import (
     FAULT,
     STDIN,
-    coloured,
     complain,
     fault,
     names_of,
@@ -24,15 +26,8 @@ from gyrodata.cli.terminal import (
     short_paths,
     source_of,
     tell,
-    wrapped,
     write_out,
-)
-from gyrodata.diagnostics import (
-    CANNOT_BE_WATCHED,
-    FORMAT_FOR_ONE_LOG,
-    OPTION_NOT_FOR_FORMAT,
-    OUT_IS_NO_FOLDER,
-    REPORT_CANNOT_BE_WRITTEN,
+    write_text,
 )
 from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
@@ -41,24 +36,21 @@ if TYPE_CHECKING:
     from gyrodata.readings import Readings
     from gyrodata.results import Analysis, Options
 
-
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
 
-FILE_TYPES = {
-    *(".pdf", ".html", ".htm", ".txt", ".md", ".tex", ".doc", ".docx", ".odt", ".rtf", ".xls", ".xlsx", ".ods", ".zip"),
-    *(".png", ".svg", ".jpg", ".json", ".ndjson", ".jsonl", ".csv", ".tsv"),
-}
-"""Endings of a name that is meant as that of a file, and not of the report's folder."""
+FILE_TYPES = tuple(".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv".split())  # noqa: SIM905
+"""Endings of a name that users mean as a file, not as the folder of a report."""
 
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
-"""What a document is called beside its figures, by its format."""
+"""Name of the document next to its figures, by its format."""
 
 Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
 Style = Literal["screen", "slides", "print"]
 Table = Literal["runs", "logs"]
+OpenOption = Annotated[bool, typer.Option("--open", help="Open the report in the browser.")]
 
 
 def analyze(
@@ -76,7 +68,9 @@ def analyze(
     table: Annotated[
         Table, typer.Option("--table", help="For --format csv: one row for each run, or for each log.")
     ] = "runs",
-    stdin: StdinOption = STDIN,
+    stdin: Annotated[
+        str, typer.Option("--stdin-filename", metavar="NAME", help="Name of a log from standard input.")
+    ] = STDIN,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
     style: Annotated[
@@ -96,6 +90,7 @@ def analyze(
         typer.Option("--watch", help="During the lab: whenever you save the file, print what is missing and which run "
                      "to repeat. Ctrl-C ends it. No report is written."),
     ] = False,
+    opened: OpenOption = False,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Print the full report in the terminal.")
     ] = False,
@@ -107,87 +102,100 @@ def analyze(
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot be read; 3 a fault of gyro,
     which affects that log only.
     """
-    given = {"set": pairs(settings, "--set"), "map": pairs(mapping, "--map")}
-    _refuse_what_does_not_go_together(logs, form, table, out, watched)
+    _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
     options = Options(
-        set=dict(sorted(given["set"].items())),
-        map=dict(sorted(given["map"].items())),
-        config=config.name if config else None,
+        set=dict(sorted(pairs(settings, "--set").items())),
+        map=dict(sorted(pairs(mapping, "--map").items())),
         model=model,
         keep_flagged=keep_flagged,
         worksheet=worksheet,
     )
-    request = _Request(options, config, form, table, figures, style, verbose)
-    # Data go into a file whole, or not at all.
-    file = out if out is not None and form in DATA and out.suffix.lower() in DATA[form] else None
+    request = _Request(options, config, form, table, figures, style, verbose, len(logs) > 1)
     if watched:
-        _watch(Path(logs[0]), request)
+        _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
-    paths = short_paths(logs)
-    names, folders = names_of(paths, stdin), _folders(paths)
+    # Data go into a file completely, or not at all.
+    file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
     reported = not no_report and file is None and (out is not None or form == "text")
-    jobs = [
-        _Job(log, name, folder, out, reported and (out is not None or log != "-"), request, len(logs))
-        for log, name, folder in zip(logs, names, folders, strict=True)
-    ]
-    worst, header, whole = 0, _header(form, table), []
-    # A document that is written to a file is not printed on a terminal too.
-    spared = form in DOCUMENTS and sys.stdout.isatty()
-    for told in map(_analyze_one, jobs):
-        if told.text and file is not None:
-            whole.append(told.text)
-        elif told.text and not (spared and told.report):
-            for_people = coloured(wrapped(told.text, sys.stdout), sys.stdout) if form == "text" else told.text
-            write_out(header + for_people)
+    if opened and not reported:
+        hint = "leave --no-report out, or add --out FOLDER"
+        refuse(diagnostics.OPTION_NOT_FOR_FORMAT, "--open needs a report, but this command writes none", hint)
+    header, whole, worst = "", [], 0
+    if form == "csv":
+        from gyrodata.reporting.data import table_header
+
+        header = table_header(table)
+    for log, name, below in zip(logs, names_of(logs, stdin), _folders(short_paths(logs)), strict=True):
+        folder = None
+        if reported and (out is not None or log != "-"):
+            folder = below if out is None else out / below if request.several else out
+        near = constants_of(log, config, quiet)
+        request = replace(request, config=near, options=replace(options, config=near.name if near else None))
+        done = _analyze_one(log, name, request, below, folder)
+        if file is not None:
+            whole.append(done.text)
+        elif form == "text":
+            write_text(done.text)
+        elif done.text and not (done.report and form in DOCUMENTS and sys.stdout.isatty()):
+            # A document that is in a file is not printed on a terminal.
+            write_out(header + done.text)
             header = ""
-        complain(told.diagnostics, quiet)
-        complain(told.not_written)
-        if told.report and not quiet:
-            tell(f"report: {told.report}")
-        worst = max(worst, told.code)
+        complain(done.diagnostics, quiet)
+        complain(done.not_written)
+        if done.report and not quiet:
+            tell(f"report: {done.report}")
+        if done.report and opened:
+            webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
+        worst = max(worst, done.code)
     if file is not None:
-        with telling(file.parent, REPORT_CANNOT_BE_WRITTEN):
+        with telling(file.parent, diagnostics.REPORT_CANNOT_BE_WRITTEN):
             write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
-def _refuse_what_does_not_go_together(
-    logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool
-) -> None:
+def demo(opened: OpenOption = False) -> None:
+    """Write a sample log, demo.csv, into this folder, and analyze it.
+
+    The log contains ten runs with an air gyroscope.
+    """
+    from gyrodata import docs
+
+    log, data = Path("demo.csv"), Path(docs.__file__).with_name("demo.csv").read_bytes()
+    if log.exists() and log.read_bytes() != data:
+        hint = "rename it, or change to another folder, so that your data are not lost"
+        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, "demo.csv exists already, with another content", hint)
+    with telling(log, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        write_whole(log, [data])
+    tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
+    tell(
+        "for your own log: gyro template --out log.xlsx",
+        "for a guide from Excel to the report: gyro explain first-timer",
+    )
+    analyze([log.name], opened=opened)
+
+
+def _refuse_contradictions(logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool) -> None:
+    """Refuse options that contradict each other."""
     several = len(logs) > 1
-    if form == "json" and several:
-        refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
-    if form == "latex" and several:
-        refuse(
-            FORMAT_FOR_ONE_LOG,
-            "--format latex is for one log: a document that compiles",
-            "give one log, or use --format markdown",
-        )
+    if form in ("json", "latex") and several:
+        other = "ndjson" if form == "json" else "markdown"
+        message = f"--format {form} is for one log"
+        refuse(diagnostics.FORMAT_FOR_ONE_LOG, message, f"give one log, or use --format {other} for several")
     if table != "runs" and form != "csv":
         hint = "add --format csv, or leave --table out"
-        refuse(OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
-    if (
-        out is not None
-        and out.suffix.lower() in FILE_TYPES
-        and not (form in DATA and out.suffix.lower() in DATA[form])
-        and not out.is_dir()
-    ):
-        data = next((one for one, endings in DATA.items() if out.suffix.lower() in endings), None)
-        ways = [f"for a file with the data: --format {data} --out {out}"] if data else []
-        text = {".txt": "text", ".md": "markdown", ".tex": "latex"}.get(out.suffix.lower())
-        ways += [f"for a file with the text: --no-report --format {text} > {out}"] if text else []
-        ways.append(f"for a folder with report.html and the figures: --out {out.with_suffix('')}")
-        if out.suffix.lower() == ".pdf":
-            ways.append("then print report.html to a PDF from the browser")
-        refuse(OUT_IS_NO_FOLDER, f"--out {out} is the name of a file, and this report is a folder", "; ".join(ways))
+        refuse(diagnostics.OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
+    ending = out.suffix.lower() if out is not None else ""
+    if out is not None and ending in FILE_TYPES and ending not in DATA.get(form, ()) and not out.is_dir():
+        ways = [f"for a folder with report.html and the figures: --out {out.with_suffix('')}"]
+        ways += [f"for a file with the data: --format {one} --out {out}" for one in DATA if ending == f".{one}"]
+        ways += ["for a PDF, print report.html from the browser"] if ending == ".pdf" else []
+        message = f"--out {out} is the name of a file, but the report is a folder"
+        refuse(diagnostics.OUT_IS_NO_FOLDER, message, "; ".join(ways))
     if watched and (several or logs[0] == "-" or form != "text" or out):
-        refuse(
-            CANNOT_BE_WATCHED,
-            "--watch is for one file, and prints text only",
-            "for example: gyro analyze log.csv --watch",
-        )
+        message = "--watch is for one file, and prints text only"
+        refuse(diagnostics.CANNOT_BE_WATCHED, message, "for example: gyro analyze log.csv --watch")
 
 
 class _Request(Struct, frozen=True):
@@ -200,9 +208,11 @@ class _Request(Struct, frozen=True):
     figures: Figures
     style: Style
     verbose: bool
+    several: bool
+    """True if there are several logs."""
 
     def read(self, **source: Any) -> Readings:
-        """Read a log, with the constants and headers given as options."""
+        """Read a log with the constants and headers of the options."""
         from gyrodata.readings import read_log
 
         return read_log(**source, settings=self.options.set, mapping=self.options.map, config=self.config)
@@ -221,122 +231,90 @@ def _watch(path: Path, request: _Request) -> None:
     )
 
 
-def _header(form: Format, table: Table) -> str:
-    """Return the header above the rows of all logs."""
-    if form != "csv":
-        return ""
-    from gyrodata.reporting.data import table_header
-
-    return table_header(table)
-
-
 def _folders(paths: Sequence[Path]) -> list[Path]:
-    """Name the folder of each log's report, below that of the log where there are several; one name gets numbers."""
+    """Name the folder of each log's report, below that of the log if there are several; equal names get numbers."""
     folders: list[Path] = []
-    taken: dict[Path, int] = {}
     for path in paths:
         # A folder that is given by mistake may have no name: "." or "/".
-        stem = Path("stdin" if path == Path("-") else _stem(path.name) or "log")
-        if len(paths) > 1:
-            # Never above the folder that is asked for.
-            stem = Path(*(part for part in path.parent.parts if part not in ("..", path.anchor)), stem)
-        taken[stem] = taken.get(stem, 0) + 1
-        told = f"{stem.name}-report" if taken[stem] == 1 else f"{stem.name}-report-{taken[stem]}"
-        folders.append(stem.with_name(told))
+        stem = "stdin" if path == Path("-") else _stem(path.name) or "log"
+        parts = [part for part in path.parent.parts if part not in ("..", path.anchor)] if len(paths) > 1 else []
+        folder, number = Path(*parts, f"{stem}-report"), 1
+        while folder in folders:
+            number += 1
+            folder = Path(*parts, f"{stem}-report-{number}")
+        folders.append(folder)
     return folders
 
 
-class _Job(Struct, frozen=True):
-    """One log to analyse."""
-
-    log: str
-    name: str
-    """What it is called."""
-    below: Path
-    """Folder of its report, …"""
-    out: Path | None
-    """… below this one, which is that folder itself for a single log, …"""
-    written: bool
-    """… if it has one."""
-    request: _Request
-    count: int
-    """How many logs there are."""
-
-    @property
-    def folder(self) -> Path:
-        """Where its report goes."""
-        if self.out is None:
-            return self.below
-        return self.out if self.count == 1 else self.out / self.below
+def _stem(name: str) -> str:
+    for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
+        if name.lower().endswith(suffix) and len(name) > len(suffix):
+            name = name[: -len(suffix)]
+    return name
 
 
-class _Told(Struct, frozen=True):
+class _Outcome(Struct, frozen=True):
     """The output for one log."""
 
     code: int
-    """To exit with."""
+    """Exit code."""
     text: str
-    """For standard output."""
+    """Text for standard output."""
     diagnostics: Sequence[Diagnostic]
-    report: str | None = None
-    """Where the report was written."""
+    report: Path | None = None
+    """The report that was written."""
     not_written: Sequence[Diagnostic] = ()
-    """Why it was not."""
+    """The reason if the report could not be written."""
 
 
-def _analyze_one(job: _Job) -> _Told:
-    """Analyse one log and write its report; what there is to print is given back."""
+def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Path | None) -> _Outcome:
+    """Analyse one log, and write its report into a folder if there is one; `below` is the log's part of its path."""
     from gyrodata.analysis import analyze_readings
+    from gyrodata.reporting.files import report_files
 
-    name, folder, request = job.name, job.folder, job.request
-    readings: Readings | None = None
+    readings, document = None, DOCUMENTS.get(request.form, "")
     try:
-        readings = request.read(**source_of(job.log, name))
+        readings = request.read(**source_of(log, name))
         analysis = analyze_readings(readings, request.options)
-        files = _files(analysis, request) if job.written else {}
-        text = _formatted(analysis, request, job.below if job.count > 1 else None, job.written)
+        files = report_files(analysis, request.figures, request.style, document) if folder is not None else {}
+        text = _formatted(analysis, request, below, folder is not None)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
         return _without_answer(name, readings, request, FAULT, (fault(error, name),))
-    if not job.written:
-        return _Told(0, text, analysis.diagnostics)
+    if folder is None:
+        return _Outcome(0, text, analysis.diagnostics)
     try:
-        with telling(folder, REPORT_CANNOT_BE_WRITTEN):
+        with telling(folder, diagnostics.REPORT_CANNOT_BE_WRITTEN):
             write_folder(folder, files)
     except GyroError as error:
-        return _Told(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
-    return _Told(0, text, analysis.diagnostics, report=str(folder / DOCUMENTS.get(request.form, "report.html")))
+        return _Outcome(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
+    return _Outcome(0, text, analysis.diagnostics, report=folder / (document or "report.html"))
 
 
 def _without_answer(
-    name: str, readings: Readings | None, request: _Request, code: int, diagnostics: Sequence[Diagnostic]
-) -> _Told:
-    """Tell why a log has no answer; a pipe gets an object or a row for it all the same."""
-    if request.form == "csv" and request.table == "logs":
-        from gyrodata.reporting.data import unanswered_row
-
-        return _Told(code, unanswered_row(name, diagnostics), diagnostics)
-    if request.form not in ("json", "ndjson"):
-        return _Told(code, "", diagnostics)
-    from gyrodata.reporting.data import json_text
+    name: str, readings: Readings | None, request: _Request, code: int, found: Sequence[Diagnostic]
+) -> _Outcome:
+    """Describe a log without an answer; programs get an object or a row for it too."""
+    from gyrodata.reporting.data import json_text, unanswered_row
     from gyrodata.results import AnalysisDocument, Input, to_json
 
-    digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-    log, found = Input(name, digest, rows), tuple(one.to_dict() for one in diagnostics)
-    made = to_json(AnalysisDocument(input=log, options=request.options, result=None, diagnostics=found))
-    return _Told(code, json_text(made, indent=2 if request.form == "json" else None), diagnostics)
+    text = ""
+    if request.form == "csv" and request.table == "logs":
+        text = unanswered_row(name, found)
+    elif request.form in ("json", "ndjson"):
+        log = Input(name, readings.sha256, len(readings.runs)) if readings else Input(name, None, None)
+        told = tuple(one.to_dict() for one in found)
+        document = AnalysisDocument(input=log, options=request.options, result=None, diagnostics=told)
+        text = json_text(to_json(document), indent=2 if request.form == "json" else None)
+    return _Outcome(code, text, found)
 
 
-def _formatted(analysis: Analysis, request: _Request, below: Path | None, written: bool) -> str:
-    """Write a log in the form that is asked for.
-
-    `below`: the folder of its report if there are several logs; `written`: whether it has a report.
-    """
+def _formatted(analysis: Analysis, request: _Request, below: Path, written: bool) -> str:
+    """Write an analysis in the format of the request; `written`: it has a report."""
     from gyrodata.reporting.data import json_text, table_rows
 
-    form = request.form
-    after = "" if below is None else "\n"
+    form, after = request.form, "\n" * request.several
     if form == "csv":
         return table_rows(analysis, request.table)
     if form in ("json", "ndjson"):
@@ -345,7 +323,7 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
         from gyrodata.reporting.text import summary
 
         log = analysis.name if re.fullmatch(r"[\w./-]+", analysis.name) else "LOG"
-        rest = f"More: gyro analyze {log} -v" + (", or open the HTML report" if written else "")
+        rest = f"More: gyro analyze {log} -v" + ", or open the HTML report" * written
         return summary(analysis, request.verbose, rest) + after
     if form == "markdown":
         from urllib.parse import quote
@@ -354,22 +332,9 @@ def _formatted(analysis: Analysis, request: _Request, below: Path | None, writte
         from gyrodata.reporting.markdown import markdown_report
 
         # The document of one log is in the folder of its figures, that of several logs is next to their folders.
-        place = "" if below is None else quote(os.fsencode(f"{below.as_posix()}/"))
+        place = quote(os.fsencode(f"{below.as_posix()}/")) if request.several else ""
         figures = f"{place}{{}}.{shown_form(request.figures)}"
         return markdown_report(analysis, figures, alternatives(analysis)) + after
     from gyrodata.reporting.latex import latex_report
 
     return latex_report(analysis)
-
-
-def _files(analysis: Analysis, request: _Request) -> dict[str, bytes]:
-    from gyrodata.reporting.files import report_files
-
-    return report_files(analysis, request.figures, request.style, DOCUMENTS.get(request.form, ""))
-
-
-def _stem(name: str) -> str:
-    for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
-        if name.lower().endswith(suffix) and len(name) > len(suffix):
-            name = name[: -len(suffix)]
-    return name

@@ -2,48 +2,84 @@
 
 from __future__ import annotations
 
-import sys
+import csv
+import io
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, StdinOption, pairs, with_units
-from gyrodata.cli.terminal import (
-    FAULT,
-    STDIN,
-    coloured,
-    fault,
-    name_of,
-    names_of,
-    refuse,
-    short_paths,
-    source_of,
-    wrapped,
-    write_out,
-)
-from gyrodata.diagnostics import FIXED_LOG_CANNOT_BE_WRITTEN, FORMAT_FOR_ONE_LOG, HAND_IN_AS_IT_IS
+from gyrodata import diagnostics
+from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs, with_units
+from gyrodata.cli.terminal import FAULT, complain, fault, names_of, refuse, source_of, tell, write_out, write_text
+from gyrodata.disk import telling, write_whole
 from gyrodata.errors import Diagnostic, GyroError, InputError
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
-    from gyrodata.results import Analysis, HandIn
+    from gyrodata.results import HandIn
 
 
 CheckFormat = Literal["text", "json", "ndjson"]
+
+Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
+"""A log, the submission that a grader would read with it, and diagnostics of this submission."""
 
 
 def template(
     weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
     position: Annotated[str, typer.Option("--position", help="Position of the weights on the rod.")] = "15cm",
     spins: Annotated[str, typer.Option("--spins", help="Spins to aim for.")] = "200,400,600rpm",
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write this file, such as log.xlsx or log.csv.")
+    ] = None,
 ) -> None:
-    """Print a blank log to fill in: each weight with every spin, alternating, and a run without a weight."""
+    """Write a blank log to fill in: each weight with every spin, alternating, and a run without a weight.
+
+    Without --out, the log is printed as CSV.
+    """
     from gyrodata.readings import blank_log
 
-    write_out(blank_log(with_units(weights), position, with_units(spins)))
+    text = blank_log(with_units(weights), position, with_units(spins))
+    if out is None:
+        write_out(text)
+        return
+    if out.exists():
+        hint = "choose another name with --out, so that your data are not lost"
+        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, f"{out} exists already", hint)
+    with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        write_whole(out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()])
+    tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
+
+
+def _workbook(text: str) -> bytes:
+    """Return a blank log as a workbook: constants in rows of two cells, and a row of headers with units."""
+    from openpyxl import Workbook
+    from openpyxl.styles import Font
+
+    workbook = Workbook()
+    sheet = workbook.active
+    for line in text.splitlines():
+        if line.endswith(": "):
+            sheet.append([line.rstrip(), ""])
+        else:
+            sheet.append([line] if line.startswith("#") else next(csv.reader([line])))
+    header = next(row for row in sheet if row[0].value == "mass [g]")
+    for cell in header:
+        cell.font = Font(bold=True)
+        sheet.column_dimensions[cell.column_letter].width = 18
+        # Excel shows as many digits as the instruments; turns are text, because Excel makes a date of 1/3.
+        form = {"mass [g]": "0.00", "position [cm]": "0.0", "time [s]": "0.00", "turns": "@"}.get(cell.value, "General")
+        for row in range(cell.row + 1, sheet.max_row + 1):
+            below = sheet.cell(row, cell.column)
+            below.number_format = form
+            if form.startswith("0") and below.value:
+                below.value = float(below.value)
+    sheet.freeze_panes = sheet.cell(header[0].row + 1, 1)
+    data = io.BytesIO()
+    workbook.save(data)
+    return data.getvalue()
 
 
 def check(
@@ -61,7 +97,6 @@ def check(
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    stdin: StdinOption = STDIN,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 even if there is only advice.")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even if something is found.")] = False,
 ) -> None:  # fmt: skip
@@ -70,89 +105,74 @@ def check(
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
     not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
     """
-    given = pairs(settings, "--set"), pairs(mapping, "--map")
+    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
+    if hand_in and (settings or mapping or config or fix or "-" in logs):
+        message = "--hand-in reads files as gyro grade does: without --set, --map, --config, --fix and -"
+        hint = "leave these out, and write their values into the log"
+        refuse(diagnostics.HAND_IN_AS_IT_IS, message, hint)
+    if form == "json" and len(logs) > 1 and not hand_in:
+        hint = "use --format ndjson for several logs: one object per line"
+        refuse(diagnostics.FORMAT_FOR_ONE_LOG, "--format json is for one log", hint)
+    if fix and "-" in logs:
+        message = "--fix writes a file next to the log, and standard input has no folder"
+        refuse(diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN, message, "save the log first: gyro check --fix log.csv")
+    worst = 0
     if hand_in:
-        if settings or mapping or config or fix or "-" in logs:
-            message = "--hand-in reads files as gyro grade does, which knows no --set, --map, --config, --fix and no -"
-            refuse(HAND_IN_AS_IT_IS, message, "leave these out, and write what they say into the log")
         from gyrodata.grading.hand_in import read_hand_in
 
-        files = [Path(log) for log in logs]
-        worst = _check_one(name_of(logs[0]), lambda: read_hand_in(files), form, strict)
-    elif form == "json" and len(logs) > 1:
-        refuse(FORMAT_FOR_ONE_LOG, "--format json is for one log", "use --format ndjson for several: one object a line")
-    else:
-        if fix and "-" in logs:
-            message = "--fix writes a file beside the log, and standard input has no name"
-            refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "save the log first: gyro check --fix log.csv")
-        named = zip(logs, names_of(short_paths(logs), stdin), strict=True)
-        read = partial(_read, given, config)
-        worst = 0
-        unfixed: list[Diagnostic] = []
-        for log, name in named:
-            read_one = partial(read, log, name)
-            worst = max(worst, _check_one(name, read_one, form, strict))
+        _, worst = _check_one(names_of(logs)[0], lambda: read_hand_in([Path(log) for log in logs]), form, strict)
+        logs = []
+    for log, name in zip(logs, names_of(logs), strict=True):
+        readings, code = _check_one(name, _reader(log, name, given, config), form, strict)
+        if fix and readings is not None:
             try:
-                if fix:
-                    _fix(Path(log), name, read_one, form)
+                _fix(Path(log), readings, form)
             except InputError as error:
-                unfixed += error.diagnostics
-        if unfixed:
-            raise InputError(unfixed)
+                complain(error.diagnostics)
+                code = error.exit_code
+        worst = max(worst, code)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
 
-Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
-"""A log, what a grader would read beside it, and what was found on the way."""
-
-
-def _read(given: tuple[dict[str, str], dict[str, str]], config: Path | None, log: str, name: str) -> Read:
-    """Read one log by itself; `given`: settings and mapping."""
+def _reader(log: str, name: str, given: dict[str, Any], config: Path | None) -> Callable[[], Read]:
     from gyrodata.readings import read_log
 
-    settings, mapping = given
-    return read_log(**source_of(log, name), settings=settings, mapping=mapping, config=config), None, ()
+    return lambda: (read_log(**source_of(log, name), **given, config=constants_of(log, config)), None, ())
 
 
-def _fix(log: Path, name: str, read: Callable[[], Read], form: CheckFormat) -> None:
+def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
-    from gyrodata.disk import write_whole
     from gyrodata.readings import fixed_log
 
-    try:
-        readings, _, _ = read()
-    except GyroError:
-        return  # the check has shown why this is not a log
+    code = diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN
     fixed = log.with_name(f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv")
     if not readings.runs or not readings.columns:
-        message = f"{fixed} is not written: gyro understands no run of {name}"
-        refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "first correct what is said above")
+        message = f"{fixed} is not written: gyro understands no run of {readings.name}"
+        refuse(code, message, "first correct the errors above")
     text, left = fixed_log(readings)
     try:
         if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
-            message = f"{fixed} is there already, and is another one"
-            refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "rename it or take it away, so that nothing in it is lost")
+            refuse(code, f"{fixed} exists already, with another content", "rename it, so that nothing in it is lost")
         write_whole(fixed, [text.encode()])
     except OSError as error:
         message = f"{fixed} cannot be written: {error.strerror or error}"
-        refuse(FIXED_LOG_CANNOT_BE_WRITTEN, message, "make room there, or copy the log into another folder")
+        refuse(code, message, "free space there, or copy the log into another folder")
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
-    typer.echo("\n   ".join([f"{fixed}: {name} as gyro understood it; {todo}", *left]), err=form != "text")
+    typer.echo("\n   ".join([f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]), err=form != "text")
 
 
-def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: bool) -> int:
-    """Check one log, print what was found, and give the exit code."""
+def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: bool) -> tuple[Readings | None, int]:
+    """Check one log and print what was found; return the log and the exit code."""
     from gyrodata.procedure import ADVICE, check_log
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import check_text
+    from gyrodata.results import CheckDocument, Input, to_json
 
-    readings: Readings | None = None
-    hand_in: HandIn | None = None
-    analysis: Analysis | None = None
-    told: tuple[Diagnostic, ...] = ()
+    readings = hand_in = analysis = None
+    of_submission: tuple[Diagnostic, ...] = ()
     try:
-        readings, hand_in, told = read()
-        found = (*readings.diagnostics, *told)
+        readings, hand_in, of_submission = read()
+        found = (*readings.diagnostics, *of_submission)
         # Missing runs are listed before the submission, when they can still be measured.
         if readings.ok and hand_in is None:
             analysis, found = check_log(readings)
@@ -162,25 +182,20 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
         found, code = (fault(error, name),), FAULT
-    # Findings about the whole submission come last.
-    found = tuple(sorted(found, key=lambda one: (one in told, one.line or 0, one.column or 0)))
+    # Diagnostics of the whole submission come last.
+    found = tuple(sorted(found, key=lambda one: (one in of_submission, one.line or 0, one.column or 0)))
     name = readings.name if readings and hand_in else name
+    rows = len(readings.runs) if readings else None
     if form == "text":
-        well = "with an answer" if hand_in else "complete"
-        runs = len(readings.runs) if readings else None
-        text = wrapped(check_text(name, runs, found, well, analysis), sys.stdout)
-        write_out(coloured(text, sys.stdout))
-    else:
-        digest, rows = (readings.sha256, len(readings.runs)) if readings else (None, None)
-        from gyrodata.results import CheckDocument, Input, to_json
-
-        doubts = analysis.doubts if analysis else ()
-        document = CheckDocument(
-            input=Input(name, digest, rows),
-            clean=not doubts and all(one.severity == "note" for one in found),
-            doubts=doubts,
-            diagnostics=tuple(one.to_dict() for one in found),
-            hand_in=hand_in,
-        )
-        write_out(json_text(to_json(document), indent=2 if form == "json" else None))
-    return code
+        write_text(check_text(name, rows, found, "with an answer" if hand_in else "complete", analysis))
+        return readings, code
+    doubts = analysis.doubts if analysis else ()
+    document = CheckDocument(
+        input=Input(name, readings.sha256 if readings else None, rows),
+        clean=not doubts and all(one.severity == "note" for one in found),
+        doubts=doubts,
+        diagnostics=tuple(one.to_dict() for one in found),
+        hand_in=hand_in,
+    )
+    write_out(json_text(to_json(document), indent=2 if form == "json" else None))
+    return readings, code

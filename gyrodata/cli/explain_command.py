@@ -90,8 +90,12 @@ def _explanation(asked: str) -> str:
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in known:
         near = get_close_matches(name, known, n=1)
-        hint = f"did you mean {known[near[0]]}?" if near else ""
-        hint = hint or f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
+        pages = [page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()]
+        hint = f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
+        if near:
+            hint = f"did you mean {known[near[0]]}?"
+        elif pages:
+            hint = f"these pages contain it: {', '.join(pages)}"
         refuse(diagnostics.EXPLAINED_CODE_UNKNOWN, f'there is no page, code, word or key "{asked}"', hint)
     found = known[name]
     if found in docs.PAGES:
@@ -105,12 +109,12 @@ def _explanation(asked: str) -> str:
 
 
 def _about_key(key: str) -> str:
-    """Say what a key of a log means and how it is written."""
+    """Describe the meaning and the form of a key of a log."""
     from gyrodata.error_sources import SOURCES
     from gyrodata.readings import roles
     from gyrodata.units import DISPLAY
 
-    if key in (*roles.BALANCE, roles.MOTION, roles.BALANCED, roles.POSITION_FROM):
+    if key in roles.OTHER_KEYS:
         # The glossary shows these lines as a whole.
         return ""
     lines = []
@@ -132,7 +136,7 @@ def _about_key(key: str) -> str:
 
 
 def _about_code(code: str) -> str:
-    """Say what a code means, why it matters and how to fix it, with an example and what gyro says about it."""
+    """Describe the meaning, the effect and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
     lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
     shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]

@@ -1,23 +1,19 @@
-"""``gyro simulate``: a log from a known truth."""
+"""``gyro simulate``: a log with a known true value."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyrodata.cli.options import quantity, with_units
-from gyrodata.cli.terminal import refuse, write_out
-from gyrodata.diagnostics import TRUTH_CANNOT_BE_WRITTEN
+from gyrodata.cli.options import Bound, quantity, with_units
+from gyrodata.cli.terminal import write_out
 
 if TYPE_CHECKING:
     from gyrodata.simulation import Decay
-    from gyrodata.units import Uncertainty
 
 
 def simulate(
-    context: typer.Context,
     inertia: Annotated[
         str, typer.Option("--inertia", metavar="QUANTITY", help="I_zz about the rod.")
     ] = "4.44e-3 kg m^2",
@@ -37,11 +33,6 @@ def simulate(
     pitch: Annotated[
         str, typer.Option("--pitch", metavar="QUANTITIES", help="Angles of the rod above the horizontal.")
     ] = "0deg",
-    motion: Annotated[
-        Literal["horizontal", "steady", "released"],
-        typer.Option("--motion", help="horizontal: eq. (9); steady: eq. (8); released: the exact motion of a rod "
-                     "released from rest."),
-    ] = "steady",
     imbalance: Annotated[
         str | None,
         typer.Option("--imbalance", metavar="QUANTITY", help='Residual torque M0, such as "0.3 mN m". Default: none, '
@@ -57,69 +48,43 @@ def simulate(
         typer.Option("--noise", metavar="none|typical|FILE", help="typical: the default uncertainties; "
                      'FILE: TOML such as u_time = "0.1 s", or lines such as # u_time: 0.1 s.'),
     ] = "typical",
-    repeats: Annotated[int, typer.Option("--repeats", min=1, help="Number of repeats of each run.")] = 1,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
-    truth: Annotated[Path | None, typer.Option("--truth", metavar="FILE", help="Write the truth as JSON.")] = None,
 ) -> None:  # fmt: skip
-    """Print a simulated log of a known truth, for gyro analyze or any other fit.
+    """Print a simulated log with a known true value, for gyro analyze or any other fit.
 
-    Each weight at each position with each pitch, spin and number of turns is one run. Errors are shared as in a
-    lab: one ruler, one scale, one tachometer, one hand. The log states its uncertainties, and its first line the
-    truth. The same options give the same log.
+    Each weight at each position with each pitch, spin and number of turns is one run. The rod precesses steadily.
+    The runs share errors as in a lab: one ruler, one scale, one tachometer, one hand. The log contains its
+    uncertainties, and its first line the true values. The same options give the same log.
     """
     from gyrodata import simulation
-    from gyrodata.reporting.data import json_text
 
-    scene = simulation.Truth(
-        inertia=quantity("--inertia", inertia, "inertia", positive=True),
+    known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
+    truth = simulation.Truth(
+        inertia=quantity("--inertia", inertia, "inertia", "above zero"),
         imbalance=None if imbalance is None else quantity("--imbalance", imbalance, "torque"),
-        motion=motion,
         decay=_decay(spin_decay),
     )
     design = simulation.Design(
         masses=_list("--weights", weights, "mass"),
         positions=_list("--position", position, "length"),
-        spins=_list("--spins", spins, "rate", nonzero=True),
-        turns=_list("--turns", turns, "number", positive=True),
+        spins=_list("--spins", spins, "rate", "other than zero"),
+        turns=_list("--turns", turns, "number", "above zero"),
         pitches=_list("--pitch", pitch, "angle"),
-        repeats=repeats,
     )
-    done = simulation.simulate(scene, design, _noise(noise), seed)
-    if truth is not None:
-        options = {name: value for name, value in context.params.items() if name != "truth"}
-        _write(truth, json_text({**done.to_dict(), "options": options | {"noise": Path(noise).name}}))
-    write_out(done.log)
+    errors = known[noise] if noise in known else simulation.read_noise(noise)
+    write_out(simulation.simulate(truth, design, errors, seed).log)
 
 
-def _list(option: str, text: str, kind: str, **needs: bool) -> tuple[float, ...]:
-    return tuple(quantity(option, item, kind, **needs) for item in with_units(text))
+def _list(option: str, text: str, kind: str, bound: Bound = "") -> tuple[float, ...]:
+    return tuple(quantity(option, item, kind, bound) for item in with_units(text))
 
 
 def _decay(text: str | None) -> Decay | None:
-    """Understand "600 s", a time constant, or "10 %", the part lost in each run."""
+    """Read "600 s", a time constant, or "10 %", the part lost in each run."""
     from gyrodata.simulation import Decay
 
     if text is None:
         return None
     if text.rstrip().endswith("%"):
         return Decay(lost=quantity("--spin-decay", text.rstrip()[:-1], "number") / 100)
-    return Decay(time_constant=quantity("--spin-decay", text, "time", positive=True))
-
-
-def _noise(text: str) -> dict[str, Uncertainty]:
-    from gyrodata import simulation
-
-    known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
-    return dict(known[text]) if text in known else simulation.read_noise(text)
-
-
-def _write(path: Path, text: str) -> None:
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or str(error)
-        refuse(
-            TRUTH_CANNOT_BE_WRITTEN,
-            f"the truth cannot be written to {path}: {reason}",
-            "choose another file with --truth",
-        )
+    return Decay(time_constant=quantity("--spin-decay", text, "time", "above zero"))

@@ -1,15 +1,13 @@
-"""Standard output and error: what every command prints through."""
+"""Standard output and standard error: every command prints through this module."""
 
 from __future__ import annotations
 
-import codecs
 import errno
 import os
 import re
 import shutil
 import sys
 import textwrap
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from io import TextIOBase, TextIOWrapper
@@ -19,7 +17,7 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gyrodata.diagnostics import FAULT_OF_GYRO, STREAM_CANNOT_BE_USED
+from gyrodata import diagnostics
 from gyrodata.errors import PICTURES, Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
@@ -27,56 +25,94 @@ FAULT = 3
 
 
 class Door(TyperGroup):
-    """The one handler: whatever gyro cannot go on from becomes a line and an exit code here."""
+    """The only error handler: each error that ends a command becomes a message and an exit code here."""
 
     def main(self, *args: Any, **extra: Any) -> Any:
-        """Run the command line."""
+        """Run the command line, and exit."""
+        standalone, extra["standalone_mode"] = extra.get("standalone_mode", True), False
         _open_streams()
         try:
-            return super().main(*args, **extra)
-        except SystemExit as ended:
-            # A reader of the help that has stopped is not an error either.
-            if isinstance(ended.__context__, BrokenPipeError):
-                sys.exit(0)
-            raise
+            code = super().main(*args, **extra)
+        except SystemExit:
+            # Help goes to a reader that has stopped, such as "| head".
+            code = 0
         except GyroError as error:
-            _end(error.diagnostics, error.exit_code)
+            code = _report(error.diagnostics, error.exit_code)
         except OSError as error:
-            # A command explains errors of the files that it opens itself.
-            message = f"gyro cannot go on: {error.strerror or type(error).__name__}"
-            hint = "is the disk full, or a file or folder not yours?"
-            _end([Diagnostic(STREAM_CANNOT_BE_USED, "error", message, hint)], InputError.exit_code)
+            # Commands explain errors of the files that they open.
+            message = f"gyro cannot continue: {error.strerror or type(error).__name__}"
+            hint = "check that the disk is not full, and that the files and folders are yours"
+            found = Diagnostic(diagnostics.STREAM_CANNOT_BE_USED, "error", message, hint)
+            code = _report([found], InputError.exit_code)
         except Exception as error:
-            _end([fault(error)], FAULT)
+            # Errors of the command line itself have this method; typer does not export their class.
+            if hasattr(error, "format_message"):
+                code = _report([_usage_error(error)], InputError.exit_code)
+            else:
+                code = _report([fault(error)], FAULT)
+        if standalone:
+            sys.exit(code)
+        return code
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Print the help if there are no arguments."""
+        return super().parse_args(ctx, args or ["--help"])
 
 
-def _end(diagnostics: Sequence[Diagnostic], code: int) -> NoReturn:
-    complain(diagnostics)
+def _usage_error(error: Any) -> Diagnostic:
+    """Write an error of the command line in the form of all others."""
+    from difflib import get_close_matches
+
+    words = " ".join(error.format_message().split())
+    message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
+    message = (message[:1].lower() + message[1:]).rstrip(".")
+    hint = "see: gyro --help"
+    if error.ctx is not None:
+        command, epilog = error.ctx.command_path, error.ctx.command.epilog or ""
+        hint = f"see: {command} --help"
+        if message.startswith("missing argument") and epilog:
+            hint = f"for example: {' '.join(epilog.partition('Example:')[2].replace(chr(92), '').split())}"
+    if names:
+        hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
+    if choice := re.search(r"'([^']*)' is not one of (.*)", message):
+        near = get_close_matches(choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1)
+        hint = f"did you mean {near[0]}?" if near else hint
+    wrong = getattr(error, "option_name", "").lstrip("-")
+    for option in error.ctx.command.params if error.ctx else ():
+        if wrong in getattr(option.type, "choices", ()):
+            hint = f"did you mean {option.opts[0]} {wrong}?"
+        elif "--out" in option.opts and message.startswith("got unexpected extra argument"):
+            hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"
+    return Diagnostic(diagnostics.COMMAND_LINE_WRONG, "error", message, hint)
+
+
+def _report(found: Sequence[Diagnostic], code: int) -> int:
+    complain(found)
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except OSError:
             _throw_away(stream)
-    sys.exit(code)
+    return code
 
 
 class _Closed(TextIOBase):
-    """Stands where a stream is closed, which Python has None for: to write to it is an error like a full disk."""
+    """Replaces a closed stream, for which Python has None: writing to it is an error like a full disk."""
 
     encoding = "utf-8"
 
     def write(self, _: str) -> NoReturn:
-        raise OSError(errno.EBADF, "it is closed; leave >&- out")
+        raise OSError(errno.EBADF, "it is closed; remove >&- from the command")
 
 
 def _open_streams() -> None:
-    """Write UTF-8 to files and pipes on every system, and what a terminal cannot show in plain letters."""
+    """Write UTF-8 to files and pipes on every system."""
     closed: Any = _Closed()
     sys.stdout, sys.stderr = sys.stdout or closed, sys.stderr or closed
     for stream in (sys.stdout, sys.stderr):
-        # A test's or a notebook's stand-in has no encoding to fail on.
+        # The streams of tests and notebooks accept every character.
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="gyrodata.plain")
+            stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="replace")
 
 
 _PLAIN = {
@@ -84,50 +120,24 @@ _PLAIN = {
     "’": "'", "“": '"', "”": '"', "∝": "~", "∞": "infinity", "⁄": "/",
     "─": "-", "━": "-", "│": "|", "▌": "|", "•": "*", "\u0307": "_dot",
 }  # fmt: skip
-"""What stands for a sign that an encoding lacks, where `unicodedata` does not know it."""
+"""ASCII text for characters that `unicodedata` does not describe."""
 
-_DOTTED = {"φ̇ψ̇": "phi_dot psi_dot", "φ̇": "phi_dot", "ψ̇": "psi_dot"}
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_TOGETHER = re.compile(f" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|{'|'.join(_DOTTED)}")
-"""What is put otherwise as a whole, or not at all."""
 
 
 def readable(text: str, encoding: str) -> str:
-    """Put signs that an encoding lacks otherwise, so that every number stays the same: 4.4 × 10⁻³ as 4.4e-3."""
-
-    def put(found: re.Match[str]) -> str:
-        try:
-            found[0].encode(encoding)
-        except UnicodeEncodeError:
-            return f"e{found[1].translate(_RAISED)}" if found[1] else _raised(found)
-        return found[0]
-
+    """Write a text in ASCII if the encoding lacks a character; every number stays the same: 4.4 × 10⁻³ as 4.4e-3."""
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
-        text = _TOGETHER.sub(put, text).encode(encoding, "gyrodata.plain").decode(encoding)
+        text = re.sub(" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(_RAISED), text)
+        text = re.sub("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: "^" + found[0].translate(_RAISED), text)
+        text = "".join(map(_plain, text))
     return text
 
 
-def _raised(found: re.Match[str]) -> str:
-    return _DOTTED.get(found[0]) or f"^{found[0].translate(_RAISED)}"
-
-
-def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
-    """Say what to write for signs that an encoding lacks."""
-    assert isinstance(error, UnicodeEncodeError)
-    signs = _TOGETHER.sub(lambda found: found[0] if found[1] else _raised(found), error.object[error.start : error.end])
-    plain = "".join(_plain(sign) for sign in signs)
-    # 2½ is not 21/2.
-    apart = " " if "/" in plain[1:3] and error.object[error.start - 1 : error.start].isdigit() else ""
-    return apart + plain, error.end
-
-
-codecs.register_error("gyrodata.plain", _in_plain_letters)
-
-
 def _plain(sign: str) -> str:
-    """Put a sign in ASCII: π as pi, é as e; a question mark for what has no such name."""
+    """Write a character in ASCII: π as pi, é as e; a question mark for a character without such a name."""
     from unicodedata import combining, decimal, name, normalize
 
     if sign.isascii() or sign in _PLAIN:
@@ -135,44 +145,35 @@ def _plain(sign: str) -> str:
     if (digit := decimal(sign, None)) is not None:
         return str(digit)
     if (parts := normalize("NFKD", sign)) != sign:
-        return "".join(map(_plain, parts))
-    if combining(sign):
-        return ""
+        # Separated by a blank: 2½ is not 21/2.
+        return " " * ("⁄" in parts) + "".join(map(_plain, parts))
     if "\N{SYMBOL FOR NULL}" <= sign <= "\N{SYMBOL FOR UNIT SEPARATOR}":
         return f"^{chr(ord(sign) - 0x2400 + 64)}"  # NUL as ^@
     called = name(sign, "")
     if called.startswith("GREEK "):
         letter = called.split()[-1]
         return letter.capitalize() if "CAPITAL" in called else letter.lower()
-    return "?"
+    return "" if combining(sign) else "?"
 
 
 def _throw_away(stream: Any) -> None:
     """Discard the output that Python flushes at exit."""
     with suppress(OSError, ValueError, AttributeError):
-        number = stream.fileno()
-        os.dup2(os.open(os.devnull, os.O_WRONLY), number)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def fault(error: Exception, name: str = "") -> Diagnostic:
-    """Say that gyro itself broke on a log, and where; GYRO_DEBUG=1 shows the whole way there."""
-    if os.environ.get("GYRO_DEBUG"):
-        import traceback
+    """Describe a fault of gyro itself, with its place; GYRO_DEBUG=1 prints the traceback."""
+    import traceback
 
+    if os.environ.get("GYRO_DEBUG"):
         tell("".join(traceback.format_exception(error)))
-    place, trace = "", error.__traceback__
-    while trace is not None:
-        module = trace.tb_frame.f_globals.get("__name__", "")
-        if module.startswith("gyrodata"):
-            place = f" in {module}, line {trace.tb_lineno}"
-        trace = trace.tb_next
-    return Diagnostic(
-        FAULT_OF_GYRO,
-        "error",
-        f"this is a fault of gyro, not of your log: {type(error).__name__}{place}",
-        "please report it with the log and this line; GYRO_DEBUG=1 in front of the command shows more",
-        name,
-    )
+    frames = traceback.walk_tb(error.__traceback__)
+    places = [(frame.f_globals.get("__name__", ""), line) for frame, line in frames]
+    place = [f" in {module}, line {line}" for module, line in places if module.startswith("gyrodata")][-1:]
+    message = f"this is a fault of gyro, not of your log: {type(error).__name__}{''.join(place)}"
+    hint = "please report it with the log and this line; GYRO_DEBUG=1 in front of the command shows more"
+    return Diagnostic(diagnostics.FAULT_OF_GYRO, "error", message, hint, name)
 
 
 _COLOURED = (
@@ -197,7 +198,7 @@ def coloured(text: str, stream: Any) -> str:
 
 
 def wrapped(text: str, stream: Any) -> str:
-    """Wrap long lines at the width of a terminal; tables and texts for other streams stay as they are."""
+    """Wrap long lines at the width of a terminal; tables, and texts for other streams, stay the same."""
     if not stream.isatty():
         return text
     width = shutil.get_terminal_size().columns
@@ -221,15 +222,17 @@ def write_out(text: str) -> None:
         raise typer.Exit(0) from None
     except OSError as error:
         _throw_away(sys.stdout)
-        refuse(
-            STREAM_CANNOT_BE_USED,
-            f"standard output cannot be written: {error.strerror}",
-            "make room on the disk, or write to another file: > FILE",
-        )
+        message = f"standard output cannot be written: {error.strerror}"
+        refuse(diagnostics.STREAM_CANNOT_BE_USED, message, "free space on the disk, or write to another file: > FILE")
+
+
+def write_text(text: str) -> None:
+    """Write text for people to standard output: wrapped and coloured if it is a terminal."""
+    write_out(coloured(wrapped(text, sys.stdout), sys.stdout))
 
 
 def tell(*lines: str) -> None:
-    """Write lines to standard error; if that cannot be written, it costs no answer."""
+    """Write lines to standard error; if it cannot be written, the answer is still printed."""
     for line in (line.translate(PICTURES) for line in lines):
         try:
             line = wrapped(readable(line, sys.stderr.encoding or "utf-8"), sys.stderr)
@@ -238,85 +241,69 @@ def tell(*lines: str) -> None:
             _throw_away(sys.stderr)
 
 
-def complain(diagnostics: Iterable[Diagnostic], quiet: bool = False) -> None:
-    """Write diagnostics to standard error, those that stop the analysis last, where they are seen."""
+def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
+    """Write diagnostics to standard error. Errors come last, because users see the last lines."""
     order = {"note": 0, "warning": 1, "error": 2}
-    shown: Sequence[Diagnostic] = sorted(
-        (d for d in diagnostics if not quiet or d.severity == "error"),
-        key=lambda d: (order[d.severity], d.line or 0, d.column or 0),
-    )
-    tell(*map(str, shown))
+    shown = [one for one in found if not quiet or one.severity == "error"]
+    tell(*map(str, sorted(shown, key=lambda one: (order[one.severity], one.line or 0, one.column or 0))))
 
 
 def refuse(code: str, message: str, hint: str) -> NoReturn:
-    """Stop with one error: what is wrong, and what to type."""
+    """Stop with one error: what happened, and what to type."""
     raise InputError.of(code, message, hint)
 
 
 def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str = "") -> Callable[[int], None] | None:
-    """Show how far a long computation is, and by a clock [s] how long it still takes, on a terminal only."""
+    """Show the progress of a long computation on a terminal; a clock [s] adds an estimate of the time that is left."""
     if not sys.stderr.isatty():
         return None
     first: tuple[int, float] | None = None
 
     def show(done: int) -> None:
+        from gyrodata.reporting.values import duration_text
+
         nonlocal first
         left = ""
         if clock is not None:
-            now = clock()
-            # Before the first call an earlier run may have done much, and starting took its time.
-            first = first or (done, now)
+            # The first call is the reference: an earlier run may have done many already.
+            first = first or (done, clock())
             if done > first[0]:
-                left = f", {time_text((now - first[1]) * (whole - done) / (done - first[0]))} left"
+                left = f", {duration_text((clock() - first[1]) * (whole - done) / (done - first[0]))} left"
         typer.echo(f"\r{what}{done} of {whole}{left}\033[K" if done < whole else "\r\033[K", err=True, nl=False)
 
     return show
 
 
-def time_text(seconds: float) -> str:
-    """Write a time to wait: "5 s", "3 min", "1 h 20 min"."""
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    hours, minutes = divmod(round(seconds / 60), 60)
-    return f"{hours} h {minutes} min" if hours else f"{minutes} min"
-
-
 STDIN = "<stdin>"
-"""What a log from standard input is called."""
+"""Name of a log from standard input."""
 
 
 def source_of(log: str, name: str) -> dict[str, Any]:
-    """Return the source of a log, and its name."""
+    """Return the source of a log and its name, as `read_log` needs them."""
     if log != "-":
-        # A path with a newline in it is a path all the same.
+        # A path that contains a line break is still a path.
         return {"source": Path(log), "name": name}
     if sys.stdin is None:
-        refuse(STREAM_CANNOT_BE_USED, "standard input is closed", "give the log's name instead of -, or - < log.csv")
+        hint = "give the name of the log instead of -, or - < log.csv"
+        refuse(diagnostics.STREAM_CANNOT_BE_USED, "standard input is closed", hint)
     if sys.stdin.isatty():
         end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
-        tell(f"reading the log from the keyboard; end it with {end}")
+        tell(f"gyro reads the log from the keyboard; end it with {end}")
     return {"source": sys.stdin.buffer, "name": name}
 
 
 def short_paths(logs: Sequence[str]) -> list[Path]:
-    """Return the paths of logs as they were given; absolute ones with as many last parts as make them different."""
+    """Return the paths of logs as they were given, but absolute ones relative to the folder that they share."""
     paths = [Path(log) for log in logs]
-    given = [path for path in paths if not path.is_absolute()]
-    longer = [i for i, path in enumerate(paths) if path.is_absolute()]
-    for count in range(1, max((len(paths[i].parts) for i in longer), default=1)):
-        ends = {i: Path(*Path(logs[i]).parts[1:][-count:]) for i in longer}
-        often = Counter([*ends.values(), *given])
-        for i, end in ends.items():
-            paths[i] = end
-        longer = [i for i, end in ends.items() if often[end] > 1]
-    return paths
+    folders = [path.parent for path in paths if path.is_absolute()]
+    try:
+        shared = os.path.commonpath(folders) if folders else ""
+    except ValueError:
+        # Two drives of Windows share no folder.
+        return [Path(path.name) if path.is_absolute() else path for path in paths]
+    return [path.relative_to(shared) if path.is_absolute() else path for path in paths]
 
 
-def names_of(paths: Sequence[Path], stdin: str = STDIN) -> list[str]:
-    """Return the names of logs."""
-    return [printable(stdin) if path == Path("-") else printable(path.as_posix()) for path in paths]
-
-
-def name_of(log: str, stdin: str = STDIN) -> str:
-    """Return the name of a single log, readable or not."""
-    return names_of(short_paths([log]), stdin)[0]
+def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
+    """Return the names of logs for messages and results."""
+    return [printable(stdin if path == Path("-") else path.as_posix()) for path in short_paths(logs)]

@@ -17,97 +17,57 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis
 
 PAUSE = 0.5
-"""Between two looks at the file [s]."""
-
-PATIENCE = 10
-"""After so many looks a file is read even if it changes all the time."""
-
-_CLEAR = "\033[H\033[2J"
-_RULE = "-" * 72 + "\n"
+"""Time between two looks at the file [s]."""
 
 
-def watch(
-    path: Path,
-    read: Callable[[bytes], Readings],
-    analyse: Callable[[Readings], Analysis],
-    sleep: Callable[[float], None] = time.sleep,
-) -> None:
-    """Print how the lab stands, now and after each change of the log, until Ctrl-C.
+def watch(path: Path, read: Callable[[bytes], Readings], analyse: Callable[[Readings], Analysis]) -> None:
+    """Print the state of the lab, now and after each change of the log, until Ctrl-C.
 
-    On a terminal each state takes the place of the last; elsewhere they follow each other, parted by a line.
+    On a terminal each state replaces the last one; elsewhere a line separates them.
     """
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     before = ""
-    for data in contents(path, sleep):
+    for data in contents(path):
         text = f"{path.name}: cannot be read now\n" if data is None else state(path.name, data, read, analyse)
         if on_terminal:
-            text = coloured(text, sys.stdout)
-            write_out(f"{_CLEAR}{text}\nwatching {path.name}; Ctrl-C ends it\n")
+            # Clear the screen first.
+            write_out(f"\033[H\033[2J{coloured(text, sys.stdout)}\nwatching {path.name}; Ctrl-C ends it\n")
         else:
             write_out(before + text)
-        before = _RULE
+        before = "-" * 72 + "\n"
 
 
-def contents(path: Path, sleep: Callable[[float], None]) -> Iterator[bytes | None]:
-    """Give what a file holds, now and whenever that has changed and come to rest; None while it cannot be read.
+def contents(path: Path) -> Iterator[bytes | None]:
+    """Give the content of a file, now and after each change; None while it cannot be read.
 
-    A file that is being written changes from look to look, and one that is saved by renaming another is gone for a
-    moment: what is not the same in two looks is not yet read.
+    Two looks in sequence have to agree, because a program may still be writing the file.
     """
-    last_seen = last_read = signature(path)
-    shown = _read(path)
-    yield shown
-    restless = 0
-    while True:
-        sleep(PAUSE)
-        seen = signature(path)
-        if seen == last_read:
-            restless = 0
-        elif seen == last_seen or restless >= PATIENCE:
-            data = _read(path)
-            last_read, restless = seen, 0
-            if data != shown:
-                shown = data
-                yield shown
-        else:
-            restless += 1
-        last_seen = seen
-
-
-def signature(path: Path) -> tuple[int, ...] | None:
-    """Give what changes when a file is saved; None where there is no file."""
-    try:
-        found = path.stat()
-    except OSError:
-        return None
-    return found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino
-
-
-def _read(path: Path) -> bytes | None:
     from gyrodata.readings import MAX_BYTES
 
-    try:
-        with path.open("rb") as file:
-            return file.read(MAX_BYTES + 1)
-    except OSError:
-        return None
+    data = last = shown = None
+    for look in range(sys.maxsize):
+        try:
+            with path.open("rb") as file:
+                data = file.read(MAX_BYTES + 1)
+        except OSError:
+            data = None
+        if look == 0 or (data == last and data != shown):
+            shown = data
+            yield data
+        last = data
+        time.sleep(PAUSE)
 
 
-def state(
-    name: str,
-    data: bytes,
-    read: Callable[[bytes], Readings],
-    analyse: Callable[[Readings], Analysis],
-) -> str:
-    """Say how the lab stands by what the file holds, or why it does not say yet."""
+def state(name: str, data: bytes, read: Callable[[bytes], Readings], analyse: Callable[[Readings], Analysis]) -> str:
+    """Describe the state of the lab, or explain why there is no answer yet."""
     from gyrodata.procedure import what_lacks
-    from gyrodata.reporting.text import unfinished_text, watch_text
+    from gyrodata.reporting import text
 
     try:
         readings = read(data)
         analysis = analyse(readings)
-        return watch_text(analysis, what_lacks(readings, analysis.measurements, analysis))
+        return text.watch_text(analysis, what_lacks(readings, analysis.measurements, analysis))
     except GyroError as error:
-        return unfinished_text(name, error.diagnostics)
+        return text.unfinished_text(name, error.diagnostics)
     except Exception as error:
-        return unfinished_text(name, [fault(error, name)])
+        return text.unfinished_text(name, [fault(error, name)])

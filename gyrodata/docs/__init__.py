@@ -1,4 +1,4 @@
-"""The pages of documentation: Markdown that comes with the package, and is read in a terminal or in a browser."""
+"""The pages of documentation: Markdown files of the package, for a terminal or a browser."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ PAGES = (
     "python",
     "pipelines",
 )
-"""Their names, in the order in which they are listed."""
+"""Names of the pages, in the order of the list."""
 
 WIDEST = 100
-"""Longer lines [columns] are hard to read, however wide the terminal is."""
+"""Maximum width of a line [characters]; longer lines are hard to read."""
 
 
 def page_text(name: str) -> str:
-    """Give a page as Markdown."""
+    """Return a page as Markdown."""
     return Path(__file__).with_name(f"{name}.md").read_text(encoding="utf-8")
 
 
 def page_title(name: str) -> str:
-    """Give the title of a page, its first line."""
+    """Return the title of a page, its first line."""
     return page_text(name).partition("\n")[0].removeprefix("# ")
 
 
@@ -37,11 +37,11 @@ def for_terminal(markdown: str, width: int | None = None) -> str:
     from rich.markdown import Markdown
     from rich.theme import Theme
 
-    # A black ground for names would stand out from a light one.
+    # The usual black background of code is too dark for a light terminal.
     plain = Theme({"markdown.code": "bold cyan"})
     console = Console(width=width, force_terminal=True, legacy_windows=False, theme=plain)
     console.width = min(console.width, WIDEST)
-    # A terminal shows no pictures and follows no link to another page; comments are for tests.
+    # Remove pictures and the targets of links, which a terminal cannot show, and comments, which are for tests.
     words = re.sub(r"^!\[.*\n|<!--.*?-->\n?", "", markdown, flags=re.MULTILINE)
     words = re.sub(r"\[([^\]]+)\]\([^)]*\)", r"\1", words)
     with console.capture() as captured:

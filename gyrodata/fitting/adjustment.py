@@ -175,8 +175,11 @@ def transverse_inertia(measured: Measurements) -> Floats:
     """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
-    load = measured.mass * measured.position**2
-    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + np.where(np.isnan(load), 0.0, load)
+    load = np.nan_to_num(measured.mass * measured.position**2)
+    if measured.nutation_ratio is not None:
+        found = measured.nutation_ratio * rough_inertia(measured)
+        return np.where(np.isnan(found), np.nanmedian(found - load) + load, found)
+    return DEFAULT_TRANSVERSE_RATIO * rough_inertia(measured) + load
 
 
 def rough_inertia(measured: Measurements) -> float:
@@ -373,7 +376,6 @@ def adjust(
     prior_width: float,
     kept: Floats,
     factor: float,
-    near: Adjusted | None = None,
 ) -> Adjusted:
     """Iterate the adjustment to a credible solution.
 
@@ -390,8 +392,6 @@ def adjust(
         1, or 0 for a run without weight; its time is still predicted.
     factor : float
         Largest ratio of I_zz and its start.
-    near : Adjusted, optional
-        The end of an adjustment of similar runs: the errors begin there.
 
     Raises
     ------
@@ -402,12 +402,8 @@ def adjust(
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
-    single = np.zeros_like(problem.absolute)
-    if near is not None and np.array_equal(near.problem.groups, problem.groups):
-        unknowns[2:] = near.unknowns[2] / scale[2] if scale[2] else 0.0, *near.shared
-        single = -near.slopes * problem.independent * near.weighted / np.sqrt(near.independent_variance)
     try:
-        adjusted = _iterate(problem, sense, kept, scale, unknowns, single)
+        adjusted = _iterate(problem, sense, kept, scale, unknowns)
     except np.linalg.LinAlgError:
         raise NoFit("these runs do not determine the unknowns separately") from None
     _insist_on_solution(adjusted, start.inertia, factor)
@@ -416,10 +412,9 @@ def adjust(
 
 # Values that are not finite are refused after the iteration.
 @np.errstate(all="ignore")
-def _iterate(
-    problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats, single: Floats
-) -> Adjusted:
+def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats) -> Adjusted:
     """Repeat the linearised least squares until the steps converge."""
+    single = np.zeros_like(problem.absolute)
     count, width = problem.count, len(unknowns)
     # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
     rows = np.zeros((count + width - 1, width + 1))

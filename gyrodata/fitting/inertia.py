@@ -39,9 +39,11 @@ class Estimate(Struct, frozen=True):
     """A value with its standard uncertainty (k = 1)."""
 
     value: float
+    """In the SI unit."""
     u: float | None
-    """null if the runs do not determine it; the note of its fit contains the reason."""
+    """Standard uncertainty; null if the runs do not determine it, and the note of the fit contains the reason."""
     unit: str
+    """The SI unit, such as "kg*m^2"."""
     interval_95: tuple[float, float] | None = None
     """null if it is value ± 1.96 u, or is not computed."""
 
@@ -182,7 +184,6 @@ def fit(
     *,
     tilted: bool = False,
     left_out: Collection[int] = (),
-    near: FitResult | None = None,
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -200,9 +201,6 @@ def fit(
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
         Runs that are not used; their times are still predicted.
-    near : FitResult, optional
-        A fit of a similar log. The fit begins there and is three times as fast; it gives the same I_zz, but M0 and b
-        at fixed widths, and no budget.
 
     Returns
     -------
@@ -215,27 +213,15 @@ def fit(
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    if near is not None and (widths or measured.sense.all()):
-        at = near.widths if widths is None else widths
-        inertia, residual_torque = near.adjusted.unknowns[:2].tolist()
-        sense = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
-        width = lightest_torque(measured, kept) if at.residual_torque is None else at.residual_torque
-        start = Start(inertia, max(-width, min(residual_torque, width)))
-        problem = Problem(measured, tilted).with_scatter(at.scatter)
-        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.ASTRAY, near.adjusted)
-        begun = [_result(adjusted, sense, Widths(at.scatter, width), adjusted.chi2)]
-    else:
-        begun = _by_sign(measured, tilted, kept)
+    begun = _by_sign(measured, tilted, kept, widths or AS_STATED)
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
-    results = [_integrated(measured, one, near) for one in begun]
+    results = [_integrated(measured, one) for one in begun]
     results.sort(key=lambda pair: -pair[1].evidence)
     first, answer = results[0]
     several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
     if len(several) > 1:
         first, answer = replace(first, two_signs=True), posterior.mixed(several)
-    if near is not None:
-        return replace(first, inertia=_estimate(answer.quantiles(1)[0], UNITS[0]), posterior=answer)
     best, residual, bias = map(_estimate, answer.quantiles(3), UNITS)
     contradicted = None
     if measured.balance_test is not None:
@@ -254,14 +240,15 @@ def fit(
     )
 
 
-def _by_sign(measured: Measurements, tilted: bool, kept: Floats) -> list[FitResult]:
-    """Fit with the stated widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
+def _by_sign(measured: Measurements, tilted: bool, kept: Floats, widths: Widths) -> list[FitResult]:
+    """Fit at fixed widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
     if measured.sense[kept > 0].all():
-        return [_as_stated(measured, adjustment.assume_sense(measured, 1.0), tilted, kept)]
+        return [_at_widths(measured, adjustment.assume_sense(measured, 1.0), tilted, kept, widths)]
     signed: list[tuple[float, FitResult]] = []
     for sign in (1.0, -1.0):
         try:
-            signed.append((sign, _as_stated(measured, adjustment.assume_sense(measured, sign), tilted, kept)))
+            sense = adjustment.assume_sense(measured, sign)
+            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths)))
         except NoFit:
             # M0 may not be able to have this sign.
             if sign < 0 and not signed:
@@ -276,19 +263,21 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _as_stated(measured: Measurements, sense: Floats, tilted: bool, kept: Floats) -> FitResult:
-    """Adjust the runs with the stated widths."""
-    width = lightest_torque(measured, kept)
-    problem, factor = Problem(measured, tilted), 1.0
+def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths) -> FitResult:
+    """Adjust the runs at fixed widths."""
+    factor, width = widths.scatter, widths.residual_torque
+    width = lightest_torque(measured, kept) if width is None else width
+    problem = Problem(measured, tilted)
     start = adjustment.first_guess(measured, sense, kept)
+    start = replace(start, residual_torque=max(-width, min(start.residual_torque, width)))
     try:
-        adjusted = adjustment.adjust(problem, sense, start, width, kept, adjustment.FACTOR)
+        adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are infinite, because their errors are
         # proportional, or that M0 cancels all torques. Larger errors of single runs and a small M0 prevent this.
         start = adjustment.robust_start(measured, sense, kept)
-        factor = max(1.0, adjustment.misfit(measured, start, kept))
-        if factor > 1:
+        factor = max(factor, adjustment.misfit(measured, start, kept))
+        if factor > widths.scatter:
             width = 0.1 * width
         adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY)
     # A prior without information is not a datum: neither its term nor its degree of freedom counts.
@@ -321,23 +310,21 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
     )
 
 
-def _integrated(measured: Measurements, begun: FitResult, near: FitResult | None) -> tuple[FitResult, Posterior]:
+def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Posterior]:
     """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
     found = _integrate_at(measured, begun)
-    if near is not None and near.posterior is not None and found.is_similar(near.posterior):
-        return begun, found
     scatter, width = found.typical_widths()
     start = Start(*found.middle()[:2].tolist())
     problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
     try:
-        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR, begun.adjusted)
+        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
         return begun, found
     result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
-    return result, _integrate_at(measured, result, found)
+    return result, _integrate_at(measured, result)
 
 
-def _integrate_at(measured: Measurements, result: FitResult, near: Posterior | None = None) -> Posterior:
+def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
     adjusted, inertia = result.adjusted, result.inertia.value
     lightest = lightest_torque(measured, adjusted.kept)
@@ -356,7 +343,7 @@ def _integrate_at(measured: Measurements, result: FitResult, near: Posterior | N
     )
     tested = None if measured.balance_test is None else measured.balance_test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), tested, near).times(unit)
+    return posterior.integrate(conditions, scale, times_stated(measured), tested).times(unit)
 
 
 def _estimate(ends: Floats, unit: str) -> Estimate:
@@ -384,13 +371,17 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """Split u²(I_zz) by source, the largest first; the shares add up to u² [kg²*m⁴].
 
     The answer is linear in every standardised error, so the squares add up. Scatter above the stated uncertainties has
-    a row of its own.
+    a row of its own. The factor s itself is uncertain, which widens the errors of single runs.
     """
     adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
     variances = (adjusted.slopes * problem.independent) ** 2 @ (gain[:count] ** 2 / adjusted.independent_variance)
-    excess = float(variances.sum()) * (1 - 1 / max(result.scatter, 1.0) ** 2)
-    variances /= max(result.scatter, 1.0) ** 2
+    single = float(variances.sum())
+    if single > adjustment.NEGLIGIBLE * u**2:
+        wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
+        variances *= 1 + wider / single
+    stated = variances / max(result.scatter, 1.0) ** 2
+    excess, variances = float((variances - stated).sum()), stated
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
@@ -406,10 +397,6 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     ):
         if gain[row]:
             shares.append((name, True, words, abs(float(gain[row]))))
-    stated = excess + math.fsum(own**2 for *_, own in shares)
-    if excess > adjustment.NEGLIGIBLE * stated:
-        # The uncertainty of the scatter widens the tails too.
-        excess += max(0.0, u**2 - stated)
     if excess > 0:
         shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
     total = math.fsum(own**2 for *_, own in shares)
@@ -456,7 +443,8 @@ def is_corrected(measured: Measurements, chosen: ChosenModel) -> bool:
 def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> Measurements:
     """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
 
-    Runs of a released rod also get two sources of error: the phase of the nutation at the last button press, and I.
+    Runs of a released rod also get sources of error: the phase of the nutation at the last button press, and I. If the
+    log does not say how the rod was started, a push of the hand is a source as well.
     """
     inertia, residual_torque = near.inertia.value, near.residual_torque.value
     across = adjustment.transverse_inertia(measured)
@@ -469,7 +457,8 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
         with np.errstate(divide="ignore", invalid="ignore"):
             steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if chosen.released:
-            runs = _released(measured, steady, total, whole, across)
+            is_stated = chosen.asked or measured.motion is not None
+            runs = _released(measured, steady, total, whole, across, is_stated)
         else:
             with np.errstate(divide="ignore", invalid="ignore"):
                 runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
@@ -483,28 +472,46 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     return replace(runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor))
 
 
-def _released(measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats) -> Measurements:
+OF_RELEASE = ("nutation", "release", "habit", "push")
+"""Sources that a released rod adds."""
+
+PART_RELEASED, PART_U = 0.5, 0.4
+"""Part of the effect of a release, and its standard uncertainty, if the log does not say how the rod was started: a rod
+that gets a push of the share k of the steady rate shows (1 − k)² of it."""
+
+
+def _released(
+    measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats, is_stated: bool
+) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
     from gyrodata import motion
 
     top = motion.Top(whole, across, total)
-    mean = motion.mean_precession_rate(top, motion.released(top, measured.spin, measured.pitch))
+    mean = motion.mean_precession_rate(top, measured.spin, measured.pitch)
     # Without a torque both rates are zero.
-    ratio = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0)
+    effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
+    part = 1.0 if is_stated else PART_RELEASED
     click = physics.click_error(measured.spin, whole, across)
     own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
     nothing = np.zeros(len(total))
     # A log without a pitch and without the word "released" has no source for I, though it may state I.
-    given = measured.transverse_inertia is not None
+    given = measured.transverse_inertia is not None or measured.nutation_ratio is not None
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
     sources = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
     # The reduction of the mean rate is proportional to the square of I.
-    doubt = 2 * next(sources, default) * np.abs(ratio - 1)
-    more = (
+    doubt = 2 * next(sources, default) * part * np.abs(effect)
+    more = [
         Source("nutation", "time", own, click / math.sqrt(2), nothing, "", True, "its phase at the last click"),
         Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),
-    )
-    return replace(measured, slowing=ratio, sources=(*measured.sources, *more))
+    ]
+    if not is_stated:
+        push = PART_U * np.abs(effect)
+        # One half of the variance is the habit of the hand, the other half differs from run to run.
+        more += [
+            Source(name, "turns", groups, nothing, push / math.sqrt(2), shared_by, True, "half of the effect ± 40 %")
+            for name, groups, shared_by in (("habit", every, "all runs (the same hand)"), ("push", own, ""))
+        ]
+    return replace(measured, slowing=1 + part * effect, sources=(*measured.sources, *more))
 
 
 def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:
@@ -531,7 +538,6 @@ def fit_model(
     chosen: ChosenModel,
     left_out: Collection[int] = (),
     widths: Widths | None = None,
-    near: FitResult | None = None,
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a model: correct the runs with the result of the fit, until both agree.
 
@@ -541,13 +547,13 @@ def fit_model(
         The runs; earlier corrections are removed first.
     chosen : ChosenModel
         The model.
-    left_out, widths, near
+    left_out, widths
         As for `fit`.
 
     Returns
     -------
     Measurements
-        The corrected runs; of a released rod, with two more sources of error.
+        The corrected runs; of a released rod, with more sources of error.
     FitResult
 
     Raises
@@ -555,19 +561,18 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = tuple(source for source in measured.sources if source.name not in ("nutation", "release"))
+    sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
     bare = runs = replace(measured, slowing=None, sources=sources)
 
     def fitted(widths: Widths | None) -> FitResult:
-        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out, near=near)
+        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
 
     if not is_corrected(runs, chosen):
         return runs, fitted(widths)
-    on_the_way = AS_STATED if near is None else near.widths
-    result, close = (fitted(AS_STATED), 1e-10) if near is None else (near, 1e-7)
+    result = fitted(AS_STATED)
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
-        result = fitted(on_the_way)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=close, atol=0):
+        result = fitted(AS_STATED)
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
-    return runs, result if widths == on_the_way else fitted(widths)
+    return runs, result if widths == AS_STATED else fitted(widths)

@@ -124,6 +124,14 @@ class LineFit(Struct, frozen=True, eq=False):
     convention: str
     """Description of the method and of the uncertainties."""
 
+    def __str__(self) -> str:
+        from uncertainties import ufloat
+
+        line = f"y = ({ufloat(self.slope, self.u_slope):.2uP}) x"
+        if self.u_intercept is not None:
+            line += f" + ({ufloat(self.intercept, self.u_intercept):.2uP})"
+        return f"{line}, chi-square {self.chi2:.3g} with {self.dof} degrees of freedom"
+
 
 def fit_line(
     x: ArrayLike,

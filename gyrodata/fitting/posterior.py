@@ -2,15 +2,15 @@
 
 These widths are described by two numbers with a prior that is the same for every design:
 
-* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``;
+* s, the factor on the errors of single runs: near 1, with long tails, especially if the log does not state ``u_time``.
+  It is a Birge factor with a prior (Bodnar & Elster, Metrologia 51, 516, 2014);
 * w, the width of M0: distributed so that M0 has a Cauchy distribution with the scale `BALANCE` times the smallest
   torque. A balance test is evidence about M0 that may be false (`TOO_BOLD`).
 
-For given s and w the adjusted conditions are linear and normal. Shared errors and b are eliminated by a rotation that
-is the same for all s: n runs become a few numbers, and each s and w needs only a few operations. The weights are the
-marginal likelihoods with both determinants (of the readings' covariance and, as in REML, of the unknowns') times the
-priors. The method is an integrated nested Laplace approximation (Rue, Martino & Chopin, J. R. Stat. Soc. B 71, 319,
-2009); the factor s is the "dark uncertainty" of interlaboratory comparisons (Koepke et al., Metrologia 54, S34, 2017).
+For given s and w the adjusted conditions are linear and normal, and the prior of I_zz is flat. Shared errors and b are
+eliminated by a rotation that is the same for all s: n runs become a few numbers, and each s and w needs only a few
+operations. The weights are the marginal likelihoods with both determinants (of the readings' covariance and, as in
+REML, of the unknowns') times the priors.
 """
 
 from __future__ import annotations
@@ -38,14 +38,11 @@ TOO_BOLD = np.array([[1.0, 3.0, 10.0, 30.0, 100.0], [0.03, 0.06, 0.1, 0.26, 0.55
 UNBALANCED = 6.0
 """Factor on the usual scale if the log says that the ball is not balanced."""
 
-SPREAD_DEFAULT, TAIL_DEFAULT = math.log(3.75), 0.05
-"""Standard deviation of ln s, and the share of its wide tail, if ``u_time`` is a default …"""
+SPREAD_DEFAULT, SPREAD_STATED = math.log(3.75), math.log(2.5)
+"""Standard deviation of ln s if ``u_time`` is a default, and if the log states it."""
 
-SPREAD_STATED, TAIL_STATED = math.log(1.15), 0.15
-"""… and if the log states it."""
-
-TAIL = math.log(5.0)
-"""Scale of the wide tail of ln s, a Cauchy distribution."""
+SHARE_OF_TAIL, TAIL = 0.05, math.log(5.0)
+"""Share and scale of the wide tails of ln s, a Cauchy distribution."""
 
 STEPS = 20
 """Number of factors s."""
@@ -57,12 +54,6 @@ EVENLY = np.linspace(0.0, 1.0, STEPS)
 
 MAX_SPREADS = 10
 """Largest number of rounds in which the range of the factors changes."""
-
-FARTHEST = 2.0
-"""The curve of `_bent` continues as a straight line beyond this."""
-
-SMALL, LARGE = 0.04, 0.14
-"""Small and large values of u/I_zz."""
 
 WIDTHS = np.exp(np.linspace(math.log(0.03), math.log(100.0), 18))
 """Widths of M0 over the scale of its prior."""
@@ -79,9 +70,6 @@ FALSE_WIDTHS = 0.03 * np.exp(STEP * np.arange(50))
 
 TESTED_WIDTHS = np.exp(STEP * np.arange(-40, 1))
 """Widths of M0 with a test, over the largest one without."""
-
-SIMILAR = 0.1, 0.3
-"""Largest changes of the logarithms of s and of the width of M0 between similar logs."""
 
 LEVELS = np.array([0.025, 0.158655253931457, 0.5, 0.841344746068543, 0.975])
 """Quantiles: the ends of the 95 % interval and of the 68 % interval, and the median."""
@@ -123,17 +111,10 @@ class Posterior(Struct, frozen=True):
     """Width of M0 in each part, in its unit, shape (N,)."""
     evidence: float
     """Logarithm of the likelihood of the whole model, up to a constant."""
-    ended: float = 1.0
-    """I_zz at the end of the fit."""
-    bend: float = 0.0
-    """I_zz is `ended` × (1 + t + `bend` t²) to second order, with a normal t."""
 
     def quantiles(self, unknowns: int = 1) -> Floats:
         """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5)."""
-        ends = _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
-        # An interval that contains zero is not a measurement, with or without this correction.
-        ends[0] = np.where(ends[0] > 0, _bent(ends[0], self.ended, self.bend)[0], ends[0])
-        return ends
+        return _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
 
     def middle(self) -> Floats:
         """Compute the mean of I_zz, M0 and b, shape (3,)."""
@@ -142,9 +123,7 @@ class Posterior(Struct, frozen=True):
     def times(self, unit: Floats) -> Posterior:
         """Convert I_zz, M0 and b to other units, shape (3,)."""
         each = unit[:, None]
-        return replace(
-            self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1], ended=self.ended * float(unit[0])
-        )
+        return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1])
 
     def typical(self, values: Floats) -> float:
         """Compute the geometric mean of s or of the width of M0."""
@@ -167,16 +146,8 @@ class Posterior(Struct, frozen=True):
         widths = np.log(self.width[nearest][order])
         return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))
 
-    def is_similar(self, other: Posterior) -> bool:
-        """Return whether s and the width of M0 are similar enough that I_zz is the same to 0.01 u."""
-        factors = self.typical(self.factor) / other.typical(other.factor)
-        widths = self.typical(self.width) / other.typical(other.width)
-        return abs(math.log(factors)) < SIMILAR[0] and abs(math.log(widths)) < SIMILAR[1]
 
-
-def integrate(
-    conditions: Conditions, scale: float, stated: bool, tested: float | None = None, near: Posterior | None = None
-) -> Posterior:
+def integrate(conditions: Conditions, scale: float, stated: bool, tested: float | None = None) -> Posterior:
     """Compute the posterior: every s and w with a weight for its agreement with the runs.
 
     Parameters
@@ -188,22 +159,16 @@ def integrate(
         Whether the log states the uncertainty of its times.
     tested : float, optional
         Width of M0 from a balance test [unit of M0].
-    near : Posterior, optional
-        The posterior of similar runs: its range of s is used first.
     """
     widths, prior = balance_prior(scale, tested)
-    reduced = _reduce(conditions, scale, tested)
-    ended, bend = conditions.ended[0], reduced.bend
-    low, high = ENDS if near is None else np.log(near.factor[[0, -1]])
-    # The prior is flat in I_zz^(1 − bend), and M0 over I_zz^bend has the width of M0.
-    lean = 2 * bend / ended
+    reduced = _reduce(conditions)
+    low, high = ENDS
     for turn in range(MAX_SPREADS):
         logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
         factor = np.exp(logarithm)
         parts = _Parts(reduced, factor, widths)
         whole = parts.log_likelihood + prior
         whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
-        whole += lean * np.minimum(np.maximum(parts.inertia - ended, -0.3 * ended), 0.3 * ended)
         top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)
         total = np.add.reduce(weight, axis=None)
@@ -219,41 +184,16 @@ def integrate(
             low, high = centre - 6 * half, centre + 6 * half
         else:
             high = high + 4.0
-    mean, variance, covariance = parts.moments()
-    mean, variance, covariance = mean.reshape(3, -1), variance.reshape(3, -1), covariance.reshape(-1)
-    # The same prior within a part; not for a small u (exact readings give the exact answer), nor for a large one.
-    square = (variance[0] / ended**2) ** 2
-    within = lean * square / (square + SMALL**4) / (1 + square / LARGE**4)
-    mean[0] += within * variance[0]
-    mean[1] += within * covariance
-    # From M0 over I_zz^bend to M0.
-    value, slope = _bent(mean[0], ended, bend)
-    inertia = np.maximum(value, 1e-3 * ended)
-    grown = (inertia / ended) ** bend
-    pull = bend * mean[1] * slope / inertia
-    variance[1] += pull * (2 * covariance + pull * variance[0])
-    mean[1] *= grown
-    variance[1] *= grown**2
+    mean, variance = parts.moments()
     each = np.ones(weight.shape)
     return Posterior(
         weight.reshape(-1),
-        mean,
-        np.sqrt(variance),
+        mean.reshape(3, -1),
+        np.sqrt(variance.reshape(3, -1)),
         (factor[:, None] * each).reshape(-1),
         (widths * each).reshape(-1),
         float(top + math.log(total)),
-        float(ended),
-        bend,
     )
-
-
-def _bent(values: Floats, ended: float, bend: float) -> tuple[Floats, Floats]:
-    """Compute I_zz from the normal number that represents it, and the derivative; both agree at the end of the fit."""
-    twice = 2 * max(bend, 1e-9)
-    away = twice * (values / ended - 1)
-    near = np.minimum(away, FARTHEST)
-    slope = np.exp(near)
-    return ended * (1 + (np.expm1(near) + slope * (away - near)) / twice), slope
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
@@ -261,13 +201,10 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     evidence = np.array([float(one.evidence) for one in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
-    parts: list[list[Floats]] = []
-    for share, one in zip(chance, posteriors, strict=True):
-        # Parts that are normal in I_zz itself.
-        mean, u = one.mean.copy(), one.u.copy()
-        mean[0], slope = _bent(one.mean[0], one.ended, one.bend)
-        u[0] *= slope
-        parts.append([share * one.weight, mean, u, one.factor, one.width])
+    parts = [
+        [share * one.weight, one.mean, one.u, one.factor, one.width]
+        for share, one in zip(chance, posteriors, strict=True)
+    ]
     weight, mean, u, factor, width = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
     return Posterior(weight, mean, u, factor, width, evidence.max())
 
@@ -303,12 +240,9 @@ def doubt_of_widths(stated: bool) -> float:
 
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
-    spread, tail = (SPREAD_STATED, TAIL_STATED) if stated else (SPREAD_DEFAULT, TAIL_DEFAULT)
-    near = (1 - tail) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
-    far = tail / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
-    if stated:
-        # Stated uncertainties are often too small, and rarely too large.
-        far = np.where(factor > 0, 2 * far, 0.0)
+    spread = SPREAD_STATED if stated else SPREAD_DEFAULT
+    near = (1 - SHARE_OF_TAIL) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
+    far = SHARE_OF_TAIL / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
     return cast(Floats, np.log(near + far))
 
 
@@ -324,17 +258,10 @@ class _Reduced(Struct, frozen=True):
     rest: float
     """Number of rows without information."""
     ended: Floats
-    bend: float
-    """Share of the information about M0 that comes from the runs, times the share of M0 in u²(I_zz)."""
 
 
-def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Reduced:
-    """Rotate the conditions so that shared errors, including b, do not correlate two rows.
-
-    A run's time measures (M + M0)/I_zz, with an error that does not depend on M0. If the runs determine M0, then
-    1/I_zz and M0/I_zz are normal; if its prior does, I_zz and M0 are. Between these limits I_zz^(1 − 2a) and M0/I_zz^a
-    are normal, with a = `bend` from 0 to 1.
-    """
+def _reduce(conditions: Conditions) -> _Reduced:
+    """Rotate the conditions so that shared errors, including b, do not correlate two rows."""
     count = conditions.shared.shape[1] + 1
     bias = conditions.unknowns[:, 2:]
     # Relative to b = 0, the centre of its prior.
@@ -346,21 +273,10 @@ def _reduce(conditions: Conditions, scale: float, tested: float | None) -> _Redu
     size = np.zeros(len(rows))
     size[: len(values)] = values
     rotated = turn.T @ rows[:, count:]
-    sums = (rotated[:, :2] / (conditions.scatter**2 + size**2)[:, None]).T @ rotated[:, :2]
-    ii, im, mm = float(sums[0, 0]), float(sums[0, 1]), float(sums[1, 1])
-    inertia, at = conditions.ended[:2].tolist()
-    with np.errstate(all="ignore"):
-        # The information from the Cauchy distributions at the end of the fit.
-        known = sum(2 / (width**2 + at**2 + 1e-300) for width in (scale, tested) if width is not None)
-        by_runs = max(mm - np.float64(im) ** 2 / ii, 0.0)
-        # An error that all torques or spins share does not change the shape of I_zz's distribution.
-        by_m0 = np.float64(im) ** 2 / (ii * mm)
-        bend = float(by_m0 * by_runs / (by_runs + known)) if inertia > 0 else 0.0
-        turned = bend * at / np.float64(inertia)
-        slope = float((im + turned * mm) / (ii + 2 * turned * im + turned**2 * mm))
-    rotated[:, 0] += turned * rotated[:, 1]
+    own, with_m0 = rotated[:, 0] / (conditions.scatter**2 + size**2) @ rotated[:, :2]
+    slope = float(with_m0 / own)
     rotated[:, 1] -= slope * rotated[:, 0]
-    return _Reduced(size, rotated, slope, conditions.runs - len(rows), conditions.ended, bend)
+    return _Reduced(size, rotated, slope, conditions.runs - len(rows), conditions.ended)
 
 
 class _Parts:
@@ -384,8 +300,8 @@ class _Parts:
         self.log_likelihood = log_likelihood[:, None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
         self.inertia = reduced.ended[0] + self.both - self.slope * self.residual_torque
 
-    def moments(self) -> tuple[Floats, Floats, Floats]:
-        """Compute means and variances of I_zz, M0 and b, shape (3, S, W), and the covariance of I_zz and M0, (S, W)."""
+    def moments(self) -> tuple[Floats, Floats]:
+        """Compute means and variances of I_zz, M0 and b, shape (3, S, W)."""
         ii, im, ib, mb, bb, b_left = (self.sums[k] for k in (0, 1, 2, 6, 10, 11))
         slope = self.slope
         both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
@@ -394,7 +310,7 @@ class _Parts:
         b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
         i_var = both_var - 2 * slope * cov + slope**2 * m_var
         means = np.array([self.inertia, self.at + self.residual_torque, bias])
-        return means, np.array([i_var, m_var, np.maximum(b_var, 0.0)]), cov - slope * m_var
+        return means, np.array([i_var, m_var, np.maximum(b_var, 0.0)])
 
 
 def _of_mixture(weight: Floats, mean: Floats, u: Floats) -> Floats:

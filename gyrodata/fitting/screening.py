@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +31,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     """Find the runs that do not agree with the others, and the turn count that would explain each.
 
     A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
-    scatter of the runs, the larger one. If the scatter is more than twice the stated one, a run is also compared with
-    the median run of its torque.
+    scatter of the runs, the larger one.
 
     Returns
     -------
@@ -79,7 +77,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
-        far = np.flatnonzero((np.abs(result.deviations) > OUTLIER * typical) | _far_within(measured, result, typical))
+        far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
         found = []
         for i in far.tolist():
             deviation, turns = float(result.deviations[i]), _explaining_turns(measured, result, i, typical)
@@ -88,17 +86,6 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
             return found, result
         out = set(far.tolist())
     return (found if len(found) <= count / 3 else []), None
-
-
-def _far_within(measured: Measurements, result: FitResult, typical: float) -> Any:
-    """Return which runs are far from the others of their torque, if the log scatters more than stated."""
-    apart = np.zeros(len(measured.runs))
-    groups = [group for group in torque_groups(measured) if len(group) >= 4]
-    if typical <= 2 or not groups:
-        return apart > 0
-    for group in groups:
-        apart[group] = np.abs(result.deviations[group] - median(result.deviations[group]))
-    return apart > OUTLIER * MAD_TO_SD * median(apart[np.concatenate(groups)])
 
 
 def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:

@@ -1,13 +1,13 @@
-"""A class, from submissions to grades: each in a process of its own time, kept as soon as it is done.
+"""A class, from submissions to grades: each grade is kept in the journal as soon as it is made.
 
-The story: what the journal contains and has not changed is taken from there → the rest goes to the workers, and
-each grade into the journal as it comes → when all are there, the class is its own reference, and its logs are
-compared. Nothing depends on the order, on the number of workers, or on how often the run was stopped. All grades of a
-class are in memory: less than 20 kB a student.
+The story: grades whose inputs have not changed are taken from the journal. Workers make the others, and each is
+written into the journal as it comes. When all are there, the class is its own reference, and its logs are compared.
+Nothing depends on the order, on the number of workers, or on how often the run was stopped.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,41 +15,40 @@ from concurrent.futures import Executor
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
+from typing import Literal
 
 from msgspec import Struct
-from msgspec.structs import asdict, replace
+from msgspec.structs import replace
 
+from gyrodata import __version__, disk
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
-from gyrodata.disk import file_name, telling, write_whole
 from gyrodata.errors import GyroError, insist_on_type
-from gyrodata.grading.exports import class_summary, grades_csv
+from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.journal import Basis, Entry, Journal, basis_of
 from gyrodata.grading.ledger import NO_DESK, Desk
-from gyrodata.grading.roster import Roster
+from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
-from gyrodata.grading.yardsticks import BenchScatter, Reference, at_bench, scatter_words
 from gyrodata.workers import Failed, in_workers
 
-LIMIT = 30.0  # time for one submission [s] unless another is given; an ordinary one takes a hundredth
+JOURNAL = "journal.ndjson"  # in the folder of the grades
 
-FEW = 8  # fewer submissions than this are graded by one process: to start another costs more
+FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
 
 NOBODY = Roster()
 
 
 class GradingOptions(Struct, frozen=True):
-    """How a class is graded: processes, time, files; none of it changes a grade."""
+    """How a class is graded; no option changes a grade."""
 
     workers: int = 1  # processes
-    limit: float = LIMIT  # time for one submission [s]
-    cluster: Executor | None = None  # grades instead, on other machines
-    journal: Journal | None = None  # where grades are kept, and known ones found; None: nowhere
-    keep: bool = True  # False where nothing is written, the journal neither
-    figures: Path | None = None  # folder for each student's figures; None: none are drawn
-    progress: Callable[[int], None] | None = None  # receives the number that are done
+    limit: float = 30.0  # time for one submission [s]; an ordinary one takes a hundredth
+    cluster: Executor | None = None  # grades on other machines instead
+    journal: Path | None = None  # the file of earlier grades and of those of this run
+    keep: bool = True  # False: the journal is only read
+    figures: Path | None = None  # folder for the figures of each student; None: none are drawn
+    progress: Callable[[int], None] | None = None  # receives the number of grades that are made
 
 
 def grade(
@@ -60,11 +59,11 @@ def grade(
     Parameters
     ----------
     source : path
-        A folder with a folder or file for each student, what a platform hands out, or its zip.
+        A folder with a folder or file for each student, or the folder or zip that a platform gives.
     rubric : path, optional
         The rubric, TOML; the built-in one if none is given.
     workers : int
-        Processes; with 0 all is done in this one, where nothing stops a submission that hangs.
+        Processes; with 0 everything is done in this one, and nothing stops a submission that hangs.
 
     Returns
     -------
@@ -74,11 +73,11 @@ def grade(
     Raises
     ------
     InputError
-        If there is no submission, or the rubric is none.
+        If there is no submission, or if the rubric is invalid.
     OSError
         If the rubric cannot be read.
     TypeError
-        If an argument is nothing that it can be.
+        If an argument has the wrong type.
     """
     insist_on_type("source", source, str | os.PathLike, "the path of a folder or a zip")
     insist_on_type("rubric", rubric, str | os.PathLike | None, "the path of a rubric")
@@ -97,15 +96,33 @@ def grade_class(
 ) -> ClassGrades:
     """Grade a class.
 
-    `previous`: Logs of earlier years, by what they are called, with which those of the class are compared. `desk`: What
-    a person decided; it goes before what is found here. `roster`: Who is in it.
+    Parameters
+    ----------
+    submissions, rubric, options
+        The class, how it is judged, and how the work is done.
+    previous : mapping
+        Logs of earlier years by their names, to find copies of them.
+    desk : Desk
+        The decisions of a person, which replace those of gyro.
+    roster : Roster
+        The students of the class.
 
-    Gives: A submission that hangs, dies or breaks the tool is "not graded", with the reason, and is tried again in the
-    next run.
+    Returns
+    -------
+    ClassGrades
+        A submission that hangs, ends its process or breaks the tool is "not graded", with the reason, and is tried
+        again in the next run.
     """
-    options = options or GradingOptions()
-    items = tuple(sorted(submissions.items, key=lambda item: item.student))
-    made, again = _entries(items, rubric, options, desk)
+    # A student who handed in nothing is graded if a person decides so.
+    absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
+    source, why = submissions.items[0].source, "nothing is handed in"
+    extra = [
+        Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
+    ]
+    items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
+    left = tuple(one for one in roster.absent if one.student not in absent)
+    roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
+    made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
     placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
     settled, references, scatters = settle(placed, rubric)
     settled = tuple(
@@ -113,7 +130,11 @@ def grade_class(
         for one, item in zip(settled, items, strict=True)
     )
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    flags = flag_class(prints, [*roster.partners, *desk.partners], previous)
+    partners, looks = partners_of(settled, roster, meant)
+    settled = tuple(
+        replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in settled
+    )
+    flags = flag_class(prints, [*partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(
         source=items[0].source.resolve().name,
@@ -124,29 +145,84 @@ def grade_class(
         scatters=scatters,
         flags=flags,
         again=again,
+        damaged=damaged,
         desk=desk,
         roster=roster,
+        partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
         compared={key: one for key, one in {**previous, **prints}.items() if key in compared},
     )
 
 
+# --- the journal: a line for each grade, with its inputs ------------------------------------------------------
+
+
+class Entry(Struct, frozen=True, kw_only=True):
+    """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
+
+    schema: Literal["gyro.journal/2"] = "gyro.journal/2"
+    inputs: Mapping[str, str]  # as `_inputs_of` returned them
+    grade: Grade
+    lost: str = ""
+    """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
+    figures: Mapping[str, str] = {}  # what each figure shows, in words, by the name of the figure
+    seen: Mapping[str, str] = {}  # for each line of the desk, the digest of the submission for which it was written
+
+
+def read_journal(path: Path) -> tuple[dict[str, Entry], int]:
+    """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
+    entries: dict[str, Entry] = {}
+    damaged = 0
+    with disk.telling(path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        data = path.read_bytes() if path.exists() else b""
+    for line in filter(None, data.splitlines()):
+        try:
+            entry = from_json(line, Entry)
+            entries[entry.grade.student] = entry
+        except (ValueError, RecursionError):
+            damaged += 1
+    return entries, damaged
+
+
+def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str]:
+    """Return digests of all that a grade depends on; `reported` is the value that a person typed in."""
+    counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
+    text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
+    # The rubric without its references is compared first.
+    names = ("submission", "rubric", "reference", "desk", "tool")
+    return dict(zip(names, (digest, rubric.judged, rubric.digest, reported, __version__), strict=True))
+
+
+def _why_again(known: Entry | None, inputs: Mapping[str, str]) -> str:
+    """Say why a submission is graded again with these inputs; "" if the known grade is still right."""
+    if known is None:
+        return "new"
+    for name, value in inputs.items():
+        if (before := known.inputs.get(name)) != value:
+            return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
+    return f"lost last time: {known.lost}" if known.lost else ""
+
+
 def _entries(
     items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
-) -> tuple[dict[str, Entry], dict[str, str]]:
-    """Take each student's entry from the journal or make it, and say why it is made."""
-    journal, keep = options.journal, options.keep
-    known = journal.read() if journal is not None else {}
+) -> tuple[dict[str, Entry], dict[str, str], int]:
+    """Read the entry of each student from the journal, or make it.
+
+    Also returns why entries are made, and the number of damaged lines.
+    """
+    journal = options.journal or Path()
+    known, damaged = read_journal(journal) if options.journal else ({}, 0)
     entries: dict[str, Entry] = {}
     again: dict[str, str] = {}
     waiting: list[tuple[Submission, str]] = []
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
-        if before is None:
-            why = "new"
-        else:
-            # The texts of a submission are kept with it: those of a copy are gone with the copy.
-            why = before.why_again(basis_of(replace(item), rubric, reported)) or _why_figures(before, item, options)
+        # A copy of the submission, because a submission keeps the texts that it reads.
+        why = _why_again(before, _inputs_of(replace(item), rubric, reported))
+        if before is not None and not why and options.figures is not None and before.grade.own:
+            paths = [figure_path(options.figures, item, name) for name in before.figures]
+            why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
         if why:
             again[item.student] = why
             waiting.append((item, reported))
@@ -157,125 +233,121 @@ def _entries(
         import_module("gyrodata.analysis")
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
-    drawn: dict[str, tuple[bytes, str]]
     for (item, reported), answer in in_workers(work, waiting, workers, options.limit, options.cluster):
         if isinstance(answer, Failed):
-            lost, basis, drawn = answer.why, basis_of(replace(item), rubric, reported), {}
-            grade = not_graded(item, rubric, f"{lost}; a person must look")
+            grade = not_graded(item, rubric, f"{answer.why}; a person must look")
+            one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
         else:
-            lost, (basis, grade, drawn) = "", answer
-        # They are written first, so that everything in the journal exists.
-        for name, (data, _) in drawn.items():
-            folder = options.figures or Path()
-            with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                write_whole(figure_path(folder, item, name), [data], private=True)
-        figures = {name: words for name, (_, words) in drawn.items()}
-        seen = desk.first_seen(grade, known[item.student].seen if item.student in known else {})
-        entries[item.student] = Entry(**asdict(basis), grade=grade, lost=lost, figures=figures, seen=seen)
-        if journal is not None and keep:
-            journal.add(entries[item.student])
+            one, drawn = answer
+            # The figures are written first, so that everything in the journal exists.
+            for name, data in drawn.items():
+                folder = options.figures or Path()
+                with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                    disk.write_whole(figure_path(folder, item, name), [data], private=True)
+        before = known.get(item.student)
+        one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
+        entries[item.student] = one
+        if options.journal and options.keep:
+            with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                # The last line may have no end, if a run was stopped.
+                disk.add_to(journal, b"\n" + _line(one))
         if options.progress is not None:
             options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
-    if journal is not None and keep and (journal.lines != len(items) or list(known.items()) != list(entries.items())):
-        journal.replace(entries.values())
-    return entries, again
+    if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
+        with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
+    return entries, again, damaged
 
 
-def _grade_one(
-    rubric: Rubric, draws: bool, task: tuple[Submission, str]
-) -> tuple[Basis, Grade, dict[str, tuple[bytes, str]]]:
-    """Grade one submission, in a worker; give what it rests on, the grade, and each figure's file and words."""
+def _line(entry: Entry) -> bytes:
+    return f"{to_json(entry)}\n".encode()
+
+
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Entry, dict[str, bytes]]:
+    """Grade one submission, in a worker; return its entry, and its figures by name."""
     submission, reported = replace(task[0]), task[1]
-    basis = basis_of(submission, rubric, reported)
+    inputs = _inputs_of(submission, rubric, reported)
     grade = grade_submission(submission, rubric, reported or None)
-    # Taken through JSON at once, so that a grade from the journal is the same to the last digit.
-    return basis, from_json(to_json(grade), Grade), _draw(submission, rubric) if draws and grade.own else {}
-
-
-# --- figures ------------------------------------------------------------------------------------------------
-
-
-def figure_path(folder: Path, item: Submission, name: str) -> Path:
-    """Say where a student's figure is."""
-    return folder / file_name(item.feedback_stem) / f"{name}.png"
-
-
-def _why_figures(entry: Entry, item: Submission, options: GradingOptions) -> str:
-    """Say that a known grade lacks its figures; "" where it has them or none are asked for."""
-    if options.figures is None or not entry.grade.own:
-        return ""
-    there = entry.figures and all(figure_path(options.figures, item, name).is_file() for name in entry.figures)
-    return "" if there else "its figures are missing"
-
-
-def _draw(submission: Submission, rubric: Rubric) -> dict[str, tuple[bytes, str]]:
-    """Draw the figures of a log that was analysed: file and words by name."""
+    # Through JSON at once, so that a grade from the journal is the same to the last digit.
+    entry = Entry(inputs=inputs, grade=from_json(to_json(grade), Grade))
+    if not draws or not grade.own:
+        return entry, {}
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
 
     try:
-        analysis = analyze_readings(at_bench(submission, rubric.bench)[0])
+        analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     except GyroError:
-        return {}  # it has changed since it was graded; the next run sees that
+        return entry, {}  # the log has changed since it was graded; the next run sees that
     figures = plotting.render(analysis, "png")
-    return {name: (data, plotting.alt_text(analysis, name)) for name, data in figures.items()}
+    return replace(entry, figures={name: plotting.alt_text(analysis, name) for name in figures}), figures
+
+
+def figure_path(folder: Path, item: Submission, name: str) -> Path:
+    """Return the path of a figure of a student."""
+    return folder / disk.file_name(item.feedback_stem) / f"{name}.png"
 
 
 # --- a class that has been graded --------------------------------------------------------------------------
 
 
 class CriterionFigures(Struct, frozen=True):
-    """How a class did in one criterion."""
+    """The results of a class in one criterion."""
 
     id: str
     title: str
     out_of: float
-    judged: int  # students for whom it could be judged
-    full: int  # students with all of its points
-    none: int  # students with none
-    mean: float | None  # mean points of those judged; None for nobody
+    judged: int  # students whose points are known
+    full: int  # students with all points
+    none: int  # students with no points
+    mean: float | None  # mean points; None if nobody's points are known
 
 
 class ClassGrades(Struct, frozen=True, dict=True):
-    """All that a run found out."""
+    """All results of a run."""
 
-    source: str  # name of the folder or zip, without where it is
+    source: str
+    """Name of the folder or zip, without its path."""
     submissions: Submissions
     rubric: Rubric
-    grades: Sequence[Grade]  # in the order of `submissions`, settled
-    references: Mapping[str, Reference]  # the reference of I_zz, by station; "all" for every other
+    grades: Sequence[Grade]
+    """The grade of each student: points, status, and the reason of each criterion."""
+    references: Mapping[str, yardsticks.Reference]  # of I_zz, by station; "all" for every other station
     flags: tuple[Flag, ...]
-    again: Mapping[str, str]  # why each student was graded in this run, by key; the others' grades were known
+    """Logs that may be copies."""
+    again: Mapping[str, str]  # why students were graded in this run, by key; the other grades were known
+    damaged: int  # lines of the journal that could not be read
     figures: Mapping[str, Mapping[str, str]]
-    """What each drawn figure shows, in words, by student and name of the figure."""
-    desk: Desk = NO_DESK  # what a person decided
+    """What each figure shows, in words, by student and name of the figure."""
+    desk: Desk = NO_DESK  # decisions of a person
     roster: Roster = NOBODY
-    scatters: Mapping[str, BenchScatter] = {}  # how far the readings scatter, by station; none where that is not asked
-    compared: Mapping[str, Fingerprint] = {}  # the logs of the pairs that are flagged, by key
+    partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
+    scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
+    compared: Mapping[str, Fingerprint] = {}  # the logs of the flagged pairs, by key
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
 
     @cached_property
     def totals(self) -> list[float]:
-        """Points of those who are graded, in the order of the grades."""
+        """Points of the graded students, in the order of the grades."""
         return [grade.points for grade in self.grades if grade.status == "graded" and grade.points is not None]
 
     def count(self, status: str) -> int:
-        """Count the grades of one status."""
+        """Count the grades with a status."""
         return sum(grade.status == status for grade in self.grades)
 
     @cached_property
     def tally(self) -> str:
-        """How many are graded, and how many not, in words."""
-        told = [f"{self.count(one)} {one}" for one in ("so far", "on hold", "excused") if self.count(one)]
+        """The number of grades with each status, in words."""
+        others = [f"{self.count(one)} {one}" for one in ("so far", "on hold", "excused") if self.count(one)]
         absent = [f"{len(self.roster.absent)} handed in nothing"] if self.roster.absent else []
-        return ", ".join([f"{len(self.totals)} graded", *told, f"{self.count('not graded')} not", *absent])
+        return ", ".join([f"{len(self.totals)} graded", *others, f"{self.count('not graded')} not", *absent])
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
-        """Return the students with each common mistake, the most common first."""
+        """The students with each common mistake, the most common first."""
         found: dict[str, list[str]] = {}
         for grade in self.grades:
             for slip in grade.slips:
@@ -285,63 +357,57 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def table(self) -> str:
         """``grades.csv``."""
-        return grades_csv(self.grades, self.flags, self.roster.absent)
+        return exports.grades_csv(self.grades, self.flags, self.roster.absent)
 
     @cached_property
     def summary(self) -> str:
-        """Return the text for a terminal."""
-        return "".join(class_summary(self))
+        """The text for a terminal."""
+        return "".join(exports.class_summary(self))
 
     @cached_property
     def bench(self) -> str:
-        """Return the scatter that constancy is compared with, in words; "" for the usual one."""
-        return scatter_words(self.scatters)
+        """The scatter that constancy is compared with, in words; "" for the usual one."""
+        return yardsticks.scatter_words(self.scatters)
 
     @property
     def mean(self) -> float | None:
-        """Mean of the points; None where nobody is graded."""
+        """Mean of the points; None if nobody is graded."""
         return round(statistics.fmean(self.totals), 4) if self.totals else None
 
     @property
     def median(self) -> float | None:
-        """Median of the points; None where nobody is graded."""
+        """Median of the points; None if nobody is graded."""
         return statistics.median(self.totals) if self.totals else None
 
     @cached_property
     def ids(self) -> Mapping[str, Mapping[str, str]]:
-        """Return the platform's identifiers of each student."""
+        """The ids of each student on platforms."""
         return {item.student: item.ids for item in self.submissions.items}
 
     @cached_property
     def names(self) -> Mapping[str, str]:
-        """How each student is shown."""
+        """The shown name of each student."""
         return {grade.student: grade.name for grade in self.grades}
 
     def label(self, student: str) -> str:
-        """Call a student by name, with the key where that is another."""
+        """Return the name of a student, with the key if the name does not contain it."""
         name = self.names.get(student, student)
-        return name if name == student or student in name else f"{name} ({student})"
+        return name if student in name else f"{name} ({student})"
 
     @cached_property
     def flags_of(self) -> Mapping[str, tuple[Flag, ...]]:
-        """The flags that each flagged student is in."""
-        found: dict[str, list[Flag]] = {}
+        """The flags of each flagged student."""
+        found: dict[str, tuple[Flag, ...]] = {}
         for flag in self.flags:
             for student in flag.students:
-                found.setdefault(student, []).append(flag)
-        return {student: tuple(flags) for student, flags in found.items()}
+                found[student] = (*found.get(student, ()), flag)
+        return found
 
     def criteria(self) -> Iterator[CriterionFigures]:
-        """Tell how the class did in each criterion, in the rubric's order."""
-        for at, criterion in enumerate(self.rubric.criteria):
-            marks = (grade.marks[at].points for grade in self.grades)
-            judged = [points for points in marks if points is not None]
-            yield CriterionFigures(
-                criterion.id,
-                criterion.title,
-                criterion.points,
-                len(judged),
-                sum(one >= criterion.points for one in judged),
-                sum(one <= 0 for one in judged),
-                round(statistics.fmean(judged), 4) if judged else None,
-            )
+        """Give the results of the class in each criterion, in the order of the rubric."""
+        for at, one in enumerate(self.rubric.criteria):
+            points = [grade.marks[at].points for grade in self.grades]
+            judged = [value for value in points if value is not None]
+            full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
+            mean = round(statistics.fmean(judged), 4) if judged else None
+            yield CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)

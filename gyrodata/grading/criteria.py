@@ -1,25 +1,25 @@
-"""The criteria: what each finds in one student's log and report, and the points for it."""
+"""Judge the criteria: each function judges one kind and returns a mark with the points and the reason."""
 
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
-from sys import intern
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec import Struct
-from msgspec.structs import force_setattr
 
-from gyrodata.diagnostics import NOTE_MAY_CHANGE_READING
+from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
-from gyrodata.grading.rubric import ASKS, KINDS, Criterion
+from gyrodata.grading.late import points_of
 from gyrodata.grading.slips import Slip
 from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
 if TYPE_CHECKING:
+    from gyrodata.grading.rubric import Criterion, Rubric
     from gyrodata.results import Analysis
 
 Detail = Mapping[str, float | str | None]
@@ -31,36 +31,30 @@ class Mark(Struct, frozen=True):
     criterion: str  # its id
     title: str
     check: str  # kind of criterion
-    points: float | None  # two decimals; None where it could not be judged
+    points: float | None  # two decimals; None if the criterion could not be judged
     out_of: float
     reason: str  # what was found, to the student
-    detail: Detail  # the numbers behind it
-    rule: str  # what earns all points and what none; "" where that was not what decided
-
-    def __post_init__(self) -> None:
-        # A class keeps one copy of the words that its marks share.
-        for name in ("criterion", "title", "check", "reason", "rule"):
-            force_setattr(self, name, intern(getattr(self, name)))
+    detail: Detail  # the numbers that the points follow from
+    rule: str  # what earns all points and what earns none; "" if something else decided
 
     @property
     def waits(self) -> bool:
-        """True where only a person, or a reference, is missing: the other points stand."""
+        """True if only a person, or a reference, is missing: the other points can be given."""
         return self.points is None and (self.check == "manual" or "value" in self.detail)
 
 
 class Evidence(Struct, frozen=True, kw_only=True):
     """Everything that the criteria look at."""
 
+    rubric: Rubric
     analysis: Analysis
-    lacks: list[Diagnostic]  # what the procedure asks for, and the log has not
+    lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
-    reported: Reported | None  # I_zz as reported, its value in SI; None where there is none
-    absent_is_zero: bool  # True where a report that is not there costs its points; else a person must look
-    matched: OwnValue | None = None  # the accepted fit that the report comes nearest to, after correcting a mistake
-    d: float | None = None  # how far from it, as reported [u]
+    reported: Reported | None  # I_zz as reported, its value in SI; None if there is none
+    matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
+    d: float | None = None  # distance of the report, as reported, from that fit [u]
     slips: tuple[Slip, ...] = ()
-    carries: bool  # True if own_data charges for a common mistake, so that the reference judges the corrected value
-    files: tuple[str, ...] = ()  # all that was handed in
+    files: tuple[str, ...]  # names of all submitted files
     bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
 
     @property
@@ -68,36 +62,40 @@ class Evidence(Struct, frozen=True, kw_only=True):
         """The factor of a common mistake on I_zz; 1 without one."""
         return self.slips[0].factor if self.slips else 1.0
 
+    @property
+    def correction(self) -> float:
+        """The factor, if own_data charges for the mistake and the reference judges the corrected value; else 1."""
+        return self.factor if any(one.check == "own_data" for one in self.rubric.criteria) else 1.0
+
+    @property
+    def given(self) -> tuple[Reported, float, OwnValue]:
+        """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
+        assert self.reported is not None and self.reported.value is not None and self.matched is not None  # noqa: PT018
+        return self.reported, self.reported.value, self.matched
+
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
-    if KINDS[criterion.check].of_report:
-        if evidence.reported is None or evidence.reported.value is None:
-            return mark(criterion, 0.0 if evidence.absent_is_zero else None, _absent_words(evidence.reported), {})
-        # A known slip has cost its points already.
-        value = evidence.reported.value / (evidence.factor if evidence.carries else 1.0)
-        if criterion.gate is not None and not criterion.gate[0] <= abs(value) <= criterion.gate[1]:
-            low, high = (inertia_text(end, None) for end in criterion.gate)
-            reason = (
-                f"{inertia_text(evidence.reported.value, None)} is not between {low} and {high}: nothing on a lab "
-                "bench has such a moment of inertia, so nothing can be built on it"
-            )
-            return mark(criterion, 0.0, reason, {"value": evidence.reported.value})
-    return _JUDGES[criterion.check](criterion, evidence)
+    reported = evidence.reported
+    if criterion.check in OF_REPORT and (reported is None or reported.value is None):
+        share = 0.0 if reported is None and evidence.rubric.no_report == "zero" else None
+        reason = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        if reported is not None:
+            reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
+        return mark(criterion, reason, {}, share)
+    return KINDS[criterion.check].judge(criterion, evidence)
 
 
-def _absent_words(reported: Reported | None) -> str:
-    """Return why a value to judge is missing."""
-    if reported is None:
-        return "no reported I_zz was found; it is a line of the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-    return f"the reported I_zz cannot be read: {reported.problem or 'it is no number'}"
+def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan) -> Mark:
+    """Return a mark with a share of the points, from 0 to 1; None if the criterion could not be judged.
 
-
-def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail) -> Mark:
-    """Make a mark from a share of the points, from 0 to 1; None where it could not be judged."""
+    If no share is given, it follows from the criterion's variable in `detail`.
+    """
+    number = detail.get(criterion.curve.variable)
+    if share is not None and math.isnan(share):
+        share = criterion.curve.share(number) if isinstance(number, float) else 0.0
     points = None if share is None else round(share * criterion.points, 2)
-    applied = criterion.curve.variable in detail and "slip_cost" not in detail
-    rule = criterion.told if applied else ""
+    rule = criterion.told if number is not None and "slip_cost" not in detail else ""
     return Mark(criterion.id, criterion.title, criterion.check, points, criterion.points, reason, detail, rule)
 
 
@@ -106,62 +104,67 @@ def mark(criterion: Criterion, share: float | None, reason: str, detail: Detail)
 
 def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
-    # A note costs nothing: who writes down what went wrong does as they should.
-    doubted = [one for one in read if one.severity == "warning" and one.code != NOTE_MAY_CHANGE_READING]
+    # A note costs nothing: students who write down what went wrong do the right thing.
+    doubted = [one for one in read if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING]
     runs = count_text(len(evidence.analysis.run_table), "run")
+    reason = f"{runs} read without warnings"
     if doubted:
-        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to put right: {_listed(doubted)}"
-    else:
-        reason = f"{runs} read without warnings"
-    return mark(criterion, criterion.curve.share(len(doubted)), reason, {"warnings": float(len(doubted))})
+        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
+    return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
-    codes = {ASKS[ask] for ask in criterion.asks}
-    missing = [diagnostic for diagnostic in evidence.lacks if diagnostic.code in codes]
+    missing = [one for one in evidence.lacks if one.code in {ASKS[ask] for ask in criterion.asks}]
     reason = _listed(missing) if missing else "nothing required is missing"
-    return mark(criterion, criterion.curve.share(len(missing)), reason, {"missing": float(len(missing))})
+    return mark(criterion, reason, {"missing": float(len(missing))})
 
 
-def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
-    groups = [group for group in evidence.analysis.torques if group.torque and group.product.spread is not None]
-    if not groups:
-        return mark(criterion, 0.0, "no torque has two runs, so nothing shows whether φ̇ψ̇ is constant", {})
-    spread = max((group.product.spread or 0.0) / abs(group.product.value) for group in groups)
-    if any(one.startswith(_OF_SCATTER) for one in evidence.bench):
-        words = "the uncertainties that the rubric gives your bench"
-    else:
-        words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
-    return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words)
+def _listed(found: list[Diagnostic], most: int = 3) -> str:
+    told = [f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message for d in found[:most]]
+    return "; ".join(told) + (f"; and {len(found) - most} more" if len(found) > most else "")
 
 
-_OF_SCATTER = ("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")
 USUAL = "the usual uncertainties of such readings"
 
 
 def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
-    """Give χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
+    """Return χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
     groups = [group for group in analysis.torques if group.torque and group.product.spread is not None]
     return tuple((group.product.chi2, group.runs - 1) for group in groups if group.product.chi2 is not None)
 
 
+def spread_of(analysis: Analysis) -> float | None:
+    """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean; None if no torque has two runs."""
+    products = [group.product for group in analysis.torques if group.torque]
+    return max((one.spread / abs(one.value) for one in products if one.spread is not None), default=None)
+
+
+def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
+    spread = spread_of(evidence.analysis)
+    if spread is None:
+        return mark(criterion, "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant", {}, 0.0)
+    words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
+    if any(one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")) for one in evidence.bench):
+        words = "the uncertainties that the rubric gives your bench"
+    return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
+
+
 def _scatter_mark(
-    criterion: Criterion, spread: float, told: Sequence[tuple[float, int]], words: str, factor: float = 1.0
+    criterion: Criterion, spread: float, told: Sequence[tuple[float, int]], words: str, factor: float
 ) -> Mark:
-    """Judge the scatter of φ̇ψ̇, with uncertainties that are the given factor larger than those of χ²."""
+    """Judge the scatter of φ̇ψ̇, with uncertainties that are `factor` times those of χ²."""
     chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
-    # The least of k chances, as the chance of one so small among k (Šidák).
+    # The smallest of k probabilities, corrected for the number of torques (Šidák).
     p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
-    by_p = criterion.curve.variable == "p"
-    share = criterion.curve.share(p if by_p else spread)
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
-    if by_p:
-        reason += f", which {'agrees with' if share == 1 else 'is more than'} {words} ({p_text(p)})"
-    return mark(criterion, share, reason, {"p": p, "spread": spread, "factor": factor})
+    if criterion.curve.variable == "p":
+        agrees = criterion.curve.share(p) == 1
+        reason += f", which {'agrees with' if agrees else 'is more than'} {words} ({p_text(p)})"
+    return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
 
 def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: BenchScatter) -> Mark:
-    """Judge constancy by how far the class scatters, where a log states no uncertainties."""
+    """Judge constancy by how far the class scatters, if a log states no uncertainties."""
     spread = before.detail.get("spread")
     if not told or not isinstance(spread, float) or before.detail.get("factor") == scatter.factor:
         return before
@@ -169,63 +172,58 @@ def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float
     return _scatter_mark(criterion, spread, told, words, scatter.factor)
 
 
-def _listed(diagnostics: list[Diagnostic], most: int = 3) -> str:
-    told = [f"line {d.line}: {d.message}" if d.line else d.message for d in diagnostics[:most]]
-    return "; ".join(told) + (f"; and {len(diagnostics) - most} more" if len(diagnostics) > most else "")
-
-
 PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may contain a plot
 
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
-    found = count_text(pictures, "file")
-    reason = f"{found} with room for a plot" if pictures else "no picture and no PDF that could show a plot"
-    return mark(criterion, criterion.curve.share(pictures), reason, {"files": float(pictures)})
+    found = f"{count_text(pictures, 'file')} that may show a plot"
+    reason = found if pictures else "no picture and no PDF that could show a plot"
+    return mark(criterion, reason, {"files": float(pictures)})
 
 
 def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
-    return mark(criterion, None, "a person gives these points", {})
+    return mark(criterion, "a person gives these points", {}, None)
 
 
 # --- the report ---------------------------------------------------------------------------------------------
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched = _given(evidence)
-    d = evidence.slips[0].distance if evidence.slips else evidence.d or 0.0
-    said = f"you report {inertia_text(reported, evidence.reported.u if evidence.reported else None)}"
+    reported, value, matched = evidence.given
+    said = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
-    times = factor_text(reported / matched.value)
-    percent, carried = (100 * abs(one / matched.value - 1) for one in (reported, reported / evidence.factor))
-    in_percent = criterion.curve.variable == "percent"
-    share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
+    times = factor_text(value / matched.value)
+    d = evidence.slips[0].distance if evidence.slips else evidence.d or 0.0
+    percent, carried = (100 * abs(one / matched.value - 1) for one in (value, value / evidence.factor))
     detail = {"d": evidence.d, "d_carried": d, "own": matched.value, "matched": matched.name}
+    in_percent = criterion.curve.variable == "percent"
     if in_percent:
         detail["percent"] = percent
+    share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
     if evidence.slips:
         detail["slip"] = evidence.slips[0].kind
-        less = criterion.curve.share(carried if in_percent else d) - criterion.slip / (criterion.points or 1.0)
+        cost = points_of(criterion.slip or 0.0, criterion.points)
+        less = criterion.curve.share(carried if in_percent else d) - cost / (criterion.points or 1.0)
         if less > share:
-            share, detail["slip_cost"] = less, criterion.slip
+            share, detail["slip_cost"] = less, cost
         words = " or ".join(slip.words for slip in evidence.slips)
         reason = f"{said}, {times} what your runs give, {own}: one common mistake would explain this: {words}"
     elif d == 0:
-        reason = f"{said}, and so do your runs: {own}"
+        reason = f"{said}, which agrees with your runs: {own}"
     else:
         reason = f"{said}; your runs give {own}{f', {d:.2g} u away' if d <= 30 else f': yours is {times} that'}"
-    return mark(criterion, share, reason, detail)
+    return mark(criterion, reason, detail, share)
 
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported, matched = _given(evidence)
-    factor = evidence.factor if evidence.carries else 1.0
+    _, reported, matched = evidence.given
+    factor = evidence.correction
     value = reported / factor
-    # Not the reported u: a ± as wide as one likes would agree with everything.
-    u = max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0)
-    # Nor a u without end: runs that say nothing of I_zz would go with any value.
-    u = min(u, COARSEST * abs(value))
-    return mark(criterion, None, "the reference is not known yet", {"value": value, "u": u, "slip": factor})
+    # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
+    # that say nothing about I_zz would agree with any value.
+    u = min(max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value))
+    return mark(criterion, "the reference is not known yet", {"value": value, "u": u, "slip": factor}, None)
 
 
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
@@ -235,36 +233,42 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
         return pending
     if reference is None:
         reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
-        return mark(criterion, None, reason, pending.detail)
+        return mark(criterion, reason, pending.detail, None)
     width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
     zeta = abs(value - reference.inertia) / width
     undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
-    size, far = zeta, f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
-    in_percent = criterion.curve.variable == "percent"
-    if in_percent:
-        size = 100 * abs(value / reference.inertia - 1)
-        far, detail = f"{size:.2g} %", {**detail, "percent": size}
-    reason = f"{inertia_text(value, None)}{undone} is {far} from {reference.words}"
-    return mark(criterion, criterion.curve.share(size), reason, detail)
+    far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
+    if criterion.curve.variable == "percent":
+        detail["percent"] = percent = 100 * abs(value / reference.inertia - 1)
+        far = f"{percent:.2g} %"
+    return mark(criterion, f"{inertia_text(value, None)}{undone} is {far} from {reference.words}", detail)
+
+
+ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one digit, from another computation
 
 
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
-    assert evidence.reported is not None
+    reported, own = evidence.given[0], evidence.own
     if criterion.curve.variable == "stated":
-        stated = float(evidence.reported.u is not None)
-        reason = f'"{evidence.reported.text}" {"states" if stated else "does not state"} an uncertainty'
-        return mark(criterion, criterion.curve.share(stated), reason, {"stated": stated})
-    if evidence.reported.u is None:
-        return mark(criterion, 0.0, "no uncertainty is reported; write it behind the value: 4.4e-3 ± 0.1e-3 kg m^2", {})
-    u = evidence.reported.u / abs(evidence.factor)
-    known = [own.u for own in evidence.own.values if own.u]
+        stated = reported.u is not None
+        reason = f'"{reported.text}" {"states" if stated else "does not state"} an uncertainty'
+        return mark(criterion, reason, {"stated": float(stated)})
+    if reported.u is None:
+        return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
+    u = reported.u / abs(evidence.factor)
+    known = [one.u for one in own.values if one.u]
     known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
-    known = known or [evidence.own.yardstick * abs(evidence.own.values[0].value)]
+    known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
     ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
+    # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
+    each = [abs(one.torque / one.product.value) for one in evidence.analysis.torques if one.torque]
+    spread = statistics.stdev(each) / math.sqrt(len(each)) if len(each) > 1 else 0.0
+    if abs(u - spread) < ROUNDED * spread:
+        ratio = 1.0
     undone = f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
-    reason = f"± {inertia_range_text(evidence.reported.u, evidence.reported.u)}{undone}"
+    reason = f"± {inertia_range_text(reported.u, reported.u)}{undone}"
     whole = inertia_range_text(low, high)
     if ratio == 1:
         reason += f" agrees with your runs, whose fits give {whole}"
@@ -272,26 +276,26 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
-        mean = next((own.u for own in evidence.own.values if own.name == "mean_of_ratios"), None)
+        mean = next((one.u for one in own.values if one.name == "mean_of_ratios"), None)
         runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
         if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
-            reason += "; it is the scatter of single runs, and that of their mean is √n times smaller"
-    return mark(criterion, criterion.curve.share(ratio), reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
+            reason += "; this is the scatter of single runs; the uncertainty of their mean is √n times smaller"
+    return mark(criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
-    reported = evidence.reported
-    assert reported is not None
+    reported, value, _ = evidence.given
     faults = [reported.problem] if reported.problem else []
     u_digits = reported.u_digits or 0
     if reported.u and reported.u_step:
         # ± 0.102 with k = 2 is u = 0.051.
         u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
     if u_digits > 2:
-        faults.append(f"the uncertainty has {u_digits} digits: one or two say all that is known")
-    low, high = _last_place(reported.step, reported.value, reported.digits)
+        faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
+    low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
-        # A ± that was divided by its k has as many digits as it had, and its place is where u has its first at least.
+        # A ± that was divided by its k has as many digits as before; its last place is at most that of the first digit
+        # of u.
         u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
         u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
         if max(low, u_low) > 1.26 * min(high, u_high):
@@ -299,38 +303,79 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
             faults.append(
                 f"the value's last digit is {which} than that of its uncertainty: round both to the same place"
             )
-    elif reported.step and not reported.u_step:
-        u = reported.u or evidence.own.yardstick * abs(reported.value or 0.0)
-        if high < u / 150:
-            faults.append("the value has more digits than its uncertainty lets it have")
-    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit, and as many digits as it should'
-    return mark(criterion, criterion.curve.share(len(faults)), reason, {"faults": float(len(faults))})
+    elif reported.step and not reported.u_step and high < (reported.u or evidence.own.yardstick * abs(value)) / 150:
+        faults.append("the value has more digits than its uncertainty justifies")
+    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and the right number of digits'
+    return mark(criterion, reason, {"faults": float(len(faults))})
 
 
 def _last_place(step: float | None, value: float | None, digits: int | None) -> tuple[float, float]:
-    """Give the finest and the coarsest that a last digit can stand for: zeros before the point may only fill up."""
+    """Return the smallest and the largest possible step of the last digit: zeros before the point may only fill up."""
     if not step or not value or not digits:
         return step or 0.0, step or 0.0
     steps = math.floor(math.log10(abs(value) / step) + 1e-9)
     return step, step * 10.0 ** max(0, steps + 1 - digits)
 
 
-def _given(evidence: Evidence) -> tuple[float, OwnValue]:
-    """Always present if a value is reported."""
-    assert evidence.reported is not None
-    assert evidence.reported.value is not None
-    assert evidence.matched is not None
-    return evidence.reported.value, evidence.matched
+# --- all criteria -------------------------------------------------------------------------------------------
 
 
-_JUDGES: dict[str, Callable[[Criterion, Evidence], Mark]] = {
-    "log": _log,
-    "procedure": _procedure,
-    "own_data": _own_data,
-    "reference": _reference,
-    "uncertainty": _uncertainty,
-    "units": _units,
-    "constancy": _constancy,
-    "files": _files,
-    "manual": _manual,
+class Kind(NamedTuple):
+    """What all criteria with the same check have in common."""
+
+    judge: Callable[[Criterion, Evidence], Mark]
+    title: str
+    full: str  # default condition for all points
+    zero: str  # default condition for no points
+    keys: tuple[str, ...] = ("full", "zero")  # keys that such a criterion may have besides id, check, points and title
+    variables: tuple[str, ...] = ()  # other variables that a condition may contain
+
+
+OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz
+
+KINDS: dict[str, Kind] = {
+    "log": Kind(_log, "The log can be read", "warnings <= 0", "warnings >= 4"),
+    "procedure": Kind(
+        _procedure, "The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")
+    ),
+    "own_data": Kind(
+        _own_data, "I_zz follows from your own runs", "d <= 0.6", "d >= 3", ("full", "zero", "slip"), ("percent",)
+    ),
+    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 3", "z >= 5", variables=("percent",)),
+    "uncertainty": Kind(
+        _uncertainty, "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", variables=("stated",)
+    ),
+    "units": Kind(_units, "Unit and digits", "faults <= 0", "faults >= 2"),
+    "constancy": Kind(
+        _constancy, "φ̇ψ̇ is constant for each torque", "p >= 0.001", "p <= 0.000001", variables=("spread",)
+    ),
+    "files": Kind(_files, "A plot is handed in", "files >= 1", "files <= 0"),
+    "manual": Kind(_manual, "Judged by a person", "", "", ()),
 }
+"""By the word after check in a rubric."""
+
+MEANINGS = {
+    "warnings": "the number of things to correct",
+    "missing": "the number of things that are missing",
+    "d": "the distance from the nearest fit of your own runs, in units of its u",
+    "z": "the distance from the reference, in standard uncertainties",
+    "percent": "the distance in percent",
+    "stated": "1 if an uncertainty is stated, else 0",
+    "files": "the number of pictures and PDFs next to the log",
+    "ratio": "your u over that of your fits",
+    "faults": "the number of faults",
+    "p": "the probability of such a scatter by chance",
+    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
+}
+"""Meaning of each variable in a condition, for students."""
+
+ASKS = {
+    "weights": diagnostics.TOO_FEW_WEIGHTS,
+    "runs": diagnostics.TOO_FEW_RUNS,
+    "spins": diagnostics.SPINS_TOO_CLOSE,
+    "unloaded": diagnostics.NO_UNLOADED_RUN,
+    "times": diagnostics.TIMES_TOO_SHORT,
+    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
+    "odd_runs": diagnostics.OUTLIER,
+}
+"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""

@@ -44,7 +44,7 @@ def feedback_comment(grade: Grade) -> str:
     if grade.points is None:
         return "\n".join([f"{_verdict(grade)} {sentence(grade.why or '')}".strip(), *_hands(grade)])
     lines = [_verdict(grade), *_hands(grade)]
-    lines += [f"A slip to look for: {sentence(slip.words)} To check: {sentence(slip.check)}" for slip in grade.slips]
+    lines += [f"A mistake to look for: {sentence(slip.words)} To check: {sentence(slip.check)}" for slip in grade.slips]
     lines += [
         f"{shown(one.title)}: {points_text(one.points)} of {points_text(one.out_of)}. {sentence(one.reason)}"
         for one in grade.marks

@@ -1,8 +1,8 @@
-"""One student's grade: from a submission to marks with their reasons, without ever raising for what is in it.
+"""Grade one student: from a submission to marks with their reasons.
 
-The story: read the log → analyse it → work out the accepted fits of its runs → hold the report against them, known
-slips undone → judge each criterion → take off for being late. What cannot be judged has no points instead of zero,
-and makes the whole grade "not graded", with the reason, so that a person looks at it.
+Read the log, analyse it, compute the accepted fits of its runs, compare the report with them after correcting a common
+mistake, judge each criterion, and subtract the deduction for being late. Nothing in a submission raises an error: what
+cannot be judged has no points, which is not the same as zero, and the grade is "not graded" until a person has looked.
 """
 
 from __future__ import annotations
@@ -16,25 +16,26 @@ import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
+from gyrodata import mistakes
 from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
 from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, LogError
 from gyrodata.fitting import times_stated
-from gyrodata.grading import yardsticks
-from gyrodata.grading.criteria import Evidence, Mark, judge, judge_reference, judge_scatter, mark, scatter_of
+from gyrodata.grading import criteria, slips, yardsticks
+from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import judge_lateness
-from gyrodata.grading.rubric import ASKS, Rubric
-from gyrodata.grading.slips import SAME, Slip, corrected, find_slips, unusual
-from gyrodata.mistakes import Mistake, explaining_mistakes, known_mistakes
+from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.slips import Slip
+from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, read_reported
 from gyrodata.reporting.values import factor_text
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
-    from gyrodata.grading.submissions.student_files import Answers
-    from gyrodata.results import Analysis
 
-FAR = 3.0  # a report farther than this from every accepted fit [u], and explained by no known slip, is worth a look
+FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
+
+WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 
 Record = TypeVar("Record", bound=Struct)
 
@@ -42,7 +43,7 @@ Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
 
 class Decision(Struct, frozen=True):
-    """The decisions by hand about one student."""
+    """One decision by a person about one student."""
 
     what: str  # id of a criterion, or one of `ledger.WORDS`
     value: str  # as written
@@ -60,7 +61,7 @@ class Decision(Struct, frozen=True):
 
 
 class Reported(TypedDict, total=False):
-    """I_zz as the student reports it; no key at all where nothing is reported."""
+    """I_zz as the student reports it; without any key if nothing is reported."""
 
     text: str
     value: float | None
@@ -89,12 +90,12 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     name: str
     status: Status = "not graded"  # "so far": some marks wait for a person
     why: str | None = None  # why it is not graded; None if it is
-    points: float | None = None  # what counts, lateness taken off, two decimals; None where nothing counts yet
+    points: float | None = None  # what counts, lateness taken off, two decimals; None if nothing counts yet
     out_of: float
     marks: tuple[Mark, ...] = ()
-    """One for each criterion, in the rubric's order; points null: it could not be judged, which is no zero."""
-    slips: tuple[Slip, ...] = ()  # known slips that explain the report, the likeliest first
-    look: tuple[str, ...] = ()  # what a person should look at though it is graded
+    """One for each criterion, in the rubric's order; points null: it could not be judged, which is not zero."""
+    slips: tuple[Slip, ...] = ()  # common mistakes that explain the report, the most likely first
+    look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
     section: str = ""  # of the roster
     reported: Annotated[Reported, Meta(extra_json_schema={"anyOf": [{"required": _REPORTED}, {"maxProperties": 0}]})]
@@ -103,21 +104,20 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     inertia: float | None = None
     """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
-    matched: str | None = None  # the accepted fit that the report comes nearest to, a slip undone
-    d: float | None = None  # distance of the report from it, as reported [u]
-    bench: tuple[str, ...] = ()  # uncertainties that the log does not state, and has from the rubric: "u_time 0.3 s"
+    matched: str | None = None  # the accepted fit nearest to the report, after correcting a mistake
+    d: float | None = None  # distance of the report, as reported, from that fit [u]
+    bench: tuple[str, ...] = ()  # values that the log does not state, from the rubric: "u_time 0.3 s"
     scatters: tuple[tuple[float, int], ...] = ()
-    """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; none where others hold."""
-    # Zeta score of ISO 13528: distance from the reference over the u of both, a slip undone. JSON, tables and rubrics
-    # have called it "z" from the start.
+    """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; empty with other ones."""
+    # Zeta score of ISO 13528: distance of the corrected value from the reference, over the u of both.
     zeta: float | None = field(default=None, name="z")
-    late_seconds: float | None  # late by this [s]; None where nothing tells
+    late_seconds: float | None  # late by this [s]; None if it is not known
     late_deduction: float  # [points]
     late_reason: str
     diagnostics: tuple[DiagnosticJson, ...] = ()  # what was found in the log
-    by_hand: tuple[Decision, ...] = ()  # what a person decided, in the order of the desk
+    by_hand: tuple[Decision, ...] = ()  # decisions of a person, in the order of desk.csv
     rubric: str  # digest of the rubric
-    digest: str  # of the submission, and of what was decided by hand
+    digest: str  # of the submission and of the decisions by hand
 
 
 class Grade(ShownGrade, frozen=True, kw_only=True):
@@ -125,7 +125,8 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
-    """What is kept of the log to compare it with others; None where it cannot be analysed."""
+    """Summary of the log to compare it with others; None if the log cannot be analysed."""
+    partner: str = ""  # the partners that the log names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -134,40 +135,34 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
     @property
     def ratio(self) -> float | None:
-        """Reported I_zz over that of the accepted fit that it comes nearest to [1]; None without one of them."""
+        """Reported I_zz over that of the nearest accepted fit [1]; None without one of them."""
         value, own = self.reported_inertia, self.own.get(self.matched or "")
         return value / own["value"] if value is not None and own and own["value"] else None
 
 
 def to_json(record: Struct) -> str:
-    """Write a record as the journal contains it; `from_json` gives the same again, to the last digit."""
+    """Write a record as the journal contains it; `from_json` returns the same record, to the last digit."""
     return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def from_json(text: str | bytes, kind: type[Record]) -> Record:
-    """Take a record back from its JSON; raise ValueError where it is none."""
+    """Read a record from its JSON; raise ValueError if the text is not such a record."""
     try:
-        return msgspec.json.decode(text, type=kind)
-    except msgspec.DecodeError:
-        # Half of a surrogate, as of a file's name in another coding, passes only here.
-        try:
-            return msgspec.convert(json.loads(text), kind)
-        except msgspec.ValidationError as error:  # no ValueError in older releases
-            raise ValueError(str(error)) from None
+        # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
+        return msgspec.convert(json.loads(text), kind)
+    except msgspec.ValidationError as error:
+        raise ValueError(str(error)) from None
 
 
 def grade_submission(
     submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Mistake | None = None
 ) -> Grade:
-    """Grade one student.
+    """Grade one student; a submission that cannot be judged is "not graded", and never raises an error.
 
-    `rubric`: What is judged. Where the class is the reference, a "reference" mark has no points until `settle`.
-    `reported`: I_zz typed in by a person, instead of what was handed in. `mistake`: One in the log, undone first.
-
-    Gives: Status "not graded", and no points, where the log cannot be read or analysed, or a criterion cannot
-    be judged. Bad data never raise.
+    If the class is the reference, a "reference" mark has no points until `settle`. `reported`: I_zz typed in by a
+    person, instead of the submitted value. `mistake`: A mistake in the log that is corrected first.
     """
-    # The driver of the workers does not need them.
+    # The main process only distributes the work, and does not need these.
     from gyrodata.analysis import analyze_readings
     from gyrodata.procedure import what_lacks
 
@@ -178,164 +173,178 @@ def grade_submission(
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         if mistake is not None:
-            readings = corrected(readings, mistake)
+            readings = slips.corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
-        asked = {ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
+        asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
-        lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
         if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
-            again = grade_submission(submission, rubric, reported, known_mistakes()["exchanged"])
+            again = grade_submission(submission, rubric, reported, mistakes.known_mistakes()["exchanged"])
             if again.d is not None and again.d <= FAR:
                 return again
         return not_graded(submission, rubric, _why_not(error), found)
-    evidence = replace(_gather(analysis, lacks, answers, rubric, bench), files=submission.members)
-    marks = tuple(judge(criterion, evidence) for criterion in rubric.criteria)
-    # The runs that look odd are in the analysis already.
-    untold = [one for one in lacks if one.code != OUTLIER]
-    blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *untold, *answers.diagnostics))
+    # The suspected outliers are in the analysis already.
+    blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
+    lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
+    own = yardsticks.own_runs(analysis, rubric.accept)
+    evidence = Evidence(
+        rubric=rubric,
+        analysis=analysis,
+        lacks=lacks,
+        own=own,
+        reported=answers.inertia,
+        files=submission.members,
+        bench=bench,
+    )
+    if answers.inertia is not None and (value := answers.inertia.value) is not None:
+        step = answers.inertia.step or 0.0
+        explained = slips.find_slips(value, step, own, readings, analysis.measurements)
+        matched = yardsticks.nearest(own.values, value)
+        if explained:
+            matched = next(one for one in own.values if one.name == explained[0].fit)
+        d = yardsticks.distance(value, matched.value, step, own.yardstick)
+        evidence = replace(evidence, matched=matched, d=d, slips=explained)
     grade = replace(
         blank,
-        marks=marks,
+        marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        reported={name: getattr(evidence.reported, name) for name in _REPORTED if evidence.reported},
-        own={own.name: {"value": own.value, "u": own.u} for own in evidence.own.values},
+        partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
+        reported={name: getattr(answers.inertia, name) for name in _REPORTED if answers.inertia},
+        own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
         d=evidence.d,
         bench=bench,
-        scatters=() if times_stated(analysis.measurements) else scatter_of(analysis),
+        scatters=() if times_stated(analysis.measurements) else criteria.scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
     )
     return added_up(grade) if rubric.class_reference else _settle_one(grade, rubric, rubric.references, {})
 
 
-Class = tuple[tuple[Grade, ...], Mapping[str, yardsticks.Reference], Mapping[str, yardsticks.BenchScatter]]
-"""Grades, and by station ("all" for every other) what they are held against and how far the readings scatter."""
+References = Mapping[str, yardsticks.Reference]
+Scatters = Mapping[str, yardsticks.BenchScatter]
+"""By station; "all" is for all other stations."""
 
 
-def settle(grades: Iterable[Grade], rubric: Rubric) -> Class:
-    """Give the points that wait for the whole class: those against a reference that the class itself gives.
+def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], References, Scatters]:
+    """Give the points that need the whole class, because the class is the reference.
 
-    `grades`: All of the class, as `grade_submission` or an earlier `settle` gave them. Gives: In the order given; no
-    grade depends on that order.
+    `grades`: All grades of the class, as `grade_submission` or an earlier `settle` returned them. Returns the grades in
+    the same order, and what they are compared with. No grade depends on the order.
     """
     grades = tuple(grades)
     references, scatters = rubric.references, {}
     if rubric.class_reference:
-        known = (grade for grade in grades if grade.inertia is not None)
         references = yardsticks.class_references(
-            (grade.station, grade.inertia or 0.0, grade.inertia_u or 0.0) for grade in known
+            (one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None
         )
     if rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria):
         scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
     return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
 
 
-def _settle_one(
-    grade: Grade,
-    rubric: Rubric,
-    references: Mapping[str, yardsticks.Reference],
-    scatters: Mapping[str, yardsticks.BenchScatter],
-) -> Grade:
-    """Judge the criteria that need a reference or the scatter of the class, and sum the points again."""
+def _settle_one(grade: Grade, rubric: Rubric, references: References, scatters: Scatters) -> Grade:
+    """Judge the criteria that need a reference or the scatter of the class, and add up the points again."""
     if not grade.own:
         return grade
     station = grade.station or "all"
     reference = references.get(station) or references.get("all")
     scatter = scatters.get(station) or scatters.get("all")
-    marks = tuple(
-        judge_reference(criterion, one, reference)
-        if criterion.check == "reference"
-        else judge_scatter(criterion, one, grade.scatters, scatter)
-        if criterion.check == "constancy" and scatter is not None
-        else one
-        for criterion, one in zip(rubric.criteria, grade.marks, strict=True)
-    )
+    marks = []
+    for criterion, one in zip(rubric.criteria, grade.marks, strict=True):
+        if criterion.check == "reference":
+            one = criteria.judge_reference(criterion, one, reference)
+        elif criterion.check == "constancy" and scatter is not None:
+            one = criteria.judge_scatter(criterion, one, grade.scatters, scatter)
+        marks.append(one)
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
-    return added_up(replace(grade, marks=marks, zeta=zeta if isinstance(zeta, float) else None))
+    return added_up(replace(grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None))
 
 
 AGREES, MUCH = 5.0, 3.0
-"""A log is doubted if the answer is nearer to the reference than the first [standard uncertainties of both], and the
-log is more than the second times as far from it as the answer."""
+"""A log is doubted if the answer is closer to the reference than the first [standard uncertainties of both], and the
+distance of the log is more than the second times that of the answer."""
 
-LOOKED_AT = 10.0  # a log whose own I_zz is farther from the reference is worth a look [standard uncertainties of both]
+LOOKED_AT = 10.0  # a log whose I_zz is farther from the reference needs a look [standard uncertainties of both]
 
 
 def reconsider(
     grade: Grade,
     submission: Submission,
     rubric: Rubric,
-    references: Mapping[str, yardsticks.Reference],
-    scatters: Mapping[str, yardsticks.BenchScatter],
+    references: References,
+    scatters: Scatters,
     reported: str | None,
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
-    `grade`: As `settle` gave it. `reported`: As `grade_submission` has it. Gives: Where the answer agrees with the
-    reference, and follows from the log once a known mistake in it is undone, the grade for that; else a line for a
-    person to look at, if nothing else explains the log.
+    `grade`: As `settle` returned it. `reported`: As in `grade_submission`. If the answer agrees with the reference, and
+    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned.
+    Otherwise a person is asked to look, if nothing else explains the log.
     """
     from gyrodata.analysis import analyze_readings
 
     reference = references.get(grade.station or "all") or references.get("all")
     if reference is None or not grade.own or not grade.inertia:
         return grade
-    share = (grade.inertia_u or 0.0) / abs(grade.inertia)
+    inertia, value, d = grade.inertia, grade.reported_inertia, grade.d or 0.0
+    share = (grade.inertia_u or 0.0) / abs(inertia)
 
-    def away(value: float, u: float) -> float:
-        return abs(value - reference.inertia) / (math.hypot(u * value, reference.u) or 1e-9 * reference.inertia)
+    def away(value: float, share: float) -> float:
+        u = math.hypot(share * value, reference.u) or 1e-9 * reference.inertia
+        return abs(value - reference.inertia) / u
 
-    far, value = away(grade.inertia, share), grade.reported_inertia
-    of_log = value is not None and (grade.d or 0.0) > FAR and away(value, min(share, yardsticks.COARSEST)) <= AGREES
-    of_log = of_log and abs(grade.inertia - reference.inertia) > MUCH * abs((value or 0.0) - reference.inertia)
-    if not of_log and (far <= LOOKED_AT or grade.slips or (grade.d or 0.0) > FAR):
+    wrong_log = (
+        value is not None
+        and d > FAR
+        and away(value, min(share, yardsticks.COARSEST)) <= AGREES
+        and abs(inertia - reference.inertia) > MUCH * abs(value - reference.inertia)
+    )
+    far = away(inertia, share)
+    if not wrong_log and (far <= LOOKED_AT or grade.slips or d > FAR):
         return grade
     try:
         readings = yardsticks.at_bench(submission, rubric.bench)[0]
         measured = analyze_readings(readings, whole=False).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
-
-    def mistakes(expected: float) -> list[Mistake]:
-        found = explaining_mistakes(readings, measured, abs(grade.inertia or 0.0), expected)
-        return [kind for kind, _ in found if not kind.kind.startswith("ball_")]
-
-    if value and of_log:
-        # Of headers that leave the same factor, the one without which the readings are of the usual size.
-        left = [(unusual(corrected(readings, kind)), kind) for kind in mistakes(value)]
-        likely = [kind for count, kind in sorted(left, key=lambda one: one[0]) if count <= unusual(readings)]
-        factor = grade.inertia / value
-        unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
-        if grade.slips:
-            likely.append(Mistake("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
-        for kind in likely:
-            again = grade_submission(submission, rubric, reported, kind)
-            if again.d is not None and again.d <= FAR:
-                known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-                look = (*again.look, *([unknown] if kind.log == unknown else []))
-                return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
-        return grade
-    times = factor_text(grade.inertia / reference.inertia)
-    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, {times} it"
-    marks = grade.marks
-    if kinds := mistakes(reference.inertia):
-        why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
-        told = f"{told}; {why}"
-        marks = tuple(
-            replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
-            for one in marks
-        )
-    return replace(grade, marks=marks, look=(*grade.look, told))
+    expected = value if wrong_log and value else reference.inertia
+    kinds = [kind for kind, _ in mistakes.explaining_mistakes(readings, measured, abs(inertia), expected)]
+    kinds = [kind for kind in kinds if not kind.kind.startswith("ball_")]
+    if not wrong_log:
+        told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
+        told += f"{factor_text(inertia / reference.inertia)} it"
+        marks = grade.marks
+        if kinds:
+            why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
+            told = f"{told}; {why}"
+            marks = tuple(
+                replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
+                for one in marks
+            )
+        return replace(grade, marks=marks, look=(*grade.look, told))
+    # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
+    odd = {kind.kind: slips.unusual(slips.corrected(readings, kind)) for kind in kinds}
+    likely = sorted((kind for kind in kinds if odd[kind.kind] <= slips.unusual(readings)), key=lambda k: odd[k.kind])
+    factor = inertia / expected
+    unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
+    if grade.slips:
+        likely.append(Mistake("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
+    for kind in likely:
+        again = grade_submission(submission, rubric, reported, kind)
+        if again.d is not None and again.d <= FAR:
+            known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
+            look = (*again.look, *([unknown] if kind.log == unknown else []))
+            return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
+    return grade
 
 
 def added_up(grade: Grade) -> Grade:
-    """Return the sum of the points, or why it is missing; open marks give a sum so far."""
+    """Add up the points, or say why there is no sum; marks that wait for a person give a sum so far."""
     open_marks = [one for one in grade.marks if one.points is None]
     reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
     if reasons:
@@ -355,50 +364,25 @@ def two_decimals(points: float | None) -> str:
     return "" if points is None else f"{points:.2f}"
 
 
-# --- what there is to judge ---------------------------------------------------------------------------------
-
-
-def _gather(
-    analysis: Analysis, lacks: list[Diagnostic], answers: Answers, rubric: Rubric, bench: tuple[str, ...]
-) -> Evidence:
-    """Hold the report against the student's own runs."""
-    own, reported = yardsticks.own_runs(analysis, rubric.accept), answers.inertia
-    evidence = Evidence(
-        analysis=analysis,
-        lacks=lacks,
-        own=own,
-        reported=reported,
-        absent_is_zero=answers.inertia is None and rubric.no_report == "zero",
-        carries=any(criterion.check == "own_data" for criterion in rubric.criteria),
-        bench=bench,
-    )
-    if reported is None or reported.value is None:
-        return evidence
-    step = reported.step or 0.0
-    slips = find_slips(reported.value, step, own, analysis.readings, analysis.measurements)
-    matched = yardsticks.nearest(own.values, reported.value)
-    if slips:
-        matched = next(value for value in own.values if value.name == slips[0].fit)
-    d = yardsticks.distance(reported.value, matched.value, step, own.yardstick)
-    return replace(evidence, matched=matched, d=d, slips=slips)
-
-
 def _looks(evidence: Evidence) -> list[str]:
-    """Items that need review by a person."""
+    """Return what a person has to look at."""
     found = []
-    # Two that leave the same factor cost the same: nothing is to be decided.
-    if any(abs(slip.factor / evidence.factor - 1) > SAME for slip in evidence.slips):
-        kinds = ", ".join(slip.kind for slip in evidence.slips)
-        found.append(f"several known slips explain the reported I_zz equally well: {kinds}")
+    # Two mistakes with the same factor cost the same: nothing needs a decision.
+    if any(abs(slip.factor / evidence.factor - 1) > slips.SAME for slip in evidence.slips):
+        words = " or ".join(slip.words for slip in evidence.slips)
+        found.append(f"several mistakes explain the reported I_zz equally well: {words}")
+    spread = criteria.spread_of(evidence.analysis) or 0.0
+    if spread > WILD:
+        found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
     if evidence.d is not None and evidence.d > FAR and not evidence.slips:
         found.append(
-            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no known slip explains it"
+            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"
         )
     return found
 
 
 def station_of(readings: Readings) -> str | None:
-    """Take the station that a log names, as a rubric names it."""
+    """Return the station that a log names, in the form that a rubric uses."""
     text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
     return yardsticks.station_key(text) or None
 
@@ -409,7 +393,7 @@ def station_of(readings: Readings) -> str | None:
 def not_graded(
     submission: Submission, rubric: Rubric, why: str | None, diagnostics: Iterable[Diagnostic] = ()
 ) -> Grade:
-    """Make the grade of a submission with nothing judged but the lateness: no points, and no zero."""
+    """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
     stamps = submission.late, submission.late_seconds, submission.submitted
     late = judge_lateness(rubric.late, keys, *stamps, rubric.points)
@@ -418,7 +402,7 @@ def not_graded(
         name=submission.name,
         why=why,
         out_of=rubric.points,
-        marks=tuple(mark(criterion, None, "not judged", {}) for criterion in rubric.criteria),
+        marks=tuple(criteria.mark(criterion, "not judged", {}, None) for criterion in rubric.criteria),
         look=(late.reason,) if late.look else (),
         reported={},
         own={},
@@ -433,16 +417,16 @@ def not_graded(
 
 
 def _why_not(error: Exception) -> str:
-    """Say in one sentence what stops the analysis."""
+    """Say in one sentence why the analysis stopped."""
     if isinstance(error, OSError):
         return f"the submission cannot be read: {error.strerror or type(error).__name__}"
     if not isinstance(error, GyroError):
-        # Numbers on which the analysis itself breaks are no reason to lose the class, nor to give this one a zero.
-        return f"the analysis broke on these numbers ({type(error).__name__}: {error})"
+        # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
+        return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
+    told = f"the log cannot be {'analysed' if isinstance(error, LogError) else 'read'}"
     faults = [one for one in error.diagnostics if one.severity == "error"]
-    if not faults:
-        return "the log cannot be analysed"
-    where = f"line {faults[0].line}: " if faults[0].line else ""
-    more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
-    kind = "the log cannot be analysed" if isinstance(error, LogError) else "the log cannot be read"
-    return f"{kind}: {where}{faults[0].message}{more}"
+    if faults:
+        where = f"line {faults[0].line}: " if faults[0].line else ""
+        more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
+        told += f": {where}{faults[0].message}{more}"
+    return told

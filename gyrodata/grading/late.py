@@ -1,4 +1,4 @@
-"""Points for late submissions: tiers, grace and exceptions, from the time stamps of a submission."""
+"""Points for late submissions: steps, grace time and exceptions, from the time stamps of a submission."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import datetime as dt
 import math
 import re
 from collections.abc import Mapping
-from contextlib import suppress
 from itertools import pairwise
 from typing import Annotated
 
@@ -20,7 +19,7 @@ from gyrodata.units import UnitError
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?)\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*", re.IGNORECASE)
 _SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
 
-# As a rubric contains them: a time, and points that are taken off, or a share of all points.
+# As a rubric contains them: a duration, and the points or the share of all points that are taken off.
 Duration = Annotated[str, Meta(examples=["15 min", "36 h", "2 days"])]
 Deduction = Annotated[str, Meta(pattern=r"%\s*$", examples=["10 %"])] | Annotated[float, Meta(ge=0, examples=[2])]
 Time = Annotated[
@@ -30,7 +29,7 @@ Time = Annotated[
 
 
 def seconds_of(text: str, key: str = "") -> float:
-    """Read a time [s]; raise UnfitError if it is none."""
+    """Read a duration [s]; UnfitError if the text is not a duration."""
     match = _DURATION.fullmatch(text)
     if match is None:
         hint = f'write {key} = "15 min" or "36 h" or "2 days"'
@@ -39,7 +38,7 @@ def seconds_of(text: str, key: str = "") -> float:
 
 
 def points_of(value: str | float, whole: float, path: Path = ()) -> float:
-    """Read a deduction from `whole` points; raise UnfitError if it is more than that. `path`: of its key."""
+    """Read a deduction from `whole` points; UnfitError if it is more than that. `path` leads to its key."""
     try:
         points = parse_uncertainty(value, "number").relative * whole if isinstance(value, str) else value
     except UnitError:
@@ -51,7 +50,7 @@ def points_of(value: str | float, whole: float, path: Path = ()) -> float:
 
 
 class Tier(Struct, frozen=True, forbid_unknown_fields=True):
-    """Up to this late, this is taken off."""
+    """The deduction up to this lateness."""
 
     until: Duration
     deduct: Deduction
@@ -65,7 +64,7 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
 
     student: Text  # key, any id, or name
     due: Time = None
-    extra: Duration | None = None  # time more
+    extra: Duration | None = None  # additional time
     waive: Annotated[bool, Meta(examples=[True])] = False
 
     def __post_init__(self) -> None:
@@ -76,14 +75,14 @@ class LateException(Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
-    """How lateness becomes points."""
+    """How many points lateness costs."""
 
-    due: Time = None  # None: what the learning platform says counts
+    due: Time = None  # None: the lateness that the learning platform shows counts
     grace: Duration = "0 s"
     tiers: tuple[Tier, ...] = field(default=(), name="tier")  # in rising order of `until`
-    beyond: Deduction = "100 %"  # taken off after the last tier
+    beyond: Deduction = "100 %"  # after the last tier
     marked: Deduction | None = None
-    """Taken off if a submission is only marked late, without by how much; None: a person must look."""
+    """For a submission that is only marked late, without a time; None: a person must look."""
     exceptions: tuple[LateException, ...] = field(default=(), name="exception")
 
     def __post_init__(self) -> None:
@@ -96,10 +95,10 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
 class Lateness(Struct, frozen=True):
     """The result of the rule for one submission."""
 
-    seconds: float | None  # late by this, 0 for in time; None where nothing tells
+    seconds: float | None  # 0 if in time; None if unknown
     deduct: float  # [points]
-    reason: str  # in words; "" for in time
-    look: bool  # True where a person must decide
+    reason: str  # in words; "" if in time
+    look: bool  # True if a person must decide
 
 
 def judge_lateness(
@@ -110,7 +109,19 @@ def judge_lateness(
     submitted: str | None,
     whole: float,
 ) -> Lateness:
-    """Say what lateness costs of `whole` points by the submission's own marks and stamps, never the clock."""
+    """Compute what lateness costs of `whole` points, from the marks and time stamps of the submission only.
+
+    Parameters
+    ----------
+    rule : LateRule or None
+        The rule; with None, lateness costs nothing.
+    keys : mapping
+        All ids and names of the student.
+    late, late_seconds, submitted
+        As in `Submission`.
+    whole : float
+        All points of the rubric.
+    """
     if rule is None:
         after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
         return Lateness(late_seconds, 0.0, after, False)
@@ -118,7 +129,21 @@ def judge_lateness(
     excepted = next((one for one in rule.exceptions if one.student.casefold() in called), None)
     if excepted is not None and excepted.waive:
         return Lateness(late_seconds, 0.0, "lateness waived for you" if late or late_seconds else "", False)
-    seconds = _seconds_late(rule, excepted, late, late_seconds, submitted)
+    due = excepted.due if excepted and excepted.due else rule.due
+    extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
+    try:
+        stamp = dt.datetime.fromisoformat(submitted or "")
+    except ValueError:
+        stamp = None
+    seconds = None if late else 0.0
+    if due is not None and stamp is not None:
+        # A stamp without a time zone is in the time of the course, and so is a deadline without one.
+        zone = due.tzinfo or stamp.tzinfo
+        due, stamp = (one.replace(tzinfo=one.tzinfo or zone) for one in (due, stamp))
+        seconds = (stamp - due).total_seconds() - extra
+    elif late_seconds is not None and not (excepted is not None and excepted.due is not None and late):
+        # If the student has another deadline, the lateness that the platform counts says nothing.
+        seconds = late_seconds - extra
     if seconds is None:
         if rule.marked is None or excepted is not None:
             return Lateness(None, 0.0, "marked late, but nothing says by how much", True)
@@ -128,25 +153,3 @@ def judge_lateness(
         return Lateness(max(0.0, seconds), 0.0, reason, False)
     deduct = next((tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until)), rule.beyond)
     return Lateness(seconds, points_of(deduct, whole), f"{duration_text(seconds)} late", False)
-
-
-def _seconds_late(
-    rule: LateRule, excepted: LateException | None, late: bool, late_seconds: float | None, submitted: str | None
-) -> float | None:
-    """Late by this [s], negative for early; None where it is late and nothing says by how much."""
-    due = excepted.due if excepted and excepted.due else rule.due
-    extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
-    stamp = None
-    with suppress(ValueError):
-        stamp = dt.datetime.fromisoformat(submitted or "")
-    if due is not None and stamp is not None:
-        # A stamp without a zone is on the course's own clock, and so is a deadline without one.
-        if due.tzinfo is None or stamp.tzinfo is None:
-            zone = due.tzinfo or stamp.tzinfo
-            due, stamp = (one.replace(tzinfo=one.tzinfo or zone) for one in (due, stamp))
-        return (stamp - due).total_seconds() - extra
-    if excepted is not None and excepted.due is not None and late:
-        return None  # the platform counts from another deadline
-    if late_seconds is not None:
-        return late_seconds - extra
-    return None if late else 0.0

@@ -1,4 +1,7 @@
-"""``desk.csv``: decisions by hand. gyro reads it and never writes it; with a fault in it, no line is used."""
+"""``desk.csv``: decisions by hand, and the lines that are offered for it.
+
+gyro reads the file and never writes it; with a fault in it, no line is used.
+"""
 
 from __future__ import annotations
 
@@ -7,65 +10,62 @@ import difflib
 import hashlib
 import io
 import re
+import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import zip_longest
+from itertools import permutations, zip_longest
+from pathlib import Path
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.grading.criteria import Mark
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import station_key
-from gyrodata.readings import listing, read_reported
+from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
-WORDS = ("total", "reported", "station", "partner", "flag", "comment", "hold", "excuse")
+WORDS = ("total", "bonus", "reported", "station", "partner", "flag", "comment", "hold", "excuse", "late", "log")
 """What may be decided besides the points of a criterion."""
 
 FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
-"""How a flag is settled, and what stands between the students of one."""
+"""How a flag is settled, and what is written between its students."""
 
 SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
-STALE = "resubmitted since"  # the first words if a line was written for another submission
-SETTLING = ("total", "hold", "excuse")  # nobody need look at what gyro doubted where one of these is given
+CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
+OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
+STALE = "resubmitted since"  # first words if a line was written for an earlier submission
+SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
 
 class Desk(Struct, frozen=True):
     """The decisions in a class."""
 
-    lines: Mapping[str, tuple[Decision, ...]]  # by student, in the order of the file
-    left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines without a value: left as gyro has it
-    unfilled: frozenset[tuple[str, str, str]] = frozenset()
-    """Student, what, and the reason in general of the lines with neither a value nor a name."""
+    lines: Mapping[str, tuple[Decision, ...]] = {}  # by student, in the order of the file
+    left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines with a name but no value
+    waiting: int = 0  # number of the lines with neither: they were only copied
     settled: Mapping[frozenset[str], str] = {}
-    """How each line settles a flag, by the students in it; one student alone: all flags of that student."""
+    """How each flag is settled, by its students; one student alone: all flags of that student."""
+    folder: Path = Path()  # folder of the file, and of corrected logs
 
     def value(self, student: str, what: str) -> str | None:
-        """Give what was decided of one thing; None for nothing."""
+        """Return what was decided; None for nothing."""
         return next((one.value for one in self.lines.get(student, ()) if one.what == what), None)
 
     def decides(self, student: str, what: str) -> bool:
-        """Tell whether a line speaks of one thing."""
-        return (student, what) in self.left or any(one.what == what for one in self.lines.get(student, ()))
-
-    def empty(self, offer: Offer) -> bool:
-        """Tell whether a line speaks of what is offered, and has no value."""
-        return (offer.student, offer.what) in self.left or self._copied(offer)
+        """Return whether a line decides something, or leaves it as it is."""
+        return (student, what) in self.left or self.value(student, what) is not None
 
     def waits(self, offer: Offer) -> bool:
-        """Tell whether what is offered is still to be decided: a line that was only copied decides nothing."""
-        return offer.why.startswith(STALE) or self._copied(offer) or not self.decides(offer.student, offer.what)
-
-    def _copied(self, offer: Offer) -> bool:
-        return (offer.student, offer.what, in_general(offer.why)) in self.unfilled
+        """Return whether an offered line is still to be decided."""
+        return offer.why.startswith(STALE) or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -75,16 +75,24 @@ class Desk(Struct, frozen=True):
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
-        """Say of each line which submission it was written for, by the line: the one of the first run that saw it."""
+        """Return the digest of the submission for which each line was written: that of the first run with the line."""
         return {key: before.get(key, grade.digest) for key in map(repr, self.lines.get(grade.student, ()))}
 
     def with_station(self, grade: Grade) -> Grade:
-        """Put a grade where the desk says that the student was."""
+        """Replace the station of a grade."""
         station = self.value(grade.student, "station")
         return grade if station is None else replace(grade, station=station_key(station))
 
+    def corrected(self, item: Submission) -> Submission:
+        """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
+        name = self.value(item.student, CORRECTED)
+        if name is None:
+            return item
+        path = (self.folder / name).resolve()
+        return replace(item, log_name=str(path), log_file=path.name, problem=None)
+
     def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
-        """Give a settled grade what was decided; `seen` as `first_seen` has it."""
+        """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
         lines = self.lines.get(grade.student, ())
         if not lines:
             return grade
@@ -92,131 +100,169 @@ class Desk(Struct, frozen=True):
         stale = [
             f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
-            if one.what not in (*SEVERAL, *BARE) and seen.get(repr(one), grade.digest) != grade.digest
+            if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
         ]
-        marks = tuple(_given(mark, given[mark.criterion]) if mark.criterion in given else mark for mark in grade.marks)
-        if marks != grade.marks:
-            grade = added_up(replace(grade, marks=marks))
+        marks = list(grade.marks)
+        for at, mark in enumerate(marks):
+            if one := given.get(mark.criterion):
+                points, reason = read_number(one.value) or 0.0, f"given by hand: {one.told}".removesuffix(": ")
+                marks[at] = replace(mark, points=round(points, 2), reason=reason, detail={}, rule="")
+        if late := given.get("late"):
+            looks = tuple(look for look in grade.look if look != grade.late_reason)
+            words = f"late: {late.value} points taken off by hand"
+            grade = replace(grade, late_deduction=read_number(late.value) or 0.0, late_reason=words, look=looks)
+        if tuple(marks) != grade.marks or late:
+            grade = added_up(replace(grade, marks=tuple(marks)))
         if total := given.get("total"):
             points = round(read_number(total.value) or 0.0, 2)
             grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
-        if "hold" in given:
-            grade = replace(grade, status="on hold", why=None, points=None)
-        if "excuse" in given:
-            grade = replace(grade, status="excused", why=None, points=None)
+        if (bonus := given.get("bonus")) and grade.points is not None:
+            grade = replace(grade, points=max(0.0, round(grade.points + (read_number(bonus.value) or 0.0), 2)))
+        for what, status in (("hold", "on hold"), ("excuse", "excused")):
+            if what in given:
+                grade = replace(grade, status=status, why=None, points=None)
         looks = () if any(what in given for what in SETTLING) else grade.look
         digest = hashlib.sha256(f"{grade.digest}{lines!r}".encode("utf-8", "replace")).hexdigest()
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
 
 
-NO_DESK = Desk({})
+NO_DESK = Desk()
 
 
-def _given(mark: Mark, decision: Decision) -> Mark:
-    """Make a mark of points given by hand."""
-    reason = f"given by hand: {decision.told}" if decision.told else "given by hand"
-    return replace(mark, points=round(read_number(decision.value) or 0.0, 2), reason=reason, detail={}, rule="")
+def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+    """Read the file; raise InputError with a fault for each line that cannot be used.
 
-
-def read_desk(data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
-    """Read the file; raise with a fault for each line that cannot be used.
-
-    `students`: Every name by which a student may be called there, in small letters, with the keys of all who have it.
+    `students` contains each name that a student may have in the file, by its forms as `forms_of` lists them, with the
+    keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
     faults: list[Diagnostic] = []
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
-    left: set[tuple[str, str]] = set()
-    unfilled: set[tuple[str, str, str]] = set()
+    left, waiting, number = set(), 0, 0
     settled: dict[frozenset[str], str] = {}
-    number = 0
     try:
-        text = data.decode("utf-8-sig", "replace")
-        if "\ufffd" in text:
-            number = text.partition("\ufffd")[0].count("\n")
-            raise LookupError("it is no text in UTF-8")
-        for number, cells in csv_table(text, *COLUMNS[:3]) if text.strip() else ():
-            row = dict.fromkeys(COLUMNS, "") | {column.casefold(): cell for column, cell in cells.items()}
+        for number, cells in _lines(data, path.name, points):
             try:
-                one_name = row["what"].casefold() != FLAG or row["student"].casefold() in students
-                names = [row["student"]] if one_name else row["student"].split(BETWEEN)
-                people = sorted({_student(name, students) for name in names})
-                what = _what(row["what"], points)
-                if not row["value"] and what not in BARE:
-                    if what != FLAG:
-                        left.add((people[0], what))
-                    if not row["by"]:
-                        unfilled.add((people[0], what, in_general(row["why"])))
+                row = dict.fromkeys(COLUMNS, "") | cells
+                people, one = _decision(row, points, students, path.parent)
+                if not one.value and one.what not in BARE:
+                    left |= {(student, one.what) for student in people if one.by}
+                    waiting += not one.by
                     continue
-                value = _value(what, row["value"], points, students)
-                if what == FLAG and not row["by"]:
-                    hint = "write who has decided it, under by"
-                    raise UnfitError("a flag is settled by a person", hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
-                settled |= {frozenset(people): value} if what == FLAG else {}
-                key = what, BETWEEN.join(people) if what == FLAG else value if what in SEVERAL else ""
+                key = one.what, one.value if one.what in SEVERAL else ""
+                if one.what == FLAG:
+                    settled[frozenset(people)] = one.value
+                    key = FLAG, BETWEEN.join(people)
                 for student in people:
                     mine = lines.setdefault(student, {})
-                    at, before = mine.get(key, (number, None))
-                    if before is not None and before.value != value:
-                        message = f'{what} of "{row["student"]}" is {value} here and {before.value} in line {at}'
+                    at, before = mine.get(key, (number, one))
+                    if before.value != one.value:
+                        message = (
+                            f'{one.what} of "{row["student"]}" is {one.value} here and {before.value} in line {at}'
+                        )
                         hint = "keep the line that holds, and remove the other"
                         raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
-                    mine[key] = at, Decision(what, value, row["by"], row["why"])
+                    mine[key] = at, one
             except UnfitError as error:
-                faults.append(Diagnostic.of(error.code, str(error), error.hint, DESK, number))
+                faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
     except (csv.Error, LookupError) as error:
-        hint = f'the first line is {",".join(COLUMNS)}; save it as "CSV UTF-8"'
-        faults = [
-            Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, f"cannot be read: {error.args[0]}", hint, DESK, number + 1)
-        ]
+        message, hint = f"cannot be read: {error.args[0]}", f"the first line is {','.join(COLUMNS)}"
+        faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, path.name, number + 1)]
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
-    return Desk(decided, frozenset(left), frozenset(unfilled), settled)
+    return Desk(decided, frozenset(left), waiting, settled, path.parent)
+
+
+def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tuple[int, dict[str, str]]]:
+    """Give the lines of the file; of a sheet with a column for each decision, a line for each cell."""
+    known = {one.casefold(): one for one in (*WORDS, *points)}
+    for number, cells in read_list(data, name, "student"):
+        if "what" in cells and "value" not in cells:
+            raise LookupError('there is no column "value"')
+        if "what" in cells:
+            yield number, cells
+            continue
+        for column in cells:
+            if column not in (*OTHERS, *known):
+                raise LookupError(f'"{column[:60]}" is no criterion of the rubric; {nearest(column, known)}')
+        for column, what in known.items():
+            if value := cells.get(column):
+                yield number, cells | {"what": what, "value": value}
+
+
+def _decision(
+    row: Mapping[str, str], points: Mapping[str, float], students: Mapping[str, Collection[str]], folder: Path
+) -> tuple[list[str], Decision]:
+    """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
+    name, value = row["student"], row["value"]
+    what = row["what"] if row["what"] in points else row["what"].casefold()
+    if what == "log" and value and (what not in points or read_number(value) is None):
+        what = CORRECTED
+    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
+    people, fault = sorted({_student(one, students) for one in names}), ""
+    if what not in (*points, *WORDS, CORRECTED):
+        fault = f'"{row["what"][:60]}" is no criterion of the rubric, and nothing else that can be decided'
+        hint = nearest(row["what"], (*points, *WORDS[1:]))
+    elif what in BARE:
+        value = ""
+    elif what in points and value.startswith(("+", "-")):
+        fault, hint = f"{what} = {value[:60]} has a sign", f"to add points to the total, write bonus,{value[1:60]}"
+    elif what == "bonus" and value and read_number(value) is None:
+        fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
+    elif what == "late" and value and not _is_points(value, points["total"]):
+        fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
+    elif what == CORRECTED and not (folder / value).is_file():
+        fault = f'there is no file "{value[:60]}" in the folder of the grades'
+        hint = "write the corrected log there, and its name here"
+    elif what in points and value and not _is_points(value, points[what]):
+        fault = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
+        hint = f"write a number, such as {points[what] / 2:g}"
+    elif (
+        what == "reported" and value and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit")
+    ):
+        fault = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
+        hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
+    elif what == FLAG and value:
+        value = value.casefold()
+        if value not in VERDICTS:
+            fault = f'flag = "{value[:60]}" settles nothing'
+            hint = f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+        elif not row["by"]:
+            fault, hint = "a flag is settled by a person", "write who has decided it, under by"
+    elif what == "partner" and value:
+        value = _student(value, students)
+    if fault:
+        raise UnfitError(fault, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
+    return people, Decision(what, value, row["by"], row["why"])
 
 
 def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
-    if name.casefold() not in known:
+    """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
+    keys = sorted(next((known[form] for form in forms_of(name) if form in known), ()))
+    if not keys:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
-        keys = sorted(known[close[0]]) if close else []
-        hint = f"did you mean {' or '.join(keys)}?" if keys else "write what grades.csv has under student"
+        hint = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
+        hint = hint or "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
-    keys = sorted(known[name.casefold()])
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
         raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
     return name if name in keys else keys[0]
 
 
-def _what(word: str, points: Mapping[str, float]) -> str:
-    if word in points or word.casefold() in WORDS:
-        return word if word in points else word.casefold()
-    message = f'"{word[:60]}" is no criterion of the rubric, and nothing else that can be decided'
-    raise UnfitError(message, nearest(word, (*points, *WORDS[1:])), diagnostics.DESK_LINE_CANNOT_BE_USED)
+def forms_of(name: str) -> list[str]:
+    """List the forms of a name in small letters: as it is, its words in order, and its words joined in any order.
 
-
-def _value(what: str, value: str, points: Mapping[str, float], known: Mapping[str, Collection[str]]) -> str:
-    """Give a value as it is kept."""
-    if what in points and not _is_points(value, points[what]):
-        message = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
-        raise UnfitError(message, f"write a number, such as {points[what] / 2:g}", diagnostics.DESK_LINE_CANNOT_BE_USED)
-    read = read_reported("inertia", value)
-    if what == "reported" and read.fault in ("unreadable", "wrong unit"):
-        message = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
-        hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
-        raise UnfitError(message, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
-    if what == FLAG and value.casefold() not in VERDICTS:
-        message = f'flag = "{value[:60]}" settles nothing'
-        raise UnfitError(
-            message, f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}", diagnostics.DESK_LINE_CANNOT_BE_USED
-        )
-    if what == FLAG:
-        return value.casefold()
-    return _student(value, known) if what == "partner" else "" if what in BARE else value
+    Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
+    """
+    words = re.findall(r"[^\W_]+", name.casefold())
+    joined = ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
+    return [name.casefold(), " ".join(sorted(words)), *joined]
 
 
 def read_number(text: str) -> float | None:
-    """Read a number as platforms do."""
+    """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
     *whole, last = re.split("[.,]", text)
     try:
         return float(f"{''.join(whole)}.{last}" if whole else last)
@@ -225,18 +271,40 @@ def read_number(text: str) -> float | None:
 
 
 def _is_points(text: str, most: float) -> bool:
-    """Tell whether a cell is a number of points that may be given."""
     points = read_number(text)
     return points is not None and 0 <= points <= most
 
 
-# --- tables as CSV ------------------------------------------------------------------------------------------
+def same_value(one: str, other: str) -> bool:
+    """Return whether two cells agree, if possible as numbers: a spreadsheet writes 20.00 as 20."""
+    numbers = read_number(one), read_number(other)
+    return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])
+
+
+def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
+    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters."""
+    if data.startswith(b"PK"):
+        import openpyxl
+
+        try:
+            sheet = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
+            text = csv_lines([csv_cell(cell) for cell in row] for row in sheet.iter_rows(values_only=True))
+        except (zipfile.BadZipFile, ValueError, OSError, KeyError, IndexError):
+            raise LookupError("it is not a workbook") from None
+    else:
+        text = decode(data, Faults(name))[0]
+    for number, cells in csv_table(text, *needed) if text.strip() else ():
+        yield number, {column.casefold(): cell for column, cell in cells.items()}
+
+
+_MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
+"""The mark in front of a text that a spreadsheet would run as a formula."""
 
 
 def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table that a spreadsheet may have saved in its own way: the line of each row, and its cells by column.
+    """Read CSV as any spreadsheet saves it: the line of each row, and its cells by column.
 
-    csv.Error or LookupError, with what is wrong, where it is none or lacks a column.
+    Raises csv.Error or LookupError, with what is wrong, if it is not a table or lacks a column.
     """
     top = text.partition("\n")[0]
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
@@ -245,14 +313,13 @@ def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
         raise LookupError(f"there is no column {' and '.join(lacks)}")
     number = reader.line_num + 1
     for cells in reader:
-        # A ' stands before what would be a formula.
-        row = [cell.strip().removeprefix("'") for cell in cells]
+        row = [re.sub(_MARKED, "", cell.strip()) for cell in cells]
         if any(row):
             yield number, {column: cell for column, cell in zip_longest(head, row, fillvalue="") if column}
         number = reader.line_num + 1
 
 
-# --- what waits for a person: ``desk-todo.csv`` -------------------------------------------------------------
+# --- the lines that wait for a person: ``desk-todo.csv`` --------------------------------------------------------
 
 
 class Offer(Struct, frozen=True):
@@ -262,45 +329,39 @@ class Offer(Struct, frozen=True):
     what: str
     value: str  # "": to be filled in
     why: str
-    reason: str  # what it has in common with others, in words
-    flag: Flag | None = None  # what it is about
+    reason: str  # the part of `why` that other lines share
+    flag: Flag | None = None  # the flag that it is about
 
     @property
     def cells(self) -> list[str]:
-        """The columns of the desk, who decides left open."""
+        """The columns of the desk, without a name under ``by``."""
         return [csv_cell(one) for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)]
 
     @property
     def people(self) -> tuple[str, ...]:
-        """All whom it is about."""
+        """All students that the line is about."""
         return self.flag.students if self.flag is not None else (self.student,)
 
 
 def offer_points(student: str, what: str, value: str, most: float, where: str, reason: str) -> Offer:
-    """Offer points that stand elsewhere; those that the desk would refuse are only told."""
+    """Offer points that were typed elsewhere; points that the desk would refuse are only mentioned."""
     if _is_points(value, most):
         return Offer(student, what, value, where, reason)
     return Offer(student, what, "", f"{value} {where}, and is no number of points from 0 to {most:g}", reason)
 
 
 def in_general(why: str) -> str:
-    """Give what a reason has in common with those of other students: what stands before its numbers and particulars."""
+    """Return the part of a reason that other students share: the words before its numbers and details."""
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
 
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
-    """Write the lines by student, with the name of each and the files to look into behind them."""
+    """Write the lines sorted by student, with the names of the students and the files to look into."""
     ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
     rows = (
-        [*one.cells, *(csv_cell(BETWEEN.join(told[key] for key in one.people)) for told in (names, files))]
+        [*one.cells, *(csv_cell(BETWEEN.join(texts[key] for key in one.people)) for texts in (names, files))]
         for one in ordered
     )
     return csv_lines([(*COLUMNS, "name", "look into"), *rows])
-
-
-def same_value(one: str, other: str) -> bool:
-    """Tell whether two cells say the same, as numbers where they are: a spreadsheet writes 20.00 as 20."""
-    numbers = read_number(one), read_number(other)
-    return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])

@@ -2,43 +2,49 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
-from gyrodata.grading.exports.gradebooks import read_sheet
 from gyrodata.grading.grade import Grade
+from gyrodata.grading.ledger import forms_of, read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
+from gyrodata.readings import listing
 
-IDS = ("id", "student", "identifier", "sis user id", "sis login id", "username", "email", "email address")
-NAMES = ("name", "full name", "student")
+IDS = (
+    "id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", "email",
+    "email address",
+)  # fmt: skip
+NAMES = ("name", "full name", "student name", "student")
 
 
 class Person(NamedTuple):
     """One row."""
 
-    student: str  # key of the submission; for one who handed in nothing, the first id of the row
+    student: str  # key of the submission; without a submission, the first id of the row
     name: str
     section: str
     station: str
-    partners: tuple[str, ...]  # keys
+    partners: str  # as written
+    ids: tuple[str, ...]  # all ids and addresses of the row
 
 
 class Roster(Struct, frozen=True):
     """All rows."""
 
-    people: Mapping[str, Person] = field(default_factory=dict)  # those who handed in, by key
-    absent: tuple[Person, ...] = ()  # those who did not
+    people: Mapping[str, Person] = {}  # students with a submission, by key
+    absent: tuple[Person, ...] = ()  # students without one
 
     def named(self, grade: Grade) -> Grade:
-        """Give a grade its student's name and section, and the station where the log says none."""
+        """Add the name and section of the student to a grade, and the station if the log states none."""
         person = self.people.get(grade.student)
         if person is None:
             return grade
@@ -46,77 +52,98 @@ class Roster(Struct, frozen=True):
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
-        """Give the keys of all who may be called by a name, by the name in small letters.
+        """Return the keys of all students with a name, an id or an address, by its forms as `forms_of` lists them.
 
-        A key means its own student only. One who handed in nothing may have the name of one who did.
+        A key means only its own student.
         """
-        people = (*self.people.values(), *self.absent)
-        called = [(one.student, name) for one in people for name in (one.name, _alone(one.name, one.student)) if name]
-        for item in submissions.items:
-            names = (item.name, _alone(item.name, item.student), *item.ids.values())
-            called += [(item.student, name) for name in names]
-        keys: dict[str, set[str]] = {}
-        for item in submissions.items:
-            keys.setdefault(item.student.casefold(), set()).add(item.student)
+        called = [(one.student, (one.name, *one.ids)) for one in (*self.people.values(), *self.absent)]
+        called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
         meant: dict[str, set[str]] = {}
-        for student, name in called:
-            meant.setdefault(name.casefold(), set()).add(student)
-        here = set().union(*keys.values())
-        return {name: students for name, students in meant.items() if students & here} | keys
+        for student, names in called:
+            # Also without the key, which a name has if others have the same name.
+            for name in {*names, *(one.removesuffix(f" ({student})") for one in names)} - {""}:
+                for form in forms_of(name)[:2]:
+                    meant.setdefault(form, set()).add(student)
+        keys: dict[str, set[str]] = {}
+        for student, _ in called:
+            keys.setdefault(student.casefold(), set()).add(student)
+        return meant | keys
 
-    @property
-    def partners(self) -> list[frozenset[str]]:
-        """Those who hand in the same data."""
-        return [frozenset((key, *person.partners)) for key, person in self.people.items() if person.partners]
+
+def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
+    """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
+    found: set[str] = set()
+    unknown = []
+    for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
+        whole = next((meant[form] for form in forms_of(part) if form in meant), None)
+        for name in [part] if whole is not None or "," not in part else part.split(","):
+            keys = next((meant[form] for form in forms_of(name.strip()) if form in meant), ())
+            found |= set(keys) if len(keys) == 1 else set()
+            unknown += [name.strip()] if name.strip() and len(keys) != 1 else []
+    return found, unknown
+
+
+def partners_of(
+    grades: Iterable[Grade], roster: Roster, meant: Mapping[str, Collection[str]]
+) -> tuple[list[frozenset[str]], dict[str, str]]:
+    """Return the partners that the roster names, or that name each other in their logs.
+
+    Also returns what a person should look at, by student: names of partners that nobody has, or that several have.
+    """
+    declared, looks = list[frozenset[str]](), dict[str, str]()
+    named: dict[str, set[str]] = {}
+    for grade in grades:
+        person = roster.people.get(grade.student)
+        listed = students_of(person.partners, meant)[0] if person and person.partners else set()
+        declared += [frozenset((grade.student, *listed))] if listed else []
+        named[grade.student], unknown = students_of(grade.partner, meant)
+        if unknown:
+            looks[grade.student] = f"names a partner whom gyro cannot find, {listing(unknown, 3)}: see the log"
+    pairs = {
+        frozenset((one, other)) for one, others in named.items() for other in others if one in named.get(other, ())
+    }
+    return [*declared, *sorted(pairs, key=sorted)], looks
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
-    """Read a table whose first row names its columns, of `IDS`, `NAMES`, section, station and partner."""
-    rows = [[cell.strip() for cell in row] for row in read_sheet(data, name).rows]
-    head = [title.casefold() for title in rows[0]]
-    if not any(title in IDS for title in head):
-        hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
+    """Read a table with columns of `IDS`, `NAMES`, section, station and partner. Raises InputError."""
+    hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
+    try:
+        rows = [cells for _, cells in read_list(data, name)]
+    except csv.Error as error:
+        raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
+    if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)
-    known = {alias.casefold(): key for alias, key in submissions.aliases.items()}
-    known |= {member.casefold(): item.student for item in submissions.items for member in item.members_of_group}
+    by_id, by_name = dict[str, str](), dict[str, str]()
+    for item in submissions.items:
+        by_id |= dict.fromkeys(map(str.casefold, (*item.ids.values(), *item.members_of_group)), item.student)
+        by_name |= {form: item.student for one in (item.name, *item.ids.values()) for form in forms_of(one)[:2]}
+    by_id |= {item.student.casefold(): item.student for item in submissions.items}
+    found: list[tuple[str | None, Person]] = []
+    for cells in rows:
+        called = next((cells[column] for column in NAMES if cells.get(column)), "")
+        called = called or f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
+        # Moodle writes "Participant N" for N.
+        ids = [re.sub(r"^\D+ (\d+)$", r"\1", cells[column]) for column in IDS if cells.get(column)] or [called]
+        # Canvas's rows of points possible and of test students have a title and no number.
+        if ids == [""] or ("id" in cells and not cells["id"]):
+            continue
+        about = called, cells.get("section", ""), cells.get("station", ""), cells.get("partner", ""), tuple(ids)
+        key = next((by_id[one.casefold()] for one in ids if one.casefold() in by_id), None)
+        found.append((key, Person(key or ids[0], *about)))
     people: dict[str, Person] = {}
     absent: list[Person] = []
-    for row in rows[1:]:
-        cells = dict(zip(head, row, strict=False))
-        ids = [_bare(cells[column]) for column in IDS if cells.get(column)]
-        # Canvas's rows of points possible and of test students have a title and no number.
-        if not ids or ("id" in head and not cells.get("id")):
-            continue
-        # A platform may write "Adler, Nina" as "adlernina".
-        tried = (known.get(form) for one in ids for form in (one.casefold(), re.sub(r"\W", "", one.casefold())))
-        key = next(filter(None, tried), None)
-        partners = (known.get(_bare(one).casefold()) for one in re.split("[,;]", cells.get("partner", "")))
-        person = Person(
-            key or ids[0],
-            next((cells[column] for column in NAMES if cells.get(column)), None)
-            or " ".join(filter(None, (cells.get("first name"), cells.get("last name")))),
-            cells.get("section", ""),
-            cells.get("station", ""),
-            tuple(one for one in partners if one),
-        )
+    # A name only means a student whose id is in no other row.
+    for key, person in sorted(found, key=lambda one: one[0] is None):
+        forms = (form for one in (*person.ids, person.name) for form in forms_of(one))
+        key = key or next((by_name[form] for form in forms if form in by_name and by_name[form] not in people), None)
         if key is None:
             absent.append(person)
         else:
-            people.setdefault(key, person)
+            people.setdefault(key, person._replace(student=key))
     counts = Counter(one.name for one in (*people.values(), *absent))
-    # Two with one name are told apart by what each is known by.
-    parted = {
-        key: one._replace(name=f"{one.name} ({key})") if one.name and counts[one.name] > 1 else one
-        for key, one in people.items()
-    }
-    return Roster(parted, tuple(sorted(absent)))
-
-
-def _alone(name: str, student: str) -> str:
-    """Take the key from a name that has it, because others have the same name."""
-    return name.removesuffix(f" ({student})")
-
-
-def _bare(text: str) -> str:
-    """Take N of Moodle's "Participant N"."""
-    return re.sub(r"^\D+ (\d+)$", r"\1", text.strip())
+    # Students with one name are shown with their keys.
+    for key, one in people.items():
+        if one.name and counts[one.name] > 1:
+            people[key] = one._replace(name=f"{one.name} ({key})")
+    return Roster(people, tuple(sorted(absent)))

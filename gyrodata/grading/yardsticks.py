@@ -1,34 +1,36 @@
-"""Values to compare a reported I_zz with: fits of the student's own runs, and a reference.
+"""Compute the values that a reported I_zz is compared with: fits of the student's own runs, and a reference.
 
-There is more than one right way to work out a student's own runs: a line through the origin, a line with a constant,
-the mean of M/(φ̇ψ̇), or this tool's fit; with every run, or without those that were miscounted; with or without the
-run that has no weight. Each is worked out here, also from the readings with a slip applied to them. The reference is
-stated for each station, or taken from the class itself; so are the uncertainties of the readings, where a log states
-none.
+There is more than one correct way to evaluate a student's runs: a line without or with an intercept, the mean of
+M/(φ̇ψ̇), or the fit of gyro; with all runs, without outliers, or without the unloaded run. Each is computed here, also
+with a mistake applied to the readings. The reference is stated for each station or taken from the class, and so are the
+uncertainties of the readings if a log does not state them.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeVar
 
 import numpy as np
-from msgspec import Meta, Struct, defstruct, field
+from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from gyrodata import fitting
+from gyrodata.diagnostics import RUBRIC_KEY_UNKNOWN
 from gyrodata.errors import InputError
 from gyrodata.measurements import SOURCES
 from gyrodata.physics import Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import CellError, Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import Faults, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
-from gyrodata.readings.settings import Given, read_settings
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError
+from gyrodata.toml_table import nearest as nearest_word
 from gyrodata.units import Uncertainty, UnitError
 
 if TYPE_CHECKING:
@@ -48,38 +50,38 @@ FIT_WORDS = {
 SET_WORDS = {"all": ", every run in it", "loaded": ", runs with a weight only"}
 
 FINEST, COARSEST = 0.005, 0.05
-"""Least and largest u, as a share of I_zz, that a report is measured with. Two careful people who round their
-intermediate results to three digits differ by up to 0.5 %; and where the runs leave I_zz wide open, arithmetic on
-them is still arithmetic."""
+"""Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
+results to three digits differ by up to 0.5 %; and if the runs hardly determine I_zz, the arithmetic can still be
+correct."""
 
 
 class OwnValue(Struct, frozen=True):
     """I_zz by one fit of the student's own runs."""
 
-    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it where it is of other runs than the analysis keeps
+    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it if it uses other runs than the analysis
     value: float  # [kg*m^2]
-    u: float | None  # as this fit itself gives it [kg*m^2]; None where it has none
+    u: float | None  # standard uncertainty of this fit [kg*m^2]; None if it has none
 
 
 def fit_words(name: str) -> str:
-    """Say which fit of which runs it is: "a line with a constant, every run in it"."""
+    """Describe a fit and its runs: "a line with an intercept, every run in it"."""
     fit, _, runs = name.partition(":")
     return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
 
 
 class OwnRuns(Struct, frozen=True, dict=True):
-    """The runs of one log as the textbook fits need them, n runs."""
+    """The n runs of one log, as the textbook fits need them."""
 
     product: Floats  # φ̇ψ̇ with the torque's sign [rad²/s²], shape (n,)
     torque: Floats  # [N*m], shape (n,)
     sets: tuple[tuple[str, NDArray[np.bool_]], ...]
-    """Which runs are used, each shape (n,): those that the analysis keeps (""), all, those with a weight."""
+    """Runs that are used, each shape (n,): "" for those of the analysis, "all", "loaded" for those with a weight."""
     accept: tuple[str, ...]  # fits that the course accepts
     recommended: OwnValue
     yardstick: float  # one unit of d, as a share of I_zz [1]
 
     def fits(self, product: Floats | float = 1.0, torque: Floats | float = 1.0) -> list[OwnValue]:
-        """Work out the accepted textbook fits, with φ̇ψ̇ and M of each run multiplied by these, shape () or (n,)."""
+        """Compute the accepted textbook fits, with φ̇ψ̇ and M multiplied by these factors, shape () or (n,)."""
         found = []
         for suffix, used in self.sets:
             x, y = (product * self.product)[used], (torque * self.torque)[used]
@@ -96,9 +98,9 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
-        """Every accepted fit of the runs as they are, the rubric's order kept and equal ones once.
+        """Every accepted fit of the runs, in the order of the rubric, without repeating equal values.
 
-        If none of them is possible (a constant, and one torque only), it is the recommended fit.
+        If none of them is possible (an intercept, and one torque only), it is the recommended fit.
         """
         found = [own for own in self.fits() if math.isfinite(own.value)]
         if "recommended" in self.accept:
@@ -112,7 +114,7 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
 
 def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
-    """Take from an analysis what a report is compared with."""
+    """Take the runs that a report is compared with from an analysis."""
     measured = analysis.measurements
     every = np.ones(len(measured.runs), dtype=bool)
     kept = np.array([not run.left_out for run in analysis.run_table])
@@ -135,15 +137,15 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
 
 
 def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
-    """Find the fit that a reported value [kg*m^2] comes nearest to, the earlier of two equally near."""
+    """Return the fit nearest to a reported value [kg*m^2], the first of two with the same distance."""
     return min(values, key=lambda own: abs(own.value - reported))
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
-    """Tell how far a reported value lies from one of the student's own runs, in units of u.
+    """Return the distance of a reported value from a fit of the student's own runs, in units of u.
 
-    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]: half of it is rounding, and costs
-    nothing. `yardstick`: u as a share of the value [1].
+    `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]; half of it may be rounding, and is
+    subtracted. `yardstick`: u as a share of the value [1].
     """
     # A value that rounds to zero is not a value.
     rounding = step / 2 * (1 + 1e-9) if reported else 0.0
@@ -158,17 +160,22 @@ class Reference(Struct, frozen=True, dict=True):
 
     inertia: float  # [kg*m^2]
     u: float  # standard uncertainty [kg*m^2]
-    source: str  # where it comes from, in words
+    source: str  # its origin, in words
 
     @cached_property
     def words(self) -> str:
-        """Say what it is, and where it comes from."""
+        """The value and its origin."""
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
 
 def station_key(text: str) -> str:
-    """Write the name of a station in one way, so that "Bench A" of a log is "bench a" of a rubric."""
+    """Write the name of a station in one form: "Bench A" in a log is "bench a" in a rubric."""
     return " ".join(text.split()).casefold()
+
+
+def in_order(station: str) -> str:
+    """Return a key that sorts stations by their numbers: "2" before "10"."""
+    return re.sub(r"\d+", lambda number: number[0].zfill(9), station)
 
 
 class Station(Struct, frozen=True, forbid_unknown_fields=True):
@@ -182,7 +189,7 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         self.reference("")
 
     def reference(self, source: str) -> Reference:
-        """Give it as it is judged; `source`: in words."""
+        """Return the values in SI; `source`: the origin in words."""
         key = "inertia"
         try:
             inertia = parse_quantity(self.inertia, "inertia")
@@ -197,18 +204,17 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
 
 # --- the class as its own reference -------------------------------------------------------------------------
 
-FEW = 5  # with fewer logs of a station than this, its median is that of the whole class
+FEW = 5  # a station with fewer logs than this is compared with the whole class
 
 MEDIAN_TO_MEAN = 1.2533  # standard uncertainty of a median over that of a mean, √(π/2), for normal values
 
 
 def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[str, Reference]:
-    """Take the reference of each station from the logs of a class.
+    """Return the reference of each station with at least `FEW` logs, and "all" for every other station.
 
-    `values`: For each log its station (None where it says none), I_zz and its u [kg*m^2], in any order. Gives: A
-    station with at least `FEW` logs has its own; "all" is for every other. u is that of a median, from the median
-    absolute deviation, for a station; for "all" it is the scatter itself, for the gyroscopes may differ. Neither is
-    smaller than what the logs' own u allow. Empty for no logs.
+    `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order. The u of a station is that of a
+    median, from the median absolute deviation; for "all" it is the scatter itself, because the gyroscopes may differ.
+    Neither is smaller than the u of the logs allow.
     """
     references = {}
     for station, logs in sorted(_by_station((station, (value, u)) for station, value, u in values).items()):
@@ -226,7 +232,7 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
 
 
 def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
-    """Put together what is of one station; under "all" stands everything."""
+    """Group the logs by station; "all" contains every log."""
     groups: dict[str, list[Log]] = {}
     for station, log in logs:
         for name in {"all", station or "all"}:
@@ -234,61 +240,47 @@ def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
     return groups
 
 
-# --- the bench: how well is measured, where a log does not say ----------------------------------------------
+# --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
 
 UNCERTAINTIES = (
     *(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance", "u_ball_mass",
-    "u_ball_diameter", "u_rod_length",
+    "u_ball_diameter", "u_rod_length"
 )  # fmt: skip
 APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
-"""Lines of a log that a rubric may give for those that have none."""
+"""Lines of a log that a rubric may contain, for logs without them."""
 
 Bench = Mapping[str, tuple[str, Uncertainty | None]]
-"""By the key of a line: as written, and an uncertainty as understood."""
+"""By the key of a line: the text, and the uncertainty that was read."""
 
 
-class _Bench(Struct, frozen=True):
-    """``[bench]``: constants of the apparatus; uncertainties, or the class itself."""
-
-    source: Literal["class"] | None = field(default=None, name="from")
-
-    def __post_init__(self) -> None:
-        self.stated()
-
-    def stated(self) -> Bench:
-        """Read each value as a line of a log is read."""
-        found: dict[str, tuple[str, Uncertainty | None]] = {}
-        for key in BENCH:
-            text = getattr(self, key)
-            if text is None:
-                continue
-            try:
-                if key in APPARATUS:
-                    read_settings([], [Given(key, text, key, None)], Faults(""), True)
-                found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
-            except InputError as error:
-                raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=key) from None
-            except (UnitError, CellError) as error:
-                raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=key) from None
-        return found
+def read_bench(lines: Mapping[str, str]) -> Bench:
+    """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
+    found: dict[str, tuple[str, Uncertainty | None]] = {}
+    for key, text in lines.items():
+        path = ("bench", key)
+        if key == "from":
+            continue
+        if key not in BENCH:
+            hint = nearest_word(key, BENCH)
+            raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
+        try:
+            if key in APPARATUS:
+                read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
+            found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
+        except InputError as error:
+            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
+        except UnitError as error:
+            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
+    return found
 
 
-_SAMPLES = {key: "1 %" if key in UNCERTAINTIES else "101.6 mm" for key in BENCH}
-BenchTable = defstruct(
-    "BenchTable",
-    [(key, Annotated[str, Meta(examples=[sample])] | None, None) for key, sample in _SAMPLES.items()],
-    bases=(_Bench,),
-    frozen=True,
-    forbid_unknown_fields=True,
-)
-
-
-def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, tuple[str, ...]]:
-    """Read a log, with what is known of the bench if it states nothing itself; say what was added: "u_time 0.3 s"."""
+def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings, Answers, tuple[str, ...]]:
+    """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
     readings, answers = submission.read()
+    bench = read_bench(lines)
     own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
-    own |= {"g"} if "latitude" in own else set()  # which g follows from
+    own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
     constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
     if constants:
         readings, answers = submission.read(constants)
@@ -298,41 +290,40 @@ def at_bench(submission: Submission, bench: Bench) -> tuple[Readings, Answers, t
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated
 
-ROUGHEST = 3.0  # a larger factor of a log is reduced to this: such a log may contain anything
+ROUGHEST = 3.0  # a larger factor of a log is reduced to this, because such a log may be wrong
 
-PLAIN = 1.2  # a smaller factor counts as the usual scatter
+PLAIN = 1.2  # a smaller factor is the usual scatter
 
 
 class BenchScatter(Struct, frozen=True):
-    """How far the readings of a class, or of a station of it, scatter."""
+    """The scatter of the readings of a class or of a station."""
 
-    factor: float  # over what is usual [1]; 1 where nothing more is seen
-    logs: int  # that state no uncertainty of their times
+    factor: float  # over the usual scatter [1]; 1 if it is not larger
+    logs: int  # number of logs that do not state the uncertainty of their times
     whose: str  # in words
 
     @property
     def words(self) -> str:
-        """Say how far they scatter."""
+        """Describe the scatter."""
         return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
 
 
 def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
-    """Say what constancy is judged by in a class; "" where that is as usual."""
+    """Describe the scatter by which constancy is judged in a class; "" for the usual scatter."""
     every = scatter.get("all")
     if every is not None and 0 < every.logs < ENOUGH:
         few = f"{count_text(every.logs, 'log')} without an uncertainty of the times"
         return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
-    told = [one.words for _, one in sorted(scatter.items()) if one.factor > 1]
+    told = [one.words for _, one in sorted(scatter.items(), key=lambda pair: in_order(pair[0])) if one.factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 
 def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, BenchScatter]:
-    """Take from the logs of a class how far the readings of each bench scatter.
+    """Return the scatter of each station with at least `ENOUGH` logs, and "all" for every other station.
 
-    `logs`: For each its station (None where it says none), and χ² of φ̇ψ̇ within each torque by the usual uncertainties
-    with its degrees of freedom; in any order. Gives: A station with at least `ENOUGH` logs has its own; "all" is for
-    every other. It is the root mean square over the logs, none counted as more than `ROUGHEST`, so that a few that hold
-    anything but a rough bench do not speak for all.
+    `logs`: For each log its station (or None), and χ² of φ̇ψ̇ within each torque by the usual uncertainties with its
+    degrees of freedom, in any order. The factor is the root mean square over the logs; no log counts as more than
+    `ROUGHEST`, so that a few wrong logs do not change the result for all.
     """
     squares_of = (
         (station, min(math.fsum(chi2 for chi2, _ in log) / dof, ROUGHEST**2))

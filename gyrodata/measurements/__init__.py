@@ -1,14 +1,13 @@
 """Measured values in SI, and every uncertainty component with the runs that share it.
 
-`Readings` say what stands in the log; `Measurements` say what it means: a timed interval, a mean spin and a
-torque for each run, and a list of `Source`s. A source is one independent cause of error (the reading of one
-weight, the zero of the one ruler); runs that share it carry the same group number, so no covariance matrix is
-ever typed or built by hand. Readings that stand in several runs are one reading: equal weights share their
-error, equal positions share theirs, a spin read once for the whole log is read once.
+`Readings` contain the text of a log; `Measurements` contain its meaning: a timed interval, a mean spin and a torque for
+each run, and a list of `Source`s. A source is one independent cause of error, such as the reading of one weight or the
+zero of the ruler. Runs that share it have the same group number, so no covariance matrix is needed. If a reading is
+written in several runs, it is one reading: equal weights share their error, and so do equal positions.
 """
 
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, WHOLE
-from gyrodata.measurements.measured import Measurements, measure, select, torque_groups
+from gyrodata.measurements.measured import Measurements, measure, select, torque_groups, total_spin_excess
 from gyrodata.measurements.sources import (
     Source,
     as_spin,

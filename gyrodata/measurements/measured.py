@@ -24,17 +24,9 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
-from gyrodata.measurements.sources import (
-    Source,
-    as_spin,
-    list_sources,
-    mean_spin,
-    spin_columns,
-    stated_or_default,
-    tilt_sources,
-    told_by_period,
-    values_of,
-)
+from gyrodata.measurements import sources as parts
+from gyrodata.measurements.drag import Drag, find_drag
+from gyrodata.measurements.sources import Source, as_spin, spin_columns, values_of
 from gyrodata.physics import Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
 from gyrodata.units import Uncertainty
@@ -50,7 +42,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """One log in SI units, n runs.
 
     All arrays have shape (n,). Spins are magnitudes; `sense` is the sign of precession times spin, which is
-    the sign of the whole torque, 0 where neither the log nor the weight's torque tells it.
+    the sign of the net torque; 0 if neither the log nor the torque of the weight shows it.
     """
 
     runs: tuple[str, ...]
@@ -60,23 +52,23 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     turns: Floats
     """Revolutions of precession in that time [1]."""
     spin: Floats
-    """Mean spin relative to the rod's frame [rad/s], the harmonic mean where start and end were read."""
+    """Mean spin relative to the rod's frame [rad/s]; the harmonic mean if start and end were read."""
     mass: Floats
-    """[kg]; NaN where the torque or a force was given."""
+    """[kg]; NaN if the log contains the torque or a force."""
     position: Floats
-    """[m]; 0 where no weight is on the rod, NaN where the torque was given."""
+    """[m]; 0 if no weight is on the rod, NaN if the log contains the torque."""
     force: Floats
-    """[N]; NaN except where a force was given."""
+    """[N]; NaN unless the log contains a force."""
     given_torque: Floats
-    """[N*m]; NaN except where the torque itself was given."""
+    """[N*m]; NaN unless the log contains the torque itself."""
     torque: Floats
     """Signed torque applied [N*m]."""
     sense: Floats
     """+1, −1 or 0."""
     pitch: Floats
-    """Rod above the horizontal [rad]; 0 where the log does not say."""
+    """Rod above the horizontal [rad]; 0 if the log does not say."""
     transverse_inertia: Floats | None
-    """I across the rod, weight on [kg*m^2]; None where the log does not say."""
+    """Transverse I with the weight [kg*m^2]; None if the log does not say."""
     spin_start: Floats | None
     """[rad/s]"""
     spin_end: Floats | None
@@ -84,43 +76,49 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     g: float
     """Acceleration of free fall [m/s^2]."""
     timed: bool
-    """False where rates were given instead of stopwatch times: no reaction time then."""
+    """False if the log contains rates instead of stopwatch times: these have no reaction time."""
     timing_bias_u: float
     """Prior width of the timing bias b [s]."""
     balance_test: Callable[[float], float] | None
     """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a balance test; None: no test."""
     balance_test_from: str
-    """Which key of the log that prior comes from."""
+    """The key of the log from which that prior comes."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
-    """How many readings of the spin each run's mean is taken from."""
+    """Number of readings of the spin in each run."""
     slowing: Floats | None = None
-    """Steady precession rate over the mean rate of a rod let go from rest [1]; None where the rate is steady."""
+    """Steady precession rate over the mean rate of the run [1]; None if the rate is steady."""
     balanced: bool | None = None
-    """Whether the log says that the ball is balanced; None where it does not say."""
+    """Whether the ball is balanced; None if the log does not say."""
     precession_sense: Floats | None = None
-    """+1 counterclockwise, −1 clockwise seen from above, 0 where it is not written; None if nowhere."""
+    """+1 counterclockwise, −1 clockwise seen from above; 0 for a run without a direction; None if no run has one."""
     motion: str | None = None
-    """"released" from rest, or "steady"; None where the log does not say."""
+    """"released" from rest, or "steady"; None if the log does not say."""
+    tachometer: str | None = None
+    """"still", or "follows" the rod; None if the log does not say."""
     added: Floats | float = 0.0
-    """What the weight, which spins along, adds to I_zz of each run [kg*m^2], shape (n,); 0 where it is not known."""
+    """Inertia that the weight adds to I_zz of each run, because it spins [kg*m^2], shape (n,); 0 if unknown."""
     latitude: float | None = None
-    """[rad]; None where the log does not say."""
+    """[rad]; None if the log does not say."""
     mass_step: Floats | None = None
-    """One step of the last digit of each mass [kg]; 0 where it is not known."""
+    """One step of the last digit of each mass [kg]; 0 if unknown."""
     position_step: Floats | None = None
-    """One step of the last digit of each position [m]; 0 where it is not known."""
+    """One step of the last digit of each position [m]; 0 if unknown."""
     torque_unseen: float | None = None
-    """Torque over I_zz that a run without a weight in which the rod did not move leaves possible [rad²/s²]; None
-    without such a run."""
+    """Largest torque over I_zz with which an unloaded rod would not have moved visibly [rad²/s²]; None if there is no
+    run in which it did not move."""
+    nutation_ratio: Floats | None = None
+    """I/I_zz of each run from the period of its nutation [1], NaN if it was not measured; None without a column."""
+    drag: Drag | None = None
+    """How fast the spin falls; None if the log does not show it."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
 
     @cached_property
     def by_torque(self) -> list[list[int]]:
-        """Indices of the runs of each torque; see `torque_groups`. Half a dozen tables ask for it."""
+        """Indices of the runs of each torque, in the order of the log."""
         loads = np.where(np.isnan(self.mass), np.where(np.isnan(self.force), self.given_torque, self.force), self.mass)
         alike: dict[tuple[float, ...], list[int]] = {}
         for i, key in enumerate(zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)):
@@ -148,13 +146,13 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         return np.sqrt(variance)
 
     def steps_of_load(self, run: int) -> tuple[float, float]:
-        """Give one step of the last digit of a run's mass [kg] and of its position [m]; 0 where it is not known."""
+        """Return one step of the last digit of a run's mass [kg] and of its position [m]; 0 if unknown."""
         mass, position = (0.0 if steps is None else float(steps[run]) for steps in (self.mass_step, self.position_step))
         return mass, position
 
     @property
     def time_u(self) -> float | None:
-        """Standard uncertainty of every time [s]; None where it is not the same for all runs."""
+        """Standard uncertainty of every time [s]; None if the runs differ."""
         own = [source for source in self.sources if source.quantity == "time" and self.timed]
         if len(own) != 1 or own[0].relative.any() or np.ptp(own[0].absolute):
             return None
@@ -162,7 +160,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
 
 def measure(readings: Readings) -> Measurements:
-    """Work out what a log's readings mean, and what each of their errors is shared by."""
+    """Compute the measured values of a log and their uncertainty components."""
     if "torque" in readings.columns and "position" not in readings.columns:
         # A mass without a position gives no torque: the log's own torque is used.
         loads = {role: column for role, column in readings.columns.items() if role not in ("mass", "force")}
@@ -196,14 +194,18 @@ def measure(readings: Readings) -> Measurements:
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
     time, turns, timing = _timing(columns, count)
-    spin, spin_start, spin_end = _mean_spins(readings, diagnostics)
+    drag = _drag(readings, time)
+    spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
     pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
+    if readings.tachometer == "still":
+        spin = spin - total_spin_excess(sense, turns, time, np.nan_to_num(pitch))
     transverse = None
     if "transverse_inertia" in columns:
         transverse = values_of(columns["transverse_inertia"])
 
     balance_test, balance_test_from = _balance(readings)
+    bias, _ = parts.stated_or_default(readings, "time_bias")
     measurements = Measurements(
         runs=readings.runs,
         lines=readings.lines,
@@ -222,16 +224,17 @@ def measure(readings: Readings) -> Measurements:
         spin_end=spin_end,
         g=g,
         timed=timing.role != "precession_rate",
-        timing_bias_u=stated_or_default(readings, "time_bias")[0].absolute if timing.role != "precession_rate" else 0.0,
+        timing_bias_u=bias.absolute if timing.role != "precession_rate" else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
         sources=(
-            *list_sources(readings, timing, time, turns, spin, mass, position),
-            *tilt_sources(readings, pitch, transverse),
+            *parts.list_sources(readings, timing, time, turns, spin, mass, position, drag),
+            *parts.tilt_sources(readings, pitch, transverse),
         ),
         diagnostics=(),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
+        tachometer=readings.tachometer,
         precession_sense=np.nan_to_num(values_of(columns["precession_sense"]))
         if "precession_sense" in columns
         else None,
@@ -241,16 +244,25 @@ def measure(readings: Readings) -> Measurements:
         mass_step=np.array(columns["mass"].steps) if uses_weight else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
         torque_unseen=_torque_unseen(readings, diagnostics),
+        nutation_ratio=spin * values_of(columns["nutation_period"]) / (2 * np.pi)
+        if "nutation_period" in columns and transverse is None
+        else None,
+        drag=drag,
     )
     diagnostics.extend(_find_contradictions(readings, measurements))
     diagnostics.extend(_find_too_fast(readings, measurements))
-    diagnostics.extend(_find_unheard(readings, timing))
+    diagnostics.extend(_find_unheard(readings, measurements, timing))
     diagnostics.extend(_find_copies(readings, measurements, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
 
 
+def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats) -> Floats:
+    """Compute what a tachometer that stands still reads in excess of the spin [rad/s]: φ̇ sin(pitch), shape (n,)."""
+    return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
+
+
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
-    """Take some of the runs, with the errors that they share."""
+    """Select some of the runs, with the errors that they share."""
     index = np.asarray(kept, dtype=int)
     fields: dict[str, Any] = {
         name: value[index]
@@ -277,7 +289,7 @@ def torque_groups(measurements: Measurements) -> list[list[int]]:
 
 
 def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Column]:
-    """Interval [s] and revolutions of each run, and the column that they come from."""
+    """Return the interval [s] and the revolutions of each run, and the column of the timing."""
     if "time" in table and ("turns" in table or "angle" in table):
         turns = values_of(table["turns"]) if "turns" in table else values_of(table["angle"]) / (2 * np.pi)
         return values_of(table["time"]), np.abs(turns), table["time"]
@@ -288,18 +300,37 @@ def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Co
 
 
 def _added(table: Mapping[str, Column], mass: Floats) -> Floats | float:
-    """Moment of inertia of each run's weight about the rod [kg*m^2], that of a disk: half of m r²."""
+    """Compute the moment of inertia of each run's weight about the rod [kg*m^2]: half of m r², as of a disk."""
     if "weight_diameter" not in table:
         return 0.0
     return np.nan_to_num(0.5 * mass * (values_of(table["weight_diameter"]) / 2) ** 2)
 
 
-def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floats, Floats | None, Floats | None]:
-    """Mean spin of each run, and the spin at its start and end where they were read [rad/s]."""
+def _drag(readings: Readings, time: Floats) -> Drag | None:
+    """Find the drag from the spin-downs of a log, and from the spin at the start and the end of each run."""
+    used, falls = spin_columns(readings), list(readings.spin_down)
+    if len(used) > 1:
+        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
+    stated = [
+        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
+    ]
+    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+    return find_drag(falls, u_spin, parts.stated_or_default(readings, "decay_exponent")[0].at(1.0))
+
+
+def _mean_spins(
+    readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
+) -> tuple[Floats, Floats | None, Floats | None]:
+    """Compute the mean spin of each run, and the spin at its start and end if these were read [rad/s]."""
     used = spin_columns(readings)
     spins = [as_spin(column) for column in used]
     if len(used) == 1:
-        return spins[0], None, None
+        if drag is None or not parts.read_once(used):
+            return spins[0], None, None
+        # The spin at the midpoint, which was read too late, and then the harmonic mean over the run.
+        rate = drag.at(spins[0])
+        mean = 1 + parts.lateness(readings) * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
+        return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
     diagnostics.extend(
         readings.diagnose(
@@ -311,11 +342,11 @@ def _mean_spins(readings: Readings, diagnostics: list[Diagnostic]) -> tuple[Floa
         )
         for i in np.flatnonzero(end > start * 1.02).tolist()
     )
-    return mean_spin(spins), start, end
+    return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
-    """Sign of the whole torque in each run, from the senses written or else from the weight's own torque."""
+    """Return the sign of the net torque in each run, from the written directions or from the torque of the weight."""
     sign = np.sign(torque)
     written = np.ones(len(torque))
     told = np.zeros(len(torque), dtype=bool)
@@ -326,22 +357,22 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
             written *= np.nan_to_num(values, nan=1.0)
     if "precession_sense" not in readings.columns:
         return cast(Floats, sign)
-    # A signed spin says what a sense column would.
+    # A signed spin has the same meaning as a column of directions.
     back = values_of(spin_columns(readings)[0]) < 0
     told_spin = "spin_sense" in readings.columns or bool(back.any())
     written *= np.where(back, -1.0, 1.0)
     loaded = told & (sign != 0)
     opposed = int(np.sum(written[loaded] != sign[loaded]))
     if opposed > np.sum(loaded) / 2:
-        # Only products of senses matter: a log that counts one of the two the other way round is consistent.
+        # Only products of directions matter: a log that counts one of the two the other way round is consistent.
         written = -written
-        # If nothing is said of the spin, a ball that spins clockwise precesses so in every run with a weight.
+        # If the log does not state the direction of the spin, a clockwise spin reverses every run with a weight.
         if told_spin or opposed < np.sum(loaded):
             diagnostics.append(
                 readings.diagnose(
                     SENSES_CONTRADICT_TORQUE,
-                    "most senses written are opposite to what the torque makes them: one of the two is taken as "
-                    "counted the other way round",
+                    "most written directions are opposite to the direction that the torque causes; gyro assumes that "
+                    "one of the two columns counts the other way round",
                     "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from "
                     "above",
                 )
@@ -350,7 +381,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
 
 
 def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
-    """Prior width of M0 from what the log says of the balance; the most direct statement first."""
+    """Return the prior width of M0 from the balance test of a log; the most direct statement first."""
     stated = readings.uncertainties.get("u_imbalance")
     if stated is not None:
         width = stated.absolute
@@ -370,7 +401,7 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
 
 
 def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float | None:
-    """Torque over I_zz [rad²/s²] that would have turned a rod that did not move; None if there is no such run."""
+    """Compute the torque over I_zz [rad²/s²] that would have moved an unloaded rod visibly; None without such a run."""
     still = readings.unmoved
     if still is None:
         return None
@@ -378,7 +409,7 @@ def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float |
     usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
     sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics)[0]
+    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics, time, None)[0]
     best = int(unseen.argmin())
     diagnostics.append(
         readings.diagnose(
@@ -393,7 +424,7 @@ def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float |
 
 
 def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the rows where a derived column (period, rate, torque, inertia, second spin) disagrees."""
+    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
     rate = 2 * np.pi * measured.turns / measured.time
     expected: dict[str, Callable[[], Floats]] = {
         "precession_period": lambda: measured.time / measured.turns,
@@ -409,7 +440,7 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
         "angle": lambda: 2 * np.pi * measured.turns,
     }
     found = []
-    # A value that is always the reading itself agrees with it.
+    # These columns are always the readings themselves.
     own = {"mass", "position", "time"}
     compared = [column for role, column in readings.columns.items() if role not in own]
     for column in (*compared, *readings.others):
@@ -422,8 +453,8 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
     return found
 
 
-def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
-    """Name every ``u_…`` that the log states and that changes nothing, with the reason; but none that is zero."""
+def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
+    """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
     columns = readings.columns
     load = next(role for role in ("mass", "force", "torque") if role in columns)
     weighed, spins, ball = load == "mass", spin_columns(readings), {"ball_mass", "ball_diameter"}
@@ -434,7 +465,9 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
         "u_g": None if weighed else f"the {load} is given, and no mass",
         "u_position_zero": None if placed else "no position is read",
         "u_spin_delay": _not_at_half_time(spins),
-        "u_decay_exponent": None if len(spins) == 2 else "the spin is not read at start and end alone",
+        "u_decay_exponent": None
+        if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
+        else "the log does not show how the spin falls, or the spin is read three times in each run",
         **dict.fromkeys(
             ("u_ball_mass", "u_ball_diameter"),
             None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
@@ -443,19 +476,23 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
     }
     if readings.position_from == "surface":
         silent["u_ball_diameter"] = None
-    read = {load, timing.role, *(column.role for column in (*spins, *told_by_period(columns, timing)))}
+    read = {load, timing.role, *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
     read |= {"weight_diameter"} if weighed else set()
     read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
     read |= {"pitch"}
-    read |= {"transverse_inertia"} if "pitch" in columns or readings.motion == "released" else set()
+    if "pitch" in columns or readings.motion == "released":
+        read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
     found = []
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
+        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
+        elif base in ("turns", "angle") and whole:
+            why = "whole turns end where they began, so no mark is sighted"
         elif any(
             as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
             for role in read & set(columns)
@@ -470,8 +507,8 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
             found.append(
                 readings.diagnose(
                     UNCERTAINTY_NOT_USED,
-                    f"{key} changes nothing here: {why}",
-                    f'take "{key}" out, or give what it belongs to',
+                    f"{key} has no effect here: {why}",
+                    f'delete the line "{key}", or add the quantity to which it belongs',
                     place,
                 )
             )
@@ -479,7 +516,7 @@ def _find_unheard(readings: Readings, timing: Column) -> list[Diagnostic]:
 
 
 def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
-    """Warn of rows that are identical, unless times as coarse as these agree by chance in such a log."""
+    """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
     settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
     if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
         return []
@@ -511,29 +548,29 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
 
 
 def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
-    """Return why a late reading of the spin is not an error source in a log; None if it is one."""
+    """Return the reason why a late reading of the spin is not an error source; None if it is one."""
     if len(spins) > 1:
         return "the spin is read more than once in each run"
     return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"
 
 
 def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:
-    """Why nothing is taken from a role's readings, or from their uncertainties."""
+    """Return the reason why the readings of a role, or their uncertainties, are not used."""
     if role == "inertia":
-        return "I_zz is what is to be found, and its uncertainty too"
+        return "I_zz is the result, and so is its uncertainty"
     if role in ("turns", "angle"):
         if timing.role != "time":
-            return f"the {timing.role.replace('_', ' ')} is given, and no angle is sighted"
-        return "the other one of u_turns and u_angle is given as well"
+            return f"the log contains the {timing.role.replace('_', ' ')}, so no angle is sighted"
+        return "the log also states the other one of u_turns and u_angle"
     if role == "transverse_inertia" and role in columns:
-        return "the rod is level and goes steadily, so that I across it has no part"
+        return "the rod is level and steady, so the transverse inertia does not matter"
     if role in columns:
-        return f"{role} is only compared with what was read"
+        return f"{role} is only compared with the readings"
     return f"there is no {role} in this log"
 
 
 def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Warn where most runs precess faster than they spin: two columns exchanged, or a unit that is not the one."""
+    """Warn if most runs precess faster than they spin: two columns are exchanged, or a unit is wrong."""
     with np.errstate(divide="ignore", over="ignore"):
         fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
     if 2 * len(fast) <= len(measured.runs):
@@ -544,7 +581,7 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
         readings.diagnose(
             PRECESSION_FASTER_THAN_SPIN,
             f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
-            "are spin and precession exchanged, or is a unit not the one written?",
+            "check if spin and precession are exchanged, or if a unit is wrong",
             column.place(first),
             len(column.readings[first].text),
         )
@@ -552,13 +589,13 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
 
 
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
-    """One finding for a column, placed at its first row that is off by more than 5 % and two last digits."""
+    """Create a finding for a column, at its first row that deviates by more than 5 % and two last digits."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
         wrong = gap > np.maximum(0.05 * np.abs(expected), 2 * np.array(column.steps))
     if not wrong.any():
         return None
-    # A reading that serves several runs is compared once.
+    # A reading that is used for several runs is compared once.
     there = np.flatnonzero(np.isfinite(gap))
     _, at = np.unique(np.array(column.spots)[there], return_index=True)
     off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
@@ -567,14 +604,14 @@ def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic
     first = off[0]
     ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
     runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
-    hint = "check turns, units and this column's arithmetic"
+    hint = "check the turns, the units and the arithmetic of this column"
     used = readings.columns.get(column.role)
     if used is not None and used.header != column.header:
         hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
     return readings.diagnose(
         DERIVED_COLUMN_DISAGREES,
-        f'"{column.header}" is {ratio:.3g} times what the readings give in run{"s" if len(off) > 1 else ""} {runs}; '
-        "the readings are used",
+        f'"{column.header}" is {ratio:.3g} times the value from the readings in run{"s" if len(off) > 1 else ""} '
+        f"{runs}; the readings are used",
         hint,
         column.place(first),
         len(column.readings[first].text),

@@ -1,22 +1,33 @@
-"""Every source of error that touches a log: what it is an error of, how large it is, and what it is shared by.
+"""Every source of error of a log: its quantity, its size, and the runs that share it.
 
-What is known of each before a log is read is in the table of `error_sources`.
+The table in `error_sources` contains their defaults.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DECAY_TIME, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
+from gyrodata.error_sources import (
+    DECAY_SPREAD,
+    DECAY_TIME,
+    LATE,
+    NORMAL_GRAVITY_U,
+    SOURCES,
+    TRANSVERSE_U,
+    WHOLE,
+    Quantity,
+)
+from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
+from gyrodata.readings.roles import stated_u
 from gyrodata.units import Uncertainty
 
 
@@ -24,30 +35,30 @@ class Source(Struct, frozen=True):
     """One kind of error, independent between groups of runs and equal within a group.
 
     The reading is the truth plus (`absolute` + `relative` × truth) × a standard normal number, one for each
-    group. Proportional errors are thus proportional to the *true* value: taken at the measured one, low
-    readings would look precise and pull the fit.
+    group. Errors are proportional to the *true* value: if they were proportional to the measured one, low readings
+    would look too precise.
     """
 
     name: str
     """Key of the log without its ``u_``: "position_zero"."""
     quantity: Quantity
-    """What it is an error of."""
+    """The quantity that has the error."""
     groups: Integers
-    """Group of each run, shape (n,), counted from 0; −1 for a run that it does not touch."""
+    """Group of each run, shape (n,), counted from 0; −1 for a run without this error."""
     absolute: Floats
     """Shape (n,), standard uncertainty [SI unit of the quantity]."""
     relative: Floats
     """Shape (n,), standard uncertainty [1]."""
     shared_by: str
-    """In words: "runs with the same weight"; "" where every run has its own."""
+    """In words: "runs with the same weight"; "" if every run has its own error."""
     default: bool
-    """True where the log does not give it."""
+    """True if the log does not state it."""
     usual: str
-    """What it is in words where the log does not give it: "0.2 %"."""
+    """The default in words: "0.2 %"."""
 
     @property
     def described(self) -> str:
-        """Its name in words, in this log."""
+        """The default in words, or "as given"."""
         return self.usual if self.default else "as given"
 
     @property
@@ -58,20 +69,27 @@ class Source(Struct, frozen=True):
     @property
     def shared_count(self) -> int:
         """Number of errors that several runs have in common."""
-        # Those that it does not touch are counted first.
+        # Runs without this error are counted first.
         return int((np.bincount(self.groups + 1)[1:] > 1).sum())
 
 
 def list_sources(
-    readings: Readings, timing: Column, time: Floats, turns: Floats, spin: Floats, mass: Floats, position: Floats
+    readings: Readings,
+    timing: Column,
+    time: Floats,
+    turns: Floats,
+    spin: Floats,
+    mass: Floats,
+    position: Floats,
+    drag: Drag | None,
 ) -> list[Source]:
-    """All sources of uncertainty that touch this log, in the order of the table; but for those of a tilt."""
+    """List all sources of error of a log except those of a tilt, in the order of the table."""
     columns = readings.columns
     relative_spin, default = _spin_errors(readings)
     used = spin_columns(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     sources = [
-        *_timing_sources(columns, timing, time, turns),
+        *_timing_sources(readings, timing, time, turns),
         _source(
             "spin",
             groups,
@@ -81,7 +99,7 @@ def list_sources(
             SOURCES["time"].usual if used[0].role == "spin_time" else None,
         ),
         _of_whole_log(readings, "spin_scale"),
-        *_decay_sources(readings, used),
+        *_decay_sources(readings, used, spin, drag),
     ]
     load = next(role for role in ("mass", "force", "torque") if role in columns)
     values = values_of(columns[load])
@@ -102,7 +120,7 @@ def list_sources(
 
 
 def _gravity_source(readings: Readings) -> Source:
-    """Doubt about g: none where it is given, little where the latitude is."""
+    """Return the uncertainty of g: none if the log states it, small if the log states the latitude."""
     if "g" in readings.constants:
         return _of_whole_log(readings, "g", Uncertainty(), "0")
     if "latitude" in readings.constants:
@@ -111,7 +129,7 @@ def _gravity_source(readings: Readings) -> Source:
 
 
 def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
-    """Doubt about what each weight adds to I_zz, where the log states how well its diameter is known."""
+    """List the uncertainty of the inertia of each weight, if the log states that of its diameter."""
     column = columns.get("weight_diameter")
     if column is None or all(reading.u is None for reading in column.readings):
         return []
@@ -124,24 +142,42 @@ def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Sourc
     return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
 
 
-def _decay_sources(readings: Readings, used: tuple[Column, ...]) -> list[Source]:
-    """Doubt about the spin of a run, which falls: when it was read, or how it fell between two readings.
-
-    What is the same spin for the whole log was never read at half time.
-    """
-    if len(used) == 1 and any(spot >= 0 for spot in used[0].spots):
-        key, change = "spin_delay", np.full(len(used[0].readings), 1 / DECAY_TIME)
-    elif len(used) == 2:
-        key, change = "decay_exponent", np.abs(physics.decay_law_doubt(*map(as_spin, used)))
-    else:
-        return []
-    u, default = stated_or_default(readings, key)
-    return [_source(key, np.zeros(len(change), dtype=int), np.zeros(len(change)), u.at(1.0) * change, default)]
+def read_once(used: tuple[Column, ...]) -> bool:
+    """Return whether the spin was read once in each run; one spin for the whole log was never read at a midpoint."""
+    return len(used) == 1 and any(spot >= 0 for spot in used[0].spots)
 
 
-def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats) -> list[Source]:
-    """Errors of the times, or of the rates given instead, and of the angles timed."""
-    every = np.arange(len(time))
+def lateness(readings: Readings) -> float:
+    """Return how long after the midpoint the spin was read [s]; 0 if the log states how uncertain this is."""
+    return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
+
+
+def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> list[Source]:
+    """List what is uncertain of a spin that falls: when it was read, and the law by which it falls."""
+    delay, delay_default = stated_or_default(readings, "spin_delay")
+    law, law_default = stated_or_default(readings, "decay_exponent")
+    every, nothing = np.zeros(len(spin), dtype=int), np.zeros(len(spin))
+    late = math.hypot(lateness(readings), delay.absolute)
+    if read_once(used) and drag is None:
+        rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
+        return [_source("spin_delay", every, nothing, np.full(len(spin), late * rate), delay_default)]
+    if read_once(used) and drag is not None:
+        by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
+        words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
+        return [
+            _source("spin_delay", every, nothing, delay.absolute * drag.at(spin), delay_default, words),
+            _source("decay_exponent", every, nothing, by_law, law_default),
+        ]
+    if len(used) == 2:
+        u = law.at(1.0) if drag is None else drag.u_exponent
+        doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
+        return [_source("decay_exponent", every, nothing, doubt, law_default)]
+    return []
+
+
+def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
+    """List the errors of the times, or of rates instead of times, and of the timed angles."""
+    columns, every = readings.columns, np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
         absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
@@ -151,19 +187,27 @@ def _timing_sources(columns: Mapping[str, Column], timing: Column, time: Floats,
     )
     sources = [_source("time", every, absolute, relative, default)]
     if timing.role == "time":
-        sources += _sighting_sources(columns, turns)
+        sources += _sighting_sources(readings, turns)
     return sources
 
 
-def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Source]:
-    """Error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
-    column = columns["turns"] if "turns" in columns else columns["angle"]
+def is_part(turns: Floats) -> Any:
+    """Return which runs end where they did not begin; only these need a mark to sight the rod against."""
+    return np.abs(turns - np.round(turns)) > WHOLE
+
+
+def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
+    """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
+    column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
-    part = np.abs(turns - np.round(turns)) > WHOLE
+    part = is_part(turns)
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
     relative, default = np.zeros(len(turns)), part.copy()
+    of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
-        absolute[i], relative[i], default[i] = u.absolute / per_turn, u.relative, False
+        # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
+        ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
+        absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
     rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
@@ -180,7 +224,7 @@ def _sighting_sources(columns: Mapping[str, Column], turns: Floats) -> list[Sour
 
 
 def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
-    """Doubt about the pitch and about I, where they have a part: of a tilted rod, or one let go from rest."""
+    """List the uncertainties of the pitch and of I for a tilted or a released rod."""
     count = len(readings.runs)
     sources = []
     if "pitch" in readings.columns:
@@ -189,18 +233,20 @@ def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -
     elif readings.motion != "released":
         return []
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    if transverse is not None:
-        column = readings.columns["transverse_inertia"]
-        stated = [read.u.at(value) / value for read, value in zip(column.readings, transverse, strict=True) if read.u]
-        default, usual = not stated, SOURCES["transverse_inertia"].usual
-        size = max(stated) if stated else SOURCES["transverse_inertia"].default.relative
+    known = SOURCES["transverse_inertia"]
+    role = "nutation_period" if transverse is None else "transverse_inertia"
+    if role in readings.columns:
+        column = readings.columns[role]
+        stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
+        default, usual = not stated, known.usual
+        size = max(stated) if stated else known.default.relative
     doubt = np.zeros(count), np.full(count, size)
     sources.append(_source("transverse_inertia", np.zeros(count, dtype=int), *doubt, default, usual))
     return sources
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
-    """Uncertainty of a source that the whole log has in common, and whether it is the default."""
+    """Return the uncertainty of a source of the whole log, and whether it is the default."""
     stated = readings.uncertainties.get(f"u_{key}")
     return (SOURCES[key].default, True) if stated is None else (stated, False)
 
@@ -208,7 +254,7 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 def _source(
     key: str, groups: Integers, absolute: Floats, relative: Floats, default: bool, usual: str | None = None
 ) -> Source:
-    """One source of the table, as it is in a log."""
+    """Create a source of the table for a log."""
     kind = SOURCES[key]
     words = kind.usual if usual is None else usual
     return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
@@ -227,8 +273,8 @@ def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
     """Return a component with one error for each value: for each weight, not for each run.
 
-    Where runs of one group state different uncertainties (a column ``u_mass``), the largest holds for the
-    group: it is one reading and has one error.
+    If runs of one group state different uncertainties (a column ``u_mass``), the largest is used for the group: it is
+    one reading and has one error.
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
@@ -245,16 +291,16 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
 
 
 def _numbered(keys: Sequence[object]) -> Integers:
-    """Number equal keys alike, from 0 in order of appearance; −1 for None, which a source does not touch."""
+    """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
     distinct = [key for key in dict.fromkeys(keys) if key is not None]
     numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
     return np.array([numbers[key] for key in keys], dtype=int)
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
-    """Uncertainty of each reading of a column: as given, or the default with the last digit's rounding.
+    """Return the uncertainty of each reading of a column: as stated, or the default with the rounding.
 
-    Gives the absolute [SI] and the relative [1] part, shape (n,), and whether any default was used.
+    The absolute [SI] and the relative [1] part have shape (n,); the last value is True if a default was used.
     """
     # A number rounded to steps of s is uniform within ±s/2: s/√12 (GUM F.2.2.1).
     rounding = np.array(column.steps) / math.sqrt(12)
@@ -270,13 +316,13 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
 def _stated_for_period(
     columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats
 ) -> tuple[Floats, Floats, bool] | None:
-    """Uncertainty of each time from the one that the log states for every run's period, or rate; None if it does not.
+    """Return the uncertainty of each time from that of the period or rate of the run; None if the log has none.
 
-    A log with columns ``t``, ``N``, ``T = t/N`` and ``σ_T`` says how well the times are known, in another place.
+    An example is a log with the columns ``t``, ``N``, ``T = t/N`` and ``σ_T``.
     """
     for column in told_by_period(columns, timing):
         stated = [reading.u for reading in column.readings if reading.u is not None]
-        # A rate is off by the same share as its period.
+        # A rate has the same relative error as its period.
         size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
         absolute = np.array([u.absolute for u in stated])
         relative = np.array([u.relative for u in stated])
@@ -286,7 +332,7 @@ def _stated_for_period(
 
 
 def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column]:
-    """Columns of periods or rates that state an uncertainty for every run, where those of the times are not stated."""
+    """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
     if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
         return []
     beside = (columns[role] for role in ("precession_period", "precession_rate") if role in columns)
@@ -294,7 +340,7 @@ def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column
 
 
 def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
-    """Relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
+    """Return the relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
     used = spin_columns(readings)
     parts = []
     any_default = False
@@ -313,7 +359,7 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
 
 
 def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
-    """A spin is read off, or its turns are timed with the stopwatch."""
+    """Return the default uncertainty of a spin that is read, or of turns that are timed with the stopwatch."""
     if column.role != "spin_time":
         return SOURCES["spin"].default
     fewest = min(value for value in readings.columns["spin_turns"].values if value)
@@ -321,12 +367,12 @@ def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
 
 
 def values_of(column: Column) -> Floats:
-    """Values of a column [SI], shape (n,); NaN where nothing was read."""
+    """Return the values of a column [SI], shape (n,); NaN for a blank cell."""
     return np.array(column.values, dtype=float)
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
-    """The columns that the spin is taken from: start, half time and end, or half time alone, or start and end."""
+    """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
     columns = readings.columns
     for unit in ("spin", "spin_period"):
         for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
@@ -338,7 +384,7 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
 
 
 def _time_of_one(time: Column, turns: Column) -> Column:
-    """Make times per revolution of the times of several."""
+    """Divide the times of several revolutions by their number."""
     readings = []
     for one, count in zip(time.readings, turns.readings, strict=True):
         if one.value is None or not count.value:
@@ -351,19 +397,20 @@ def _time_of_one(time: Column, turns: Column) -> Column:
 
 
 def as_spin(column: Column) -> Floats:
-    """Spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
+    """Return the spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
     values = np.abs(values_of(column))
     return cast(Floats, 2 * np.pi / values if column.role.startswith(("spin_period", "spin_time")) else values)
 
 
-def mean_spin(spins: list[Floats]) -> Floats:
-    """Harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
-    mean = physics.simpson_mean_spin if len(spins) == 3 else physics.harmonic_mean_spin
-    return cast(Floats, mean(*spins))
+def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
+    """Compute the harmonic mean in time of a spin read at start and end, or three times [rad/s], shape (n,)."""
+    if len(spins) == 3:
+        return cast(Floats, physics.simpson_mean_spin(*spins))
+    return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))
 
 
 def spin_weights(spins: list[Floats]) -> list[Floats]:
-    """Relative change of the mean spin for a relative change of each reading; they add up to 1."""
+    """Compute the relative change of the mean spin for a relative change of each reading; the sum is 1."""
     if len(spins) == 3:
         parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
         return [part / sum(parts) for part in parts]

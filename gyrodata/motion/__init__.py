@@ -1,17 +1,9 @@
-"""The complete motion of the top, eqs. (7): exact, by geometric splitting, or by an integrator.
+"""The complete motion of the top, eqs. (7).
 
-`exact` and the functions next to it are for a symmetric top under gravity without drag; `split` approximates the same
-motion by a geometric integrator, and `integrate` includes drag. The state is always e3 and H (`State`).
+`release` computes the motion of a rod that is released from rest, from integrals over one nutation. `integrators`
+follows any other motion in steps. A top and its state (e3 and H) are defined in `top`.
 """
 
-from gyrodata.motion.exact import (
-    Nutation,
-    exact,
-    find_crossing,
-    mean_precession_rate,
-    nutation,
-    precession_angle,
-    time_to_turn,
-)
-from gyrodata.motion.integrators import METHODS, Path, integrate, split, vector_rates
-from gyrodata.motion.orbits import State, Top, energy, released, steady
+from gyrodata.motion.integrators import METHODS, integrate, split, vector_rates
+from gyrodata.motion.release import Nutation, find_crossing, mean_precession_rate, nutation, time_to_turn
+from gyrodata.motion.top import State, Top, released, steady

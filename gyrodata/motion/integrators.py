@@ -1,4 +1,4 @@
-"""The motion in steps: by geometric splitting, or by an integrator that includes drag.
+"""The motion in steps: by geometric splitting, or by a general integrator.
 
 Splitting alternates two exact motions: without torque H is constant and e3 turns about it at |H|/I; without rotation H
 grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant to rounding, and the energy does not drift for any step (a
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.orbits import State, Top
+from gyrodata.motion.top import State, Top
 
 _A1, _A2, _B1, _B2 = 0.07534696026989289, 0.5179168546882568, 0.19022593937367662, 0.8465240704435263
 _A3, _B3 = 1 / 2 - _A1 - _A2, 1 - 2 * (_B1 + _B2)
@@ -32,17 +32,7 @@ conditions).
 
 
 def split(top: Top, state: State, time: float, steps: int, method: str = "aba84") -> State:
-    """Compute the state of one top after a time [s], of either sign, by equal steps.
-
-    Raises
-    ------
-    ValueError
-        If the method is not in `METHODS`, or if there are no steps.
-    """
-    if method not in METHODS:
-        raise ValueError(f"unknown method {method!r}; use one of {', '.join(METHODS)}")
-    if steps < 1:
-        raise ValueError(f"{steps} steps are too few; use 1 or more")
+    """Compute the state of one top after a time [s], of either sign, by equal steps; the method is one of `METHODS`."""
     step = time / steps
     turns = [float(part * step / top.transverse_inertia) for part in METHODS[method][0]]
     kicks = [float(part * step * top.torque) for part in METHODS[method][1]]
@@ -74,77 +64,54 @@ def _turned(x: float, y: float, z: float, hx: float, hy: float, hz: float, turn:
     )
 
 
-class Path(State, frozen=True, eq=False):
-    """The state of one top at n times; axis and momentum have shape (n, 3), or (3,) for one time."""
-
-    evaluations: int
-    """Number of evaluations of the right-hand side."""
-
-
 def integrate(
-    top: Top,
-    state: State,
-    time: ArrayLike,
-    *,
-    drag: float = 0.0,
-    method: str = "DOP853",
-    rtol: float = 1e-9,
-    atol: float = 1e-12,
-) -> Path:
-    """Integrate the motion of one top under gravity and a linear drag, in the vectors e3 and H.
+    top: Top, state: State, time: ArrayLike, *, method: str = "DOP853", rtol: float = 1e-9, atol: float = 1e-12
+) -> tuple[State, int]:
+    """Integrate the motion of one top under gravity, in the vectors e3 and H.
 
     Parameters
     ----------
     top : Top
     state : State
         At time 0.
-    time : array_like
-        Times that rise or fall from 0 [s].
-    drag : float
-        c of the torque −c ω [N*m*s].
+    time : array_like, shape (n,)
+        Times that rise from 0 [s].
     method : str
         A method of `scipy.integrate.solve_ivp`; the equations are not stiff.
     rtol, atol : float
         Tolerances; `atol` is for e3, and for H it is relative to |H| at the start, or to √(I |M|) if this is larger.
         With `rtol` above 1e-6 the answer can be worse than eq. (9).
 
+    Returns
+    -------
+    State
+        With vectors of shape (n, 3).
+    int
+        The number of evaluations of the right-hand side.
+
     Raises
     ------
     ValueError
-        If the drag is not finite, if the times do not rise or fall from 0, or if the integration fails.
+        If the times do not rise from 0, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
-    if not np.isfinite(drag):
-        raise ValueError("the drag is not a finite number")
     times = np.asarray(time, dtype=float)
-    ends = np.atleast_1d(times)
-    steps = np.diff(ends, prepend=0.0)
-    if not ((steps >= 0).all() or (steps <= 0).all()):
-        raise ValueError("the times must rise from 0, or fall from 0")
-    start, evaluations = np.concatenate([state.axis, state.momentum]), 0
-    rows = np.tile(start, (ends.size, 1))
-    if times.any():
-        rates = vector_rates(top, drag)
-        size = max(float(np.linalg.norm(state.momentum)), math.sqrt(abs(top.torque) * top.transverse_inertia))
-        # The integrator accepts each time only once.
-        sense = np.copysign(1.0, ends[-1])
-        distinct, again = np.unique(sense * ends, return_inverse=True)
-        done = solve_ivp(
-            # Python's floats are ten times faster here than arrays.
-            lambda _, row: rates(*row.tolist()),
-            (0.0, ends[-1]),
-            start,
-            method=method,
-            t_eval=sense * distinct,
-            rtol=rtol,
-            atol=atol * np.repeat([1.0, size], 3),
-        )
-        if not done.success:
-            raise ValueError(f"the integration failed: {done.message}")
-        rows, evaluations = done.y.T[again], done.nfev
-    rows = rows.reshape(*times.shape, 6)
-    return Path(rows[..., :3], rows[..., 3:], evaluations)
+    rates = vector_rates(top)
+    size = max(float(np.linalg.norm(state.momentum)), math.sqrt(abs(top.torque) * top.transverse_inertia))
+    done = solve_ivp(
+        # Python's floats are ten times faster here than arrays.
+        lambda _, row: rates(*row.tolist()),
+        (0.0, times[-1]),
+        np.concatenate([state.axis, state.momentum]),
+        method=method,
+        t_eval=times,
+        rtol=rtol,
+        atol=atol * np.repeat([1.0, size], 3),
+    )
+    if not done.success:
+        raise ValueError(f"the integration failed: {done.message}")
+    return State(done.y[:3].T, done.y[3:].T), done.nfev
 
 
 Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, Any]]
@@ -153,17 +120,11 @@ Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, 
 
 def vector_rates(top: Top, drag: ArrayLike = 0.0, pace: ArrayLike = 1.0) -> Rates:
     """Return the right-hand side by components, floats or arrays, with linear drag; times are divided by `pace`."""
+    drag, inertia, across = np.multiply(drag, pace), np.asarray(top.inertia), np.asarray(top.transverse_inertia)
+    # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
+    fields = across / pace, np.multiply(top.torque, pace), drag / across, drag * (1 / inertia - 1 / across)
     # 0-d arrays are slower than Python's floats.
-    transverse, weight, slowing, along = (
-        float(value) if np.ndim(value) == 0 else value
-        for value in (
-            np.divide(top.transverse_inertia, pace),
-            np.multiply(top.torque, pace),
-            np.multiply(drag, pace) / top.transverse_inertia,
-            # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
-            np.multiply(drag, pace) * (1 / np.asarray(top.inertia) - 1 / np.asarray(top.transverse_inertia)),
-        )
-    )
+    transverse, weight, slowing, along = (float(value) if np.ndim(value) == 0 else value for value in fields)
 
     def rates(x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
         spin = along * (hx * x + hy * y + hz * z)

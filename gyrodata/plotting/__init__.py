@@ -5,4 +5,4 @@ describes them in words.
 """
 
 from gyrodata.plotting.figure_data import Look, list_looks
-from gyrodata.plotting.figures import FIGURES, SIZES, Form, alt_text, plot_on, render, render_earth
+from gyrodata.plotting.figures import FIGURES, SIZES, Form, alt_text, plot_on, render

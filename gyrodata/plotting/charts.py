@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from gyrodata.benchmark import HONEST, METHODS, Benchmark, Failure, MotionPanel, Order, TrialPanel, cheapest, power
+from gyrodata.plotting import figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,45 +18,29 @@ BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E
 BAND: Any = {"color": "#F0E442", "alpha": 0.45, "linewidth": 0, "zorder": 0}
 
 STYLE: Any = {
-    "font.size": 9,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
+    **figures.STYLE,
+    "axes.axisbelow": True,
+    "text.hinting": "force_autohint",
+    "text.parse_math": True,
+    "axes.grid.axis": "both",
     "axes.titlelocation": "left",
     "figure.titlesize": 12,
     "figure.titleweight": "bold",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e8e8e8",
-    "legend.frameon": False,
-    "svg.hashsalt": "gyrodata",
+    "legend.fontsize": 9,
 }
 """For ``matplotlib.rc_context``."""
 
 
-def draw_chart(benchmark: Benchmark, name: str) -> Figure:
-    """Draw one chart, 9 inches wide: "motion", "motion_order", "estimators" or "failures"."""
-    from matplotlib import rc_context
-
-    with rc_context(STYLE):
-        figure = _DRAWERS[name](benchmark)
-        figure.supxlabel(benchmark.machine, x=0.01, ha="left", fontsize=6.5, color=GREY)
-    return figure
-
-
 def render_benchmark(benchmark: Benchmark, forms: Sequence[Literal["png", "svg"]] = ("png", "svg")) -> dict[str, bytes]:
-    """Draw all charts; return the bytes of each file by its name, the same for the same benchmark."""
+    """Draw all charts, 9 inches wide; return the bytes of each file by its name, the same for the same benchmark."""
     from matplotlib import rc_context
 
     files: dict[str, bytes] = {}
     with rc_context(STYLE):
-        for name in _DRAWERS:
-            figure = draw_chart(benchmark, name)
-            for form in forms:
-                file = io.BytesIO()
-                figure.savefig(file, format=form, metadata={"Software": None} if form == "png" else {"Date": None})
-                files[f"{name}.{form}"] = file.getvalue()
+        for name, draw in _DRAWERS.items():
+            figure = draw(benchmark)
+            figure.supxlabel(benchmark.machine, x=0.01, ha="left", fontsize=6.5, color=GREY)
+            files |= {f"{name}.{form}": figures.save(figure, form, 9) for form in forms}
     return files
 
 
@@ -64,7 +48,7 @@ def _figure(height: float, title: str) -> Figure:
     """Create a figure with a title."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, height), dpi=120, layout="constrained")
+    figure = Figure(figsize=(9.0, height), dpi=120)
     figure.suptitle(title, x=0.01, ha="left")
     return figure
 
@@ -75,7 +59,6 @@ _MODELS = {
     "eq. (9)": (BLUE, "o"),
     "eq. (8)": (RED, "s"),
     "mean rate of a release": (PURPLE, "D"),
-    "exact motion of a release": (GREEN, "P"),
     "full motion": ("black", "."),
 }
 """Colour and marker of each model."""

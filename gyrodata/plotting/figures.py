@@ -17,8 +17,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.errors import insist_on_choice, insist_on_type
-from gyrodata.physics import RPM, Floats, balanced_direction
-from gyrodata.plotting.figure_data import COLOURS, MARKERS, Scene, as_number, gather, run_name, with_u
+from gyrodata.physics import RPM, Floats
+from gyrodata.plotting.figure_data import Scene, as_number, gather, run_name, with_u
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -419,17 +419,18 @@ def render(
             size = (width, height + more * (len(FIGURES[name].panels) - 1))
             figure = Figure(size, dpi)
             _fill(figure, scene, name)
-            files[name] = _save(figure, form)
+            files[name] = save(figure, form)
     return files
 
 
-def _save(figure: Figure, form: Form) -> bytes:
+def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
+    """Lay out a figure and return the bytes of its file; a PNG of level 9 is smaller than one of level 1, but slow."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     # With the layout as a setting of the figure, `savefig` would draw twice.
     ConstrainedLayoutEngine().execute(figure)
     file = io.BytesIO()
-    options: Any = {"pil_kwargs": {"compress_level": 1}} if form == "png" else {}
+    options: Any = {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 
@@ -439,44 +440,3 @@ def alt_text(analysis: Analysis, name: str) -> str:
     scene = gather(analysis)
     odd = [run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) for i in np.flatnonzero(scene.hollow)]
     return FIGURES[name].describe(scene) + (f" Drawn hollow: {_listed(odd)}." if odd else "")
-
-
-# --- the turning Earth ---------------------------------------------------------------------------------------------
-
-
-def render_earth(latitude: float, times: Sequence[float]) -> bytes:
-    """Draw the directions of two balanced gyroscopes at some times [s] at a latitude [rad]; return a PNG."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    with rc_context(STYLE):
-        figure = Figure((6.6, 4.2), 150)
-        draw_earth(figure.subplots(2, sharex=True), latitude, np.asarray(times, dtype=float))
-        return _save(figure, "png")
-
-
-def draw_earth(axes: Sequence[Axes], latitude: float, times: Floats) -> None:
-    """Draw the altitude and the azimuth of both gyroscopes against time."""
-    upper, lower = axes
-    fine = np.linspace(0.0, times[-1], 1441)
-    pole = "north" if latitude >= 0 else "south"
-    starts = {
-        f"started along\nthe Earth's axis,\nto the {pole}": (0.0 if latitude >= 0 else math.pi, abs(latitude)),
-        "started level,\nto the east": (math.pi / 2, 0.0),
-    }
-    for (label, start), colour, marker in zip(starts.items(), COLOURS, MARKERS, strict=False):
-        azimuth, altitude = balanced_direction(*start, latitude, fine)
-        # Interrupt the line between 360° and 0°.
-        azimuth[1:][np.abs(np.diff(azimuth)) > math.pi] = np.nan
-        dots = balanced_direction(*start, latitude, times if len(times) <= 100 else times[:0])
-        for ax, line, dot in ((upper, altitude, dots[1]), (lower, azimuth, dots[0])):
-            ax.plot(fine / 3600, np.degrees(line), color=colour)
-            ax.plot(times[: len(dot)] / 3600, np.degrees(dot), marker, color=colour, markersize=4.0, clip_on=False)
-        upper.plot([], [], color=colour, marker=marker, markersize=4.0, label=label)
-    upper.set(xlim=(0.0, times[-1] / 3600), ylim=(-90.0, 90.0), yticks=range(-90, 91, 45), ylabel="altitude [°]")
-    upper.set_title(f"Direction of balanced gyroscopes at latitude {math.degrees(latitude):.4g}°", loc="left")
-    upper.axhline(0.0, color=SOFT, linewidth=0.8)
-    upper.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    lower.set(xlabel="time [h]", ylim=(0.0, 360.0), ylabel="azimuth [°]")
-    lower.set_yticks(range(0, 361, 90), ["N 0", "E 90", "S 180", "W 270", "N 360"])
-    lower.locator_params(axis="x", nbins=9, steps=[1, 2, 3, 6, 10])

@@ -1,7 +1,7 @@
 """The reader: a lab log from CSV, standard input, a workbook or a DataFrame becomes `Readings` in SI.
 
-Strict about meaning, generous about form: nothing is guessed that would change the answer, and every fault is
-told in one pass, with its place and what to type.
+The reader accepts many forms, but it never guesses what would change the answer. It reports every fault in one pass,
+with its place and what to type.
 """
 
 from __future__ import annotations
@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import asdict, replace
 
-from gyrodata import diagnostics as codes
-from gyrodata.errors import insist_on_type
-from gyrodata.quantities import CellError, read_cell
-from gyrodata.readings.columns import check_meaning, choose, note_unplaced, warn_of_notes
+from gyrodata.readings import lablog, layout, roles, table
+from gyrodata.readings import source as sources
 from gyrodata.readings.lablog import (
     MOST_OF_ONE_CODE,
     Column,
@@ -24,26 +22,14 @@ from gyrodata.readings.lablog import (
     Place,
     Reading,
     Readings,
-    Reported,
-    check_value,
     listing,
-    read_reported,
-    rounded_turns,
+    read_uncertainty,
     split_lines,
 )
-from gyrodata.readings.layout import Layout, find_layout
-from gyrodata.readings.roles import (
-    SHARED_UNCERTAINTIES,
-    as_u_of,
-    kind_of_role,
-    parse_header,
-    stated_u,
-    to_display,
-    u_keys,
-)
-from gyrodata.readings.settings import Settings, read_options, read_settings, read_uncertainty, warn_of_lost_keys
-from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decimal_signs, decode, is_frame, load, value_text
-from gyrodata.readings.table import TableReader
+from gyrodata.readings.reported import Reported, read_reported
+from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, check_value, kind_of_role, to_display, u_keys
+from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
+from gyrodata.readings.table import rounded_turns
 from gyrodata.readings.writing import blank_log, fixed_log, write_log
 from gyrodata.units import Uncertainty
 
@@ -71,73 +57,67 @@ def read_log(
     name : str, optional
         Name to show instead of the source's own.
     settings : mapping
-        ``--set``: what holds for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``; text, a quantity of
+        ``--set``: values for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``; text, a quantity of
         pint or a number of uncertainties.
     mapping : mapping of str to str
         ``--map``: role to header as written.
     config : path, optional
-        TOML file with more settings; they win over `settings`.
+        TOML file with more settings; `settings` replace them.
 
     Returns
     -------
     Readings
-        With all diagnostics. Where none is an error, every run has a time with its turns or angle (or a
+        With all diagnostics. If none is an error, every run has a time with its turns or angle (or a
         precession period or rate), a spin (or what gives one), and a load (mass and position, force and
         position, or torque).
 
     Raises
     ------
     InputError
-        The source is no readable log at all, or an option makes no sense.
+        The source is not a readable log at all, or an option is wrong.
     TypeError
-        An argument is nothing that it can be.
+        An argument has a wrong type.
     """
-    known = isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) or hasattr(source, "read")
-    if not known and not is_frame(source):
-        what = f"{type(source).__name__} ({source!r:.60})"
-        raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
-    insist_on_type("name", name, str | None, "the name to call the log by")
-    for argument, options in (("settings", settings), ("mapping", mapping)):
-        insist_on_type(argument, options, Mapping, "a mapping, such as a dict")
+    checked: dict[str, tuple[object, Any]] = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
+    checked |= {"settings": (settings, Mapping), "mapping": (mapping, Mapping)}
+    for what, (value, kinds) in checked.items():
+        if not isinstance(value, kinds):
+            raise TypeError(f"{what} cannot be {type(value).__name__} ({value!r:.60})")
     for text in (*settings, *mapping, *mapping.values()):
-        insist_on_type("a key of settings or mapping, or a header", text, str, "a text")
-    insist_on_type("config", config, str | os.PathLike | None, "the path of a TOML file")
-    stated = read_options(settings, mapping, config)
-    grid, faults = load(source, name)
-    given = read_settings(grid.metadata, stated, faults, ask=decimal_signs(grid) != {","})
-    warn_of_lost_keys(grid.comments, faults)
-    warn_of_notes(grid, faults)
+        if not isinstance(text, str):
+            raise TypeError(f"a key of settings or mapping, or a header, cannot be {type(text).__name__}")
+    options = lablog.read_options({key: value_text(value) for key, value in settings.items()}, mapping, config)
+    grid, faults = sources.load(source, name)
+    ask = sources.decimal_signs(grid) != {","}
+    given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
+    table.warn_of_notes(grid, faults)
+    grid, falls = layout.split_spin_down(grid)
+    given.spin_down = (*given.spin_down, *falls)
     whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
     whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
-    log = Readings(faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines))
-    if layout := find_layout(grid, faults):
-        log = _read_table(layout, mapping, given, faults, log)
+    log = Readings(
+        faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines), sheets=faults.sheets
+    )
+    found = layout.find_layout(grid, faults)
+    if found is None:
+        return replace(log, diagnostics=faults.all_told())
+    choice = table.choose(found, mapping, given, faults)
+    log, unmoved = table.TableReader(found, choice, given, faults).read(log)
+    if not log.runs and not faults.has_error():
+        faults.add("no_timed_runs")
+    else:
+        if log.runs and len(unmoved) == len(log.runs):
+            faults.add("no_torque")
+        unread = {role for role in choice.used if role not in log.columns} if faults.has_error() else set()
+        table.check_meaning(log, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
+    moved = [run for run in range(len(log.runs)) if run not in unmoved]
+    if unmoved and moved:
+        log = replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
     return replace(log, diagnostics=faults.all_told())
 
 
-def _read_table(layout: Layout, mapping: Mapping[str, str], given: Settings, faults: Faults, log: Readings) -> Readings:
-    """Read the runs, and say what they lack."""
-    choice = choose(layout, mapping, given, faults)
-    log, unmoved = TableReader(layout, choice, given, faults).read(log)
-    if not log.runs and not faults.has_error():
-        hint = "a row without a time is no run: fill the times in"
-        faults.add(codes.HEADER_WITHOUT_RUNS, "there is not one run with a time in this log", hint)
-        return log
-    if log.runs and len(unmoved) == len(log.runs):
-        hint = "add runs with a weight: mass and position"
-        faults.add(codes.NO_TORQUE, "no run has a torque, and the rod never moved", hint)
-    unread = {role for role in choice.used if role not in log.columns} if faults.has_error() else set()
-    check_meaning(log, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
-    if not any(diagnostic.code == codes.QUANTITY_MISSING for diagnostic in faults.found):
-        note_unplaced(choice, faults)
-    moved = [run for run in range(len(log.runs)) if run not in unmoved]
-    if unmoved and moved:
-        return replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
-    return log
-
-
 def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:
-    """Add uncertainties, by the keys of their lines, where a log states nothing of its own; give the keys of those."""
+    """Add uncertainties, by the keys of their lines, to a log that does not state them; return the keys used."""
     stated = readings.uncertainties.keys()
     known = {key: u for key, u in given.items() if stated.isdisjoint(u_keys(key.removeprefix("u_")))}
     if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
@@ -147,7 +127,7 @@ def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> 
     used = set(shared)
     by_period = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
     for role, column in readings.columns.items():
-        u = stated_u(role, known)
+        u = roles.stated_u(role, known)
         elsewhere = role == "time" and any(len(one.stated) == len(one.readings) for one in by_period)
         if u is not None and not column.stated and not elsewhere:
             columns[role] = replace(column, readings=tuple(replace(reading, u=u) for reading in column.readings))

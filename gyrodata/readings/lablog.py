@@ -1,26 +1,30 @@
-"""The nouns of the reader: a place in a file, one role's column of readings, the whole log, and its faults."""
+"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, and its settings.
+
+Settings are values for the whole log: ``# key: value`` lines, ``--set`` and ``--config``.
+"""
 
 from __future__ import annotations
 
+import difflib
 import math
+import os
 import re
+import tomllib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from itertools import groupby
-from typing import Literal, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities, vocabulary
+from gyrodata import diagnostics, quantities
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.quantities import CellError as CellError
-from gyrodata.quantities import read_cell as read_cell
-from gyrodata.quantities import to_float
-from gyrodata.readings.roles import BY_NAME, kind_of_role, name_roles, turns_in, words_of_turns
-from gyrodata.units import KINDS, LIMITS, SI, Uncertainty, kinds_of
+from gyrodata.readings import reported, roles
+from gyrodata.units import Uncertainty, UnitError
 
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many faults as rows."""
@@ -36,54 +40,45 @@ class Place(NamedTuple):
 
 
 class Text(Struct, frozen=True):
-    """One cell as it is in the file."""
+    """One cell of a file."""
 
     text: str
     """Without quotes and without blanks around it."""
-    line: int
-    column: int
-    """Of its first character, 1-based."""
-
-    @property
-    def place(self) -> Place:
-        """Line and column."""
-        return Place(self.line, self.column)
-
-
-_Where = Text | Place | None
+    place: Place
+    """Place of its first character."""
 
 
 class Reading(Struct, frozen=True):
-    """One number as it was read; cells of a column that say the same may be one object."""
+    """One number as it was read; equal cells of a column may be one object."""
 
     value: float | None = None
-    """[SI unit of the role]; None where nothing was measured."""
+    """[SI unit of the role]; None if nothing was measured."""
     step: float | None = None
-    """One step of the last digit typed anywhere in the column [SI unit of the role]; None where the number is exact
+    """One step of the last digit typed anywhere in the column [SI unit of the role]; None if the number is exact
     (a fraction, a plain 0) or its digits are unknown."""
     u: Uncertainty | None = None
-    """What the log says of it: its own ±, else its ``u_…`` column, else the header's ±, else the ``u_…`` constant."""
+    """Stated uncertainty: its own ±, else its ``u_…`` column, else the header's ±, else the ``u_…`` of the log."""
     text: str = ""
     """As typed."""
 
 
 class Column(Struct, frozen=True, dict=True):
-    """One role's readings in SI, one for each of the n runs."""
+    """The readings of one role in SI, one for each of the n runs."""
 
     role: str
-    """Canonical name: ``mass``, ``spin``, ``time``, … (repeats ``time_1``, ``time_2`` have become runs)."""
+    """Canonical name: ``mass``, ``spin``, ``time``, … (the repeats ``time_1``, ``time_2`` are runs here)."""
     header: str
     """As written, or ``# spin`` or ``--set spin`` if one value is valid for the whole log."""
     unit: str
-    """Unit as understood, in a spelling that this tool reads back; "" for numbers."""
+    """Unit, in a spelling that this tool reads; "" for numbers."""
     readings: tuple[Reading, ...]
     spots: tuple[int, ...]
-    """Identity: runs with equal numbers share one reading (filled down, constant, or repeats of one setting). It is
-    that of its cell in the file, −1 for the value that holds for the whole log."""
+    """Number of each reading's cell in the file; −1 for the value of the whole log. Runs with equal numbers share one
+    reading (filled down, constant, or repeats of one setting)."""
     given: Place | None = None
-    """Where that value stands; None for what an option gave."""
+    """Place of the value of the whole log; None for an option."""
     find: Callable[[int], Place] | None = None
-    """Where the cell of an identity stands: hardly any is ever asked for."""
+    """Function that returns the place of a numbered cell: hardly any place is ever needed."""
 
     @cached_property
     def values(self) -> tuple[float | None, ...]:
@@ -92,16 +87,16 @@ class Column(Struct, frozen=True, dict=True):
 
     @cached_property
     def steps(self) -> tuple[float, ...]:
-        """Steps of the last digits [SI unit of the role]; 0 where a number is exact or its digits are unknown."""
+        """Steps of the last digits [SI unit of the role]; 0 if a number is exact or its digits are unknown."""
         return tuple([reading.step or 0.0 for reading in self.readings])
 
     @cached_property
     def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
-        """Run and uncertainty of each reading of which the log says one."""
+        """Run and uncertainty of each reading with a stated uncertainty."""
         return tuple([(i, reading.u) for i, reading in enumerate(self.readings) if reading.u is not None])
 
     def select(self, rows: Sequence[int]) -> Column:
-        """Give some of the readings."""
+        """Return a column with some of the readings."""
         return replace(
             self, readings=tuple([self.readings[i] for i in rows]), spots=tuple([self.spots[i] for i in rows])
         )
@@ -113,15 +108,19 @@ class Column(Struct, frozen=True, dict=True):
         return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
 
 
+Fall = tuple[float, float, float]
+"""Spin at the start and at the end [rad/s], and the time between both [s]."""
+
+
 class Readings(Struct, frozen=True, dict=True):
     """The content of a log: one row for each timed run.
 
     Attributes
     ----------
     name : str
-        What the log is called; ``<stdin>`` for standard input, ``<table>`` for a DataFrame.
+        Name of the log; ``<stdin>`` for standard input, ``<table>`` for a DataFrame.
     sha256 : str
-        Of the bytes read.
+        Hash of the bytes read.
     runs : tuple of str
         Labels, unique: ``3``, or ``3.1`` and ``3.2`` for the repeats ``time_1`` and ``time_2`` of one row.
     lines : tuple of int
@@ -131,38 +130,47 @@ class Readings(Struct, frozen=True, dict=True):
     columns : mapping of str to Column
         The column used for each role.
     others : tuple of Column
-        Further columns of a role that is filled already, and derived ones (``inertia``); for comparison only.
+        Further columns of a role, and derived ones (``inertia``); they are only compared.
     constants : mapping of str to float
         ``g``, ``latitude``, ``ball_diameter``, ``ball_mass``, ``rod_length`` [SI]; only those given.
     uncertainties : mapping of str to Uncertainty
         Every ``u_…`` given for the whole log.
     stated_at : mapping of str to Place or None
-        Where each ``u_…`` line stands; None for an option.
+        Place of each ``u_…`` line; None for an option.
     balance_tilt : tuple of float or None
-        Rod released unspun: angle [rad], time [s].
+        Rod released without spin: angle [rad], time [s].
     balance_drift : tuple of float or None
-        Rod released spun, without a weight: angle [rad], time [s], spin [rad/s].
+        Rod released with spin, without a weight: angle [rad], time [s], spin [rad/s].
+    spin_down : tuple of tuple
+        Each fall of the spin that was measured: spin at the start and at the end [rad/s], and the time [s].
+    falling_mass : tuple of float
+        A mass on a thread that turns the disk: mass [kg], radius [m], height [m], time [s], mass that balances the
+        friction [kg]; empty if the log has none.
+    tachometer : str or None
+        "follows" the rod, or "still"; None if the log does not say.
     motion : str or None
-        "released" from rest, or "steady"; None where the log does not say.
+        "released" from rest, or "steady"; None if the log does not say.
     balanced : bool or None
-        Whether the ball is balanced; None where the log does not say.
+        Whether the ball is balanced; None if the log does not say.
     position_from : str or None
-        "surface" of the ball or "tip" of the rod, where the positions as typed count from there; None or "centre"
-        where they count from the centre of the ball. Those in `columns` always count from the centre.
+        "surface" of the ball or "tip" of the rod, if the positions as typed count from there; else None or "centre".
+        The positions in `columns` always count from the centre.
     origin_u : float
         Standard uncertainty of the distance between that place and the centre [m].
     metadata : mapping of str to str
         All other ``# key: value`` lines, as written.
     reported : mapping of str to Reported
-        What the student reports in ``# reported_KEY: value ± u unit`` lines, for whoever grades it.
+        The results that the student reports in lines such as ``# reported_inertia``, for grading.
     unmoved : Readings or None
-        The runs without a weight in which the rod did not move (0 turns), which are in no other field.
+        The runs without a weight in which the rod did not move (0 turns); no other field contains them.
     unread : tuple of (str, tuple of str)
         Header and cells, as written, of each column that was not understood.
     diagnostics : tuple of Diagnostic
-        All faults found; with an error among them, `columns` may lack what the analysis needs.
+        All faults found; if one is an error, `columns` may lack what the analysis needs.
     source_text : str
         The decoded text, for excerpts.
+    sheets : tuple of (int, str)
+        Line above the first row in that text, and name, of each sheet of a workbook.
     """
 
     name: str
@@ -177,31 +185,31 @@ class Readings(Struct, frozen=True, dict=True):
     stated_at: Mapping[str, Place | None] = field(default_factory=dict)
     balance_tilt: tuple[float, float] | None = None
     balance_drift: tuple[float, float, float] | None = None
+    spin_down: tuple[Fall, ...] = ()
+    falling_mass: tuple[float, ...] = ()
+    tachometer: str | None = None
     motion: str | None = None
     balanced: bool | None = None
     position_from: str | None = None
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
-    reported: Mapping[str, Reported] = field(default_factory=dict)
+    reported: Mapping[str, reported.Reported] = field(default_factory=dict)
     unmoved: Readings | None = None
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
     source_text: str = ""
+    sheets: tuple[tuple[int, str], ...] = ()
 
     def __repr__(self) -> str:
         return f"<Readings of {self.name[:200]}: {len(self.runs)} runs, {len(self.diagnostics)} things to look at>"
 
     def select(self, runs: Sequence[int]) -> Readings:
-        """Give some of the runs."""
-        return replace(
-            self,
-            runs=tuple(self.runs[i] for i in runs),
-            lines=tuple(self.lines[i] for i in runs),
-            notes=tuple(self.notes[i] for i in runs),
-            columns={role: column.select(runs) for role, column in self.columns.items()},
-            others=tuple(column.select(runs) for column in self.others),
-            unread=tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread),
-        )
+        """Return a log with some of the runs."""
+        columns = {role: column.select(runs) for role, column in self.columns.items()}
+        others = tuple(column.select(runs) for column in self.others)
+        unread = tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread)
+        labels, lines, notes = (tuple(texts[i] for i in runs) for texts in (self.runs, self.lines, self.notes))
+        return replace(self, runs=labels, lines=lines, notes=notes, columns=columns, others=others, unread=unread)
 
     @property
     def ok(self) -> bool:
@@ -211,251 +219,418 @@ class Readings(Struct, frozen=True, dict=True):
     def diagnose(
         self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1, doubt: str = ""
     ) -> Diagnostic:
-        """Make a diagnostic of a place of this log, with the excerpt of its line."""
+        """Return a diagnostic of a place of this log, with the excerpt of its line."""
         return replace(self._faults.make(code, message, hint, place, width), doubt=doubt)
 
     @cached_property
     def _faults(self) -> Faults:
-        return Faults(self.name, self.source_text)
+        return Faults(self.name, self.source_text, self.sheets)
 
 
 def split_lines(text: str) -> list[str]:
-    """Split at the three line ends an editor knows, and at nothing else (`str.splitlines` knows ten)."""
-    if "\r" in text:
-        text = text.replace("\r\n", "\n").replace("\r", "\n")
-    return text.split("\n")
+    """Split a text at the three line ends that editors know (`str.splitlines` knows ten)."""
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+@cache
+def _messages() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_name("messages.toml").read_text(encoding="utf-8"))
 
 
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
-    def __init__(self, name: str, text: str = "") -> None:
-        self.name = name
+    def __init__(self, name: str, text: str = "", sheets: tuple[tuple[int, str], ...] = ()) -> None:
+        self.name, self.sheets = name, sheets
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
 
     def make(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> Diagnostic:
-        """Make a diagnostic with the severity of its code and the excerpt of its line."""
+        """Return a diagnostic with the severity of its code and the excerpt of its line."""
         if place is None:
             return Diagnostic.of(code, message, hint, self.name)
         excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
-        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width)
+        sheet, row = self._row(place.line)
+        high, low = divmod(excerpt[: place.column - 1].count("\t"), 26)
+        letters = chr(64 + high) * (high > 0) + chr(65 + low)
+        cell = f"{sheet}!{letters}{row}" if sheet and row else sheet
+        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
 
-    def add(self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None) -> None:
-        """Note one fault down, all of a cell or at a place; of one code, the first `MOST_OF_ONE_CODE` only."""
+    def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
+        """Add a message of `messages.toml` with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept.
+
+        The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
+        """
+        about = _messages()[name]
+        code = values.get("code") or getattr(diagnostics, about["code"])
         self._count[code] += 1
-        if self._count[code] > MOST_OF_ONE_CODE:
-            return
-        if isinstance(place, Text):
-            width = len(place.text) if width is None else width
-            place = place.place
-        self.found.append(self.make(code, message, hint, place, max(1, width or 1)))
+        if self._count[code] <= MOST_OF_ONE_CODE:
+            width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
+            place = place.place if isinstance(place, Text) else place
+            message, hint = about["message"].format(**values), about.get("hint", "").format(**values)
+            self.found.append(self.make(code, message, hint, place, max(1, width)))
 
-    def refuse(
-        self, code: str, message: str, hint: str = "", place: _Where = None, width: int | None = None
-    ) -> InputError:
-        """Give the error to raise for an input that is no log at all, with what was found before it."""
-        self.add(code, message, hint, place, width)
+    def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
+        """Return the error to raise for an input that is not a log, with all that was found before."""
+        self.add(name, place, **values)
         return InputError(self.found)
 
+    def _row(self, line: int) -> tuple[str, int]:
+        """Return the sheet and the row of a line; without a workbook, no sheet and the line."""
+        sheets = [one for one in self.sheets if one[0] <= line]
+        return (sheets[-1][1], line - sheets[-1][0]) if sheets else ("", line)
+
+    def span(self, lines: list[int]) -> str:
+        """Return line numbers in short form: ``lines 3-5, 7``; if there are several sheets, ``rows Sheet2!3-5``."""
+        parts = []
+        for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
+            block = [self._row(line) for _, line in group]
+            sheet = f"{block[0][0]}!" if len(self.sheets) > 1 else ""
+            parts.append(sheet + "-".join(dict.fromkeys((str(block[0][1]), str(block[-1][1])))))
+        word = "row" if len(self.sheets) > 1 else "line"
+        return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
+
     def all_told(self) -> tuple[Diagnostic, ...]:
-        """Give what was found, and how much more of it there is."""
-        more = [
-            self.make(code, f"{count - MOST_OF_ONE_CODE} more of this kind are not shown")
-            for code, count in self._count.items()
-            if count > MOST_OF_ONE_CODE
-        ]
-        return (*self.found, *more)
+        """Return what was found, and how many more there are of each code."""
+        more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
+        told = [self.make(code, f"{count} more of this kind are not shown") for code, count in more.items()]
+        return (*self.found, *told)
 
     def has_error(self) -> bool:
-        """Whether anything found so far stops the analysis."""
+        """Return whether a fault found so far stops the analysis."""
         return any(diagnostic.severity == "error" for diagnostic in self.found)
 
 
 def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:
-    """Join for a message, cutting long lists and long items short."""
+    """Join texts for a message; long lists and long texts are shortened."""
     shown = [item if len(item) <= 40 else item[:39] + "…" for item in items[:most]]
     more = f" and {len(items) - most} more" if len(items) > most else ""
     return ", ".join(shown) + more
 
 
 def header_of(role: str, unit: str) -> str:
-    """Write the header of a column: ``mass [g]``, ``turns``."""
+    """Return the header of a column: ``mass [g]``, ``turns``."""
     return f"{role} [{unit}]" if unit else role
 
 
-def span(lines: list[int]) -> str:
-    """Write line numbers shortly: ``lines 3-5, 7``."""
-    parts = []
-    for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
-        block = [line for _, line in group]
-        parts.append(f"{block[0]}-{block[-1]}" if len(block) > 1 else str(block[0]))
-    return f"{'line' if len(lines) == 1 else 'lines'} {listing(parts)}"
-
-
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})
-"""What is written if nothing was measured."""
-SPOKEN = ("mass", "turns", "spin_turns")
-"""Roles whose numbers are also said in words."""
-_NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
-_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?(?:{vocabulary.words('turn', '|')})\w*\.?"
+"""What students write if nothing was measured."""
 
 
-@lru_cache(maxsize=4096)
-def said_otherwise(text: str, role: str) -> str:
-    """Give the number that a cell says in another way: "none" of a mass, "one third" or "120°" of turns."""
-    if role == "mass":
-        return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
-    if fraction := fraction_of_date(text):
-        return fraction
-    match = re.fullmatch(_TURN_BEHIND, text)
-    bare = match[1] if match else text
-    if words := words_of_turns(bare, whole=True):
-        return words
-    if bare != text and (bare == "" or quantities.take_apart(bare) is not None):
-        return bare or "1"
-    written = quantities.take_apart(text)
-    angle = written is not None and written.spread is None and kinds_of(written.unit or "") == {"angle"}
-    return turns_in(text) if angle else ""
+# Values for the whole log -----------------------------------------------------------------------------------------
 
 
-def fraction_of_date(text: str) -> str:
-    """Undo what a spreadsheet makes of 1/3 and 2/3: "3-Jan", "01. Mrz", "2026-01-03 00:00:00"; "" if it is none."""
-    pair = quantities.date_pair(text)
-    if pair is None or not (min(pair) == 1 or sorted(pair) == [2, 3]) or max(pair) > 12:
-        return ""
-    return f"{min(pair)}/{max(pair)}"
-
-
-def rounded_turns(text: str) -> tuple[str, float]:
-    """Find the part of a turn that 0.33 or 0.7 was rounded from, and half of what the rounding leaves open; "", 0 else.
-
-    The screws of the ball are a third of a turn apart; a twelfth is what a run without a weight takes.
-    """
-    # Whole turns, however many, are meant as written.
-    if not quantities.PLAIN.fullmatch(text) or quantities.last_place(text) >= 0:
-        return "", 0.0
-    value, step = to_float(text), float(f"1e{quantities.last_place(text)}")
-    twelfths = round(value * 12)
-    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong by nearly a whole step.
-    if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
-        return "", 0.0
-    return str(Fraction(twelfths, 12)), step / math.sqrt(3)
-
-
-@lru_cache(maxsize=16384)
-def check_value(role: str, value: float) -> tuple[str, str]:
-    """Say what is wrong with a number that cannot be, and what to type; two empty texts if nothing is."""
-    known, kind = BY_NAME.get(role), kind_of_role(role)
-    steep = abs(value) >= math.pi / 2
-    broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
-    if known and broken.get(known.bound):
-        return f"must be {known.bound}", known.bound_hint
-    low, high = LIMITS.get(kind, (0.0, math.inf))
-    if value == 0 or low <= abs(value) <= high:
-        return "", ""
-    fault = f"is too {'large' if abs(value) > high else 'small'} for {KINDS[kind].words} in a lab"
-    return fault, f"is its unit the one written? Read are {low:g} to {high:g} {SI[kind]}".rstrip()
-
-
-PREFIX = "reported_"
-REPORTED_KINDS = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
-"""Kind of quantity of what is read of a lab's report."""
-
-Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
-_FAULTS: dict[str, Fault] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
-_HUGE = 1e30
-"""A number above this, or below one over it, is not a quantity of a lab [SI]."""
-
-
-class Reported(Struct, frozen=True):
-    """One value that a student reports, as far as it can be read.
-
-    Attributes
-    ----------
-    key : str
-        What it is: ``inertia``, ``imbalance``, …
-    text : str
-        As written.
-    value : float or None
-        [SI unit of its kind]; if its unit is missing, or is one of another kind, the number taken as SI: the unit is
-        judged by itself. None if it cannot be read.
-    u : float or None
-        Its standard uncertainty [SI unit of its kind], that is what is stated divided by a k written behind it; None
-        if none is stated.
-    digits : int or None
-        Significant digits of the value; zeros at its end count behind the point, where they say something.
-    u_digits : int or None
-        Those of the uncertainty.
-    step : float or None
-        One step of the value's last digit [SI unit of its kind].
-    u_step : float or None
-        One step of the uncertainty's last digit [SI unit of its kind]; None if it is stated in %.
-    fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
-        What is wrong, in a word.
-    problem : str or None
-        What is wrong, in a sentence; None exactly if `fault` is.
-    line : int or None
-        Its line in its file, 1-based.
-    """
+class Given(Struct, frozen=True):
+    """One value for the whole log."""
 
     key: str
     text: str
-    value: float | None = None
-    u: float | None = None
-    digits: int | None = None
-    u_digits: int | None = None
-    step: float | None = None
-    u_step: float | None = None
-    fault: Fault | None = None
-    problem: str | None = None
-    line: int | None = None
+    label: str
+    """How it was given: ``# spin``, ``--set spin``, ``--config spin``."""
+    place: Place | None
+    """None for an option."""
+    cell: quantities.Quantity | None = None
+    """The value of a role or constant."""
+
+    def reading(self, u: Uncertainty | None) -> Reading:
+        """Return the value as the reading of a run; `u` is used if it has no uncertainty of its own."""
+        assert self.cell is not None
+        return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
 
 
-def canonical_key(key: str) -> str:
-    """Name what is reported: ``reported_I_zz`` and ``reported_moment_of_inertia`` are ``inertia``."""
-    bare = key[len(PREFIX) :] if key.lower().startswith(PREFIX) else key
-    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+class Settings(Struct):
+    """All values for the whole log."""
+
+    roles: dict[str, Given] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
+    given_uncertainties: dict[str, Given] = field(default_factory=dict)
+    balance_tilt: tuple[float, ...] | None = None
+    balance_drift: tuple[float, ...] | None = None
+    spin_down: tuple[Fall, ...] = ()
+    falling_mass: tuple[float, ...] = ()
+    tachometer: str | None = None
+    motion: str | None = None
+    balanced: bool | None = None
+    position_from: str | None = None
+    steps: dict[str, float] = field(default_factory=dict)
+    """One step of the last digit of each constant [SI unit]."""
+    metadata: dict[str, str] = field(default_factory=dict)
+    reported: dict[str, reported.Reported] = field(default_factory=dict)
+    unread: set[str] = field(default_factory=set)
+    """Roles whose value could not be read; there is a fault for each."""
 
 
-def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
-    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
-    read = Reported(canonical_key(key), text.strip(), line=line)
-    kind = REPORTED_KINDS[read.key]
-    bare = re.sub(quantities.IN_FRONT, "", read.text)
-    written = quantities.take_apart(bare)
+def read_options(
+    settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
+) -> list[Given]:
+    """Check the names of all options before the log is read; return the values of ``--set`` and ``--config``."""
+    faults, table = Faults(""), {}
+    if config is not None:
+        try:
+            with Path(config).open("rb") as file:
+                table = msgspec.toml.decode(file.read(1_000_000).decode("utf-8-sig"), type=dict[str, str | int | float])
+        except (OSError, ValueError, RecursionError) as error:
+            why = getattr(error, "strerror", None) or error
+            raise faults.refuse("config", path=str(config), why=why) from None
+    given = [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
+    given += [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
+    keys = [key for key in roles.KEYS if key not in roles.TEXTS]
+    mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
+    names = [("option_unknown", item.label, item.key, keys) for item in given]
+    names += [("mapped_role_unknown", f"--map {role}=…", role, mapped) for role in mapping]
+    for fault, what, name, known in names:
+        if name not in known and not (known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)):
+            close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
+            close = close or [role for role in roles.name_roles(name)[0] if role in known]
+            hint = f"did you mean {' or '.join(close)}?" if close else f"known are: {listing(known, 99)}"
+            faults.add(fault, what=what, hint=hint)
+    if faults.has_error():
+        raise InputError(faults.found)
+    return given
+
+
+def read_settings(
+    metadata: Sequence[tuple[str, Text]], comments: Sequence[Text], options: Sequence[Given], faults: Faults, ask: bool
+) -> Settings:
+    """Read all ``# key: value`` lines and options; later values replace earlier ones.
+
+    With `ask`, a comma that may separate thousands is an error; without, it is a decimal comma as in the table.
+    """
+    settings = Settings()
+    seen: dict[str, Text] = {}
+    answers: list[tuple[str, Text]] = []
+    for key, text in metadata:
+        known = key.lower()
+        if known == "ball_radius":
+            known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
+        result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
+        if known.startswith(roles.REPORTED) and result in reported.KINDS:
+            _enter_reported(settings, key, text, faults, ask)
+        elif result == "inertia":
+            answers.append((key, text))
+        elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
+            answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
+        elif known not in roles.KEYS or known in roles.TEXTS or not text.text or (known == "time" and ":" in text.text):
+            # The time may be the hour of the day; a line of a template may be blank.
+            settings.metadata[key] = text.text
+            if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:
+                _warn_of_remark(key, text.text, text, faults)
+        elif known in seen and seen[known].text != text.text and known != "spin_down":
+            faults.add("key_given_twice", text, key=known, first=seen[known].place.line, second=text.place.line)
+        else:
+            seen[known] = text
+            _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
+    for comment in comments:
+        if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):  # "# spin 400 rpm" without a colon
+            _warn_of_remark(match[1], match[2], comment, faults)
+    # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
+    for key, text in answers if "inertia" not in settings.reported else ():
+        read = reported.read_reported(key, text.text)
+        # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+        if read.fault is None or (len(key) > 1 and read.value is not None):
+            _enter_reported(settings, key, text, faults, ask)
+        else:
+            settings.metadata[key] = text.text
+    for item in options:
+        _enter(settings, item, True, faults)
+    return settings
+
+
+def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
+    """Keep a reported value; a fault in it is only a note for its writer, because it is graded elsewhere."""
+    name = roles.reported_key(key)
+    before = settings.reported.get(name)
+    if text.text in BLANKS or (before is not None and before.text == text.text):
+        return
+    read = reported.read_reported(key, text.text, text.place.line, ask)
+    if before is not None:
+        problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
+        read = reported.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+    settings.reported[name] = read
+    if read.problem:
+        faults.add("reported_value", text, name=name, problem=read.problem)
+
+
+def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
+    """Warn of a remark that is nearly a ``# key: value`` line, such as "# u_positon: 1 mm" or "# m1 = 47 g"."""
+    close = _nearest_key(key.lower())
+    if not close and value[:1].isdigit():
+        names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
+        close = [one for name in names for one in roles.name_roles(name)[0] if roles.kind_of_role(one) != "text"]
+    if close:
+        # Of "14.8 cm from centre" the value is meant.
+        match = re.match(rf"{quantities.NUMBER}\s*\S*", value) if close[0] in roles.ROLES else None
+        written = text.text if text.text != value else key
+        faults.add("remark", text, written=written, meant=f"{close[0]}: {match[0] if match else value}")
+
+
+@lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
+def _nearest_key(key: str) -> list[str]:
+    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in reported.KINDS))
+    return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
+
+
+_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
+    "tachometer": (
+        {word: word for word in roles.TACHOMETERS},
+        'write "follows" (it was turned with the rod) or "still" (it was held in one place)',
+    ),
+    "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
+    "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
+    "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
+}
+"""Keys of words: the meaning of each word, and the hint for any other word."""
+ON_EARTH = 9.7, 9.9
+"""g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
+_BALANCE = {
+    "balance_tilt": (r"(.+?)\s+in\s+(.+)", "3 deg in 10 s"),
+    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", "5 deg in 60 s at 400 rpm"),
+}
+"""How the tests of the balance are written, with a sample."""
+
+
+def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+    """Enter one value; an option that cannot be read is refused at once."""
+    key, text = item.key, item.text.strip()
     try:
-        quantity = read_cell(bare, kind, None, ask)
-    except CellError as error:
-        fault = _FAULTS.get(error.code, "unreadable")
-        read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
-        if written is None or fault == "unreadable":
-            return read
-        spread_unit = "%" if written.spread_unit == "%" else None
-        quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=spread_unit), kind)
-    u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
-    if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
-        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
-    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
-    if written is None or quantity.step is None:
-        return read  # a fraction has no digits that could be counted
-    return replace(read, digits=_digits(written.number), u_digits=written.spread and _digits(written.spread))
+        if key in _BALANCE:
+            setattr(settings, key, _read_balance(key, text))
+        elif key == "spin_down":
+            # Several lines are several falls.
+            settings.spin_down = (*settings.spin_down, *read_spin_down(text))
+        elif key == "falling_mass":
+            settings.falling_mass = _read_falling_mass(text)
+        elif key in _WORDS:
+            words, hint = _WORDS[key]
+            if text.lower() not in words:
+                raise UnitError("is none of the words that can be read here", hint)
+            setattr(settings, key, words[text.lower()])
+        elif key == "question_numbers":
+            if text.lower() not in roles.YES_OR_NO:
+                raise UnitError(
+                    "is neither yes nor no", 'write "no" to omit the numbers of the questions in the report'
+                )
+            settings.metadata[key] = "yes" if roles.YES_OR_NO[text.lower()] else "no"
+        elif key in roles.UNCERTAINTIES:
+            settings.uncertainties[key] = read_uncertainty(key, text, ask)
+            settings.given_uncertainties[key] = item
+        elif key == "latitude":
+            match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
+            value = quantities.read_cell(match[1] if match else text, "angle", "deg", ask).value
+            if abs(value) > math.pi / 2 or (match and value < 0):
+                raise UnitError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
+            settings.constants[key] = -value if match and match[2] in "Ss" else value
+        else:
+            _enter_quantity(settings, item, ask, faults)
+    except UnitError as error:
+        hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
+        values: dict[str, Any] = {"label": item.label, "text": item.text, "error": error, "hint": hint}
+        if item.place is None:
+            raise Faults(faults.name).refuse("option_value", **values) from None
+        settings.unread |= {key} & set(roles.ROLES)
+        faults.add("key_value", item.place, **values)
 
 
-def _digits(number: str) -> int:
-    """Count significant digits, those of ``0.0044`` as of ``4.4e-3``; zeros before the point may only fill up."""
-    mantissa = re.split("[eE]", number)[0]
-    digits = re.sub("[^0-9]", "", mantissa).lstrip("0")
-    return len(digits if re.search("[.,]", mantissa) else digits.rstrip("0")) or 1
+def _enter_quantity(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
+    """Enter a role or a constant that is within its bounds; g is in m/s² if it has no unit."""
+    key, text = item.key, item.text
+    written = quantities.take_apart(text) if key == "g" else None
+    bare = written is not None and not written.unit
+    cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
+    if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
+        message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
+        raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
+    if key in roles.CONSTANTS and not cell.value > 0:
+        raise UnitError("is not above zero")
+    fault, hint = roles.check_value(key, cell.value)
+    if fault:
+        raise UnitError(fault, hint)
+    if bare:
+        faults.add("g_without_unit", item.place, text=text)
+    if key not in roles.CONSTANTS:
+        settings.roles[key] = replace(item, cell=cell)
+        return
+    settings.constants[key] = cell.value
+    settings.steps[key] = cell.step or 0.0
+    if cell.uncertainty is not None:
+        settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
-def find_in_row(texts: Sequence[str]) -> tuple[int, str] | None:
-    """Find I_zz in a row of a table, "I_zz", "4.4e-3 ± 0.1e-3 kg m^2" or both in one cell: where, and the value."""
-    for at, text in enumerate(texts):
-        name, _, value = text.replace("=", ":").partition(":")
-        value = (value or " ".join(texts[at + 1 :])).strip()
-        named = text[:1].isalpha() and value and canonical_key(name.strip()) == "inertia"
-        if named and read_reported("inertia", value).fault is None:
-            return at, value
-    return None
+OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be a share."""
+
+
+def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
+    """Read the value of one ``u_…`` key of a whole log."""
+    try:
+        uncertainty = quantities.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
+    except UnitError as error:
+        raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
+    if key.endswith("_scale") and uncertainty.absolute:
+        raise UnitError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+    if key in OF_NOTHING and uncertainty.relative:
+        raise UnitError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
+    return uncertainty
+
+
+def _read_falling_mass(text: str) -> tuple[float, ...]:
+    """Read mass [kg], radius [m], height [m], time [s], and the mass that balances the friction [kg]."""
+    match = re.fullmatch(r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?", text)
+    hint = 'write it like "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g"'
+    if match is None:
+        raise UnitError("is not understood", hint)
+    texts = [text or "0 g" for text in match.groups()]
+    try:
+        numbers = tuple(map(quantities.parse_quantity, texts, ("mass", "length", "length", "time", "mass")))
+    except UnitError as error:
+        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
+    if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
+        raise UnitError("contains a value that is impossible", hint)
+    return numbers
+
+
+def _read_balance(key: str, text: str) -> tuple[float, ...]:
+    """Read an angle, the time in which the rod turned through it, and for a drift the spin [rad, s, rad/s]."""
+    pattern, sample = _BALANCE[key]
+    match, hint = re.fullmatch(pattern, text), f'write it like "{sample}"'
+    if match is None:
+        raise UnitError("is not understood", hint)
+    try:
+        numbers = tuple(map(quantities.parse_quantity, match.groups(), ("angle", "time", "rate")))
+    except UnitError as error:
+        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
+    for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
+        fault, _ = roles.check_value(role, number if role == "time" or number == 0 else abs(number))
+        if fault and (number or role != "angle"):
+            raise UnitError(fault, hint)
+    return numbers
+
+
+def read_spin_down(text: str) -> tuple[Fall, ...]:
+    """Read one or several falls, such as "612 rpm to 540 rpm in 120 s", with semicolons between them.
+
+    Raises
+    ------
+    UnitError
+        If the text cannot be read.
+    """
+    found, hint = [], 'write it like "612 rpm to 540 rpm in 120 s"'
+    for part in filter(None, map(str.strip, text.split(";"))):
+        match = re.fullmatch(r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", part)
+        if match is None:
+            raise UnitError("cannot be read", hint)
+        try:
+            start, end, seconds = map(quantities.parse_quantity, match.groups(), ("rate", "rate", "time"))
+        except UnitError as error:
+            raise UnitError(f"cannot be read: {error}", error.hint or hint) from None
+        if not (seconds > 0 and start and end):
+            raise UnitError("contains a spin or a time that is not above zero", hint)
+        fault, about = roles.check_value("spin", start)
+        if fault:
+            raise UnitError(fault, about)
+        if abs(end) > 1.02 * abs(start):
+            raise UnitError("says that the spin rises", "exchange start and end if they are swapped")
+        found.append((abs(start), abs(end), seconds))
+    return tuple(found)

@@ -1,7 +1,6 @@
 """The roles: what a column of a log can measure, one record each; and the other keys that a log can give.
 
-A new role is one record of `TABLE` here, with its names in `vocabulary.toml`; readers, hints, fill-down and the blank
-log follow it.
+A new role is one record in `vocabulary.toml`, with its names there; readers, hints and fill-down use these records.
 """
 
 from __future__ import annotations
@@ -13,15 +12,13 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Literal
+from typing import Literal, NamedTuple
 
-from msgspec import Struct
-from msgspec.structs import replace
+from msgspec import Struct, convert
 
-from gyrodata import vocabulary
+from gyrodata import quantities, units, vocabulary
 from gyrodata.error_sources import SOURCES
-from gyrodata.quantities import fold_number
-from gyrodata.units import DISPLAY, Uncertainty, fold_letters, from_si, kinds_of
+from gyrodata.units import Uncertainty, kinds_of
 
 
 class Role(Struct, frozen=True):
@@ -31,63 +28,24 @@ class Role(Struct, frozen=True):
     kind: str
     """Kind of quantity, a key of `gyrodata.units.SI`."""
     part: Literal["", "load", "spin", "count", "timing"] = ""
-    """Which part of a run it gives: what turns the rod, how fast the ball spins, how far and how long it went."""
+    """Part of a run that it measures: what turns the rod, the spin, how far the rod turned, and how long that took."""
     bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
-    """What its values must be."""
+    """Condition for its values."""
     bound_hint: str = ""
-    """What to type where a value is outside the bound."""
+    """What to type if a value is outside the bound."""
     sample: str = ""
-    """Value to propose where it is missing."""
+    """Value to propose if it is missing."""
     meaning: str = ""
-    """What it is, in words."""
+    """Its meaning, in words."""
     instead: str = ""
     """What can replace it, for hints."""
     derived_from: tuple[str, ...] = ()
-    """Sets of roles, each separated by blanks; where all of one set are there, this role is only compared."""
+    """Sets of roles, each separated by blanks; if all of one set are there, this role is only compared."""
     u_of: str = ""
-    """Role whose ``u_…`` holds for it as well, where it has none of its own."""
+    """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 
 
-_LOADED = ("position mass", "position force")
-_SPUN = ("spin", "spin_start spin_end")
-_TIMED = ("time turns", "time angle")
-
-TABLE: tuple[Role, ...] = (
-    Role("mass", "mass", "load", "not below zero", sample="20 g", meaning="the added weight",
-         bound_hint="a weight on the counterweight side has a negative position",
-         instead=" (a torque [N*m] column, or force [N], serves instead)"),
-    Role("position", "length", "load", sample="15 cm", meaning="from the ball's centre to the middle of the weight"),
-    Role("torque", "torque", "load", derived_from=_LOADED),
-    Role("force", "force", "load"),
-    Role("spin", "rate", "spin", "not zero", sample="400 rpm", meaning="how fast the ball spins",
-         instead=" (spin_start and spin_end, or spin_period [s], serve instead)", derived_from=_SPUN[1:]),
-    Role("spin_start", "rate", "spin", "not zero", sample="410 rpm", u_of="spin"),
-    Role("spin_end", "rate", "spin", "not zero", sample="390 rpm", u_of="spin"),
-    Role("spin_period", "time", "spin", "above zero", derived_from=_SPUN),
-    Role("spin_period_start", "time", "spin", "above zero", sample="0.14 s", derived_from=_SPUN),
-    Role("spin_period_end", "time", "spin", "above zero", sample="0.16 s", derived_from=_SPUN),
-    Role("spin_time", "time", "spin", "above zero", sample="1.5 s",
-         meaning="the time of several turns of the ball", derived_from=(*_SPUN, "spin_period")),
-    Role("spin_turns", "number", "spin", "above zero", sample="10",
-         meaning="how many turns of the ball spin_time covers", derived_from=(*_SPUN, "spin_period")),
-    Role("time", "time", "timing", "above zero", meaning="the stopwatch time of each run",
-         bound_hint="a run that was not timed is left blank",
-         instead=" (precession_period [s] or precession_rate [rad/s] serves instead)"),
-    Role("turns", "number", "count", "above zero", sample="1", meaning="how many turns each time covers",
-         bound_hint="write the turns that were timed, such as 1/3; if the run was not timed, put # before its line",
-         instead=' (or the angle: a column angle [deg], "# angle: 120 deg", --set angle="120 deg")', u_of="angle"),
-    Role("angle", "angle", "count", "above zero", u_of="turns"),
-    Role("precession_period", "time", "timing", "above zero", derived_from=_TIMED),
-    Role("precession_rate", "rate", "timing", "not zero", derived_from=_TIMED),
-    Role("pitch", "angle", bound="below 90 degrees"),
-    Role("spin_sense", "sign"),
-    Role("precession_sense", "sign"),
-    Role("weight_diameter", "length", bound="above zero", meaning="how wide the added weight is, across the rod"),
-    Role("transverse_inertia", "inertia", bound="above zero"),
-    Role("inertia", "inertia", derived_from=("",)),
-    Role("run", "text"),
-    Role("note", "text"),
-)  # fmt: skip
+TABLE = tuple(convert({"name": name, **fields}, Role) for name, fields in vocabulary.ROLES.items())
 
 SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.values() for key in section if " " in key))
 """Roles that share names, as they are written in the vocabulary."""
@@ -95,12 +53,12 @@ SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.value
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
 FILLED_DOWN = {r.name for r in TABLE if r.part in ("load", "spin", "count")} | {"weight_diameter", "transverse_inertia"}
-"""Roles where a blank cell takes the value above it, as in merged cells."""
+"""Roles whose blank cells take the value above, as in merged cells."""
 TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
 LOADS, COUNTS, TIMINGS = (tuple(r.name for r in TABLE if r.part == part) for part in ("load", "count", "timing"))
-"""Roles by the part of a run that they give; of several timings that are there, the first is used."""
+"""Roles by the part of a run that they measure; of several timings, the first is used."""
 ONE_TURN = TIMINGS[1:]
-"""Timings of one whole turn, which need no count."""
+"""Timings of one whole turn, which need no number of turns."""
 SPIN_SETS = (
     ("spin",),
     ("spin_start", "spin_end"),
@@ -108,16 +66,10 @@ SPIN_SETS = (
     ("spin_period_start", "spin_period_end"),
     ("spin_time", "spin_turns"),
 )
-"""Each of these tells a run's spin; of several that are there, the first is used."""
+"""Each of these sets gives the spin of a run; of several, the first is used."""
 
-CONSTANTS = {
-    "g": "acceleration",
-    "latitude": "angle",
-    **dict.fromkeys(("ball_diameter", "rod_length", "bore_diameter", "bore_depth"), "length"),
-    **dict.fromkeys(("rod_diameter", "disk_diameter"), "length"),
-    **dict.fromkeys(("ball_mass", "rod_mass", "disk_mass"), "mass"),
-}
-"""Kinds of the constants of a log that are no role."""
+CONSTANTS = vocabulary.CONSTANTS
+"""Kinds of the constants of a log that are not roles."""
 
 SHARED_UNCERTAINTIES = {
     **{f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind},
@@ -126,25 +78,43 @@ SHARED_UNCERTAINTIES = {
     "u_ball_diameter": "length",
     "u_rod_length": "length",
 }
-"""Kinds of the uncertainties that belong to no role of their own name."""
+"""Kinds of the uncertainties whose names are not those of roles."""
 
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
-BALANCE = ("balance_tilt", "balance_drift")
-MOTION = "motion"
+TACHOMETERS = ("follows", "still")
+"""How the tachometer was held: it follows the rod, or it stays in one place."""
 MOTIONS = ("steady", "released")
-"""How the rod was started: led along until it precesses steadily, or let go from rest."""
-BALANCED = "balanced"
+"""How the rod was started: guided until it precesses steadily, or released from rest."""
 YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys(vocabulary.words("no").split(), False)
 """Whether the ball is balanced, in the languages of the headers."""
-POSITION_FROM = "position_from"
 ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
-"""Where positions count from."""
-KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *BALANCE, MOTION, BALANCED, POSITION_FROM, "question_numbers")
-"""Everything that ``# key: value``, ``--set`` and ``--config`` can give."""
+"""Points from which positions count."""
+
+
+class OriginLength(NamedTuple):
+    """The length between the centre of the ball and the point from which positions count."""
+
+    key: str
+    share: float
+    """Share of the value of `key`."""
+    sample: str
+    meaning: str
+
+
+ORIGIN_LENGTHS = {
+    "surface": OriginLength("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
+    "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
+}
+OTHER_KEYS = (
+    "balance_tilt", "balance_drift", "spin_down", "falling_mass", "tachometer", "motion", "balanced", "position_from",
+    "question_numbers",
+)  # fmt: skip
+KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
+"""Every key of ``# key: value``, ``--set`` and ``--config``."""
 
 
 def kind_of_role(role: str) -> str:
-    """Give the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
+    """Return the kind of quantity of a role, a constant or a ``u_…`` key (KeyError if there is none)."""
     if role in SHARED_UNCERTAINTIES:
         return SHARED_UNCERTAINTIES[role]
     base = role.removeprefix("u_")
@@ -167,19 +137,34 @@ def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
 
 
 def stated_u(role: str, stated: Mapping[str, Uncertainty]) -> Uncertainty | None:
-    """Give what a log states for every reading of a role; None if it does not."""
+    """Return the uncertainty that a log states for every reading of a role; None if it states none."""
     return next((as_u_of(role, key, stated[key]) for key in u_keys(role) if key in stated), None)
 
 
 def to_display(value: float, role: str) -> tuple[float, str]:
-    """Give a value of a role in the unit it is usually shown in, with that unit (``g``, ``cm``, ``rpm``, …)."""
+    """Return a value of a role in the unit in which it is usually shown, and that unit (``g``, ``cm``, ``rpm``, …)."""
     kind = kind_of_role(role)
-    return from_si(value, DISPLAY[kind], kind), DISPLAY[kind]
+    return units.from_si(value, units.DISPLAY[kind], kind), units.DISPLAY[kind]
 
 
-def derived_roles(roles: set[str]) -> set[str]:
-    """Give the roles that are only compared, because the readings they derive from are there."""
-    return {role.name for role in TABLE if any(roles.issuperset(readings.split()) for readings in role.derived_from)}
+def derived_roles(there: set[str]) -> set[str]:
+    """Return the roles that are only compared, because the readings from which they are calculated are there."""
+    return {role.name for role in TABLE if any(there.issuperset(readings.split()) for readings in role.derived_from)}
+
+
+@lru_cache(maxsize=16384)
+def check_value(role: str, value: float) -> tuple[str, str]:
+    """Return what is wrong with an impossible number, and what to type; two empty texts if the number is possible."""
+    known, kind = BY_NAME.get(role), kind_of_role(role)
+    steep = abs(value) >= math.pi / 2
+    broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
+    if known and broken.get(known.bound):
+        return f"must be {known.bound}", known.bound_hint
+    low, high = units.LIMITS.get(kind, (0.0, math.inf))
+    if value == 0 or low <= abs(value) <= high:
+        return "", ""
+    fault = f"is too {'large' if abs(value) > high else 'small'} for {units.KINDS[kind].words} in a lab"
+    return fault, f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip()
 
 
 _MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*`\\{}", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
@@ -187,14 +172,14 @@ _MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*`\\{}", "") | {"ł": "l", "�
 
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
-    """Keep the letters of a name: look-alikes folded, accents, blanks, ``_``, ``-`` and dots gone; case stays."""
-    # A dot above means a rate ("φ̇"); other accents come and go with the keyboard.
-    letters = unicodedata.normalize("NFD", fold_letters(text)).replace("\u0307", "dot")
+    """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots; upper and lower case are kept."""
+    # A dot above means a rate ("φ̇"); other accents depend on the keyboard.
+    letters = unicodedata.normalize("NFD", units.fold_letters(text)).replace("\u0307", "dot")
     return "".join("".join(c for c in letters if unicodedata.category(c) != "Mn").translate(_MARKS).split())
 
 
 def squeezed_words(text: str) -> set[str]:
-    """Squeeze each word of a text, in small letters."""
+    """Return the words of a text, squeezed and in small letters."""
     return {squeeze(word).lower() for word in re.split(r"[\W_]+", text)}
 
 
@@ -203,18 +188,15 @@ def _words(key: str) -> set[str]:
 
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
-THEORY_WORDS = _words("theory")
-"""Words for what was worked out and not measured."""
-TRIAL_WORDS = _words("trial")
-"""Words that number the repeats of one setting."""
-CENTRE_WORDS = _words("centre")
-"""Words for the centre of the ball."""
-PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
-MEAN_WORDS = _words("mean")
+THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS, MEAN_WORDS, SCALE_WORDS = map(
+    _words, ("theory", "trial", "centre", "mean", "scale")
+)
+"""Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
-"""Words for a mean, and for all that stands below a table and is no run."""
+"""Words for what is below a table and is not a run."""
 NOT_THE_WEIGHT = _words("not_the_weight")
-"""Words beside a quantity in a title that is no added weight, no place of it, and no spin that was read."""
+"""Words next to a quantity in a title that is not an added weight, its position, or a measured spin."""
+PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 
 NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
 """Roles by squeezed lower-case name."""
@@ -226,7 +208,7 @@ del NAMES[""]
 SYMBOLS: dict[str, tuple[str, ...]] = {
     squeeze(symbol): tuple(roles.split()) for roles, symbols in vocabulary.SYMBOLS.items() for symbol in symbols.split()
 }
-"""Roles by squeezed symbol; case matters."""
+"""Roles by squeezed symbol; upper and lower case differ."""
 
 
 @cache
@@ -245,35 +227,23 @@ _ALTERED, _USUAL, _CORRECTED = (
     rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace("HANGER", _HANGER).replace("HALF", _HALF)
     for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
-"""Words of a note that say that a reading is not what is typed; what is usual in this lab; and what takes it back."""
+"""Patterns of a note that says that a reading is not what is typed; of usual notes; and of notes that correct it."""
 
 
 def altered_role(note: str) -> str:
-    """Find the reading that a note says is twice, half, without or minus something; "" if it says so of none."""
+    """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
-        for match in re.finditer(_ALTERED, clause):
-            before, after = (re.findall(r"[\w/]+", part) for part in (clause[: match.start()], clause[match.end() :]))
-            for word in (*match[0].split(), *before[-5:], *after[:5]):
-                if role := _role_of_word(word):
-                    return role
-    return ""
-
-
-def _role_of_word(word: str) -> str:
-    """Give the role that a word of a sentence names: "spin" of "rpm" and "Drehzahlen"; "" if it names none."""
-    if kinds_of(word) == {"rate"}:
-        return "spin"
-    if re.fullmatch(_HANGER, word, re.IGNORECASE):
-        return "mass"
-    for one in (word, re.sub(r"(?:e?n|e?s)$", "", word)) if len(word) > 2 else ():
-        for role in NAMES.get(squeeze(one).lower(), ()):
-            if BY_NAME[role].part and role != "torque":
+        for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():
+            named = NAMES.get(squeeze(word).lower()) or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
+            named = ("spin",) if kinds_of(word) == {"rate"} else named if len(word) > 2 else ()
+            named = ("mass",) if re.fullmatch(_HANGER, word, re.IGNORECASE) else named
+            if role := next((role for role in named if BY_NAME[role].part and role != "torque"), ""):
                 return role
     return ""
 
 
 MAX_HEADER = 200
-"""Characters in a header that are looked at: the work on a longer one grows with their cube, and it names nothing."""
+"""Characters of the longest header that is read: the work grows with the cube of the length."""
 
 
 class Header(Struct, frozen=True):
@@ -281,7 +251,7 @@ class Header(Struct, frozen=True):
 
     text: str
     roles: tuple[str, ...]
-    """Roles it may name; none if it names none."""
+    """Roles that the header may name."""
     unit: str | None
     """Unit text as written, known or not; None if there is none."""
     spread: str
@@ -298,14 +268,14 @@ _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
 _AFFIXES = ((START_WORDS, "", "_start"), (END_WORDS, "", "_end"), (UNSURE_WORDS, "u_", ""))
-"""Words that change a role, with what they put before and behind its name."""
+"""Words that change a role, with what the role's name gets before and behind it."""
 _SWEPT = ("rotation", "precession", "drehung", "präzession", "précession", "прецессия")
-"""What is an angle where it is in degrees, and a rate else."""
+"""Names that mean an angle in degrees, and else a rate."""
 
 
 @lru_cache(maxsize=4096)
 def parse_header(text: str) -> Header:
-    """Understand one header as far as it goes by itself."""
+    """Find the roles, the unit, the ± and the number of a repeat in one header."""
     if len(text) > MAX_HEADER:
         return Header(text, (), None, "")
     spread, rest = "", text.translate(_WIDE_BRACKETS)
@@ -320,54 +290,44 @@ def parse_header(text: str) -> Header:
     if not THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
         return Header(text, (), unit, spread)  # worked out, not measured
     found, number = name_roles(name)
-    kinds = kinds_of(unit or "")
-    if not found and "time" in kinds and (number := _repeat(name)):
-        found = ("time",)
-    elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
-        found = ("position",)
-    return Header(text, _fitting(found, unit, name.strip()), unit, spread, number)
-
-
-def with_unit(header: Header, unit: str) -> Header:
-    """Give a header the unit of the row below it."""
-    return replace(parse_header(f"{header.text} [{unit}]"), text=header.text)
-
-
-def _fitting(found: tuple[str, ...], unit: str | None, name: str) -> tuple[str, ...]:
-    """Keep the roles that the unit can measure; all of them if it fits none, so that the unit is at fault."""
     if unit is None:
         # A bare "N" counts turns: the other readings would need a unit.
-        return tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign")) or found
+        bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
+        return Header(text, bare or found, unit, spread, number)
     kinds = kinds_of(unit)
-    if kinds == {"angle"} and name.lower() in _SWEPT:
-        return ("angle",)
-    if kinds == {"rate"} and found == ("turns",):
-        return ("spin",)  # "Rotations (rpm)"
-    if kinds == {"force"} and found == ("mass",):
-        return ("force",)  # "Weight (N)"
+    if not found and "time" in kinds:
+        # "Trial 2" and "2nd measurement" above times
+        tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
+        ordinals = [re.fullmatch(_ORDINAL, token.lower()) for token in tokens]
+        words = [token for token, ordinal in zip(tokens, ordinals, strict=True) if not ordinal]
+        counted = [int(ordinal[1]) for ordinal in ordinals if ordinal]
+        if len(counted) == 1 and all(
+            squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words
+        ):
+            found, number = ("time",), counted[0]
+    elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
+        found = ("position",)
+    # Roles that the unit cannot measure are left out, unless it fits none: then the unit is wrong.
     kept = tuple(role for role in found if _measures(unit, role))
-    if "time" in kinds and "/" in unit and not kept:
+    if kinds == {"angle"} and name.strip().lower() in _SWEPT:
+        kept = ("angle",)
+    elif kinds == {"rate"} and found == ("turns",):
+        kept = ("spin",)  # "Rotations (rpm)"
+    elif kinds == {"force"} and found == ("mass",):
+        kept = ("force",)  # "Weight (N)"
+    elif "time" in kinds and "/" in unit and not kept:
         # "spin [s/rev]" is a period under another name.
         kept = tuple(role.replace("spin", "spin_period", 1) for role in found if role.startswith("spin"))
     # A symbol says less than a unit: "D (s)" is not a torque.
-    return kept if len(name) == 1 and kinds else kept or found
+    return Header(text, kept if len(name.strip()) == 1 and kinds else kept or found, unit, spread, number)
 
 
 def _measures(unit: str, role: str) -> bool:
     return kind_of_role(role) in kinds_of(unit) or (unit == "%" and role.startswith("u_"))
 
 
-def _repeat(name: str) -> int | None:
-    """Read "Trial 2" and "2nd measurement" above times: the number of a repeat; None if it is none."""
-    tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
-    numbers = [match[1] for token in tokens if (match := re.fullmatch(_ORDINAL, token.lower()))]
-    words = [token for token in tokens if not re.fullmatch(_ORDINAL, token.lower())]
-    known = all(squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words)
-    return int(numbers[0]) if len(numbers) == 1 and known else None
-
-
 def split_unit(text: str) -> tuple[str, str | None]:
-    """Part a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; a rate alone is the spin's."""
+    """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; "rpm" alone is the spin."""
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
@@ -393,7 +353,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     rest = " ".join(token for token in text.split() if token not in small)
     is_rate = kinds_of(rest) == {"rate"}
-    # The shortest name comes first, so that "rad s^-1" stays whole; before a slash U is not an uncertainty.
+    # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
     parts = [
         (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
         for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/")
@@ -404,12 +364,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
         for name, unit in parts:
             fits = any(_measures(unit, role) for role in name_roles(name)[0])
             fits = fits or ("time" in kinds_of(unit) and bool(turns_in(name)))  # "time for 1 turn / s"
-            is_name = not is_rate or name_roles(name)[0] != ("turns",)
-            if (
-                is_name
-                and unit not in ("h", "t", "r", "U", "об")
-                and (fits or (not strict and _is_unit_of(name, unit)))
-            ):
+            fits = fits or (not strict and _is_unit_of(name, unit))
+            is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
+            if fits and is_name:
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
@@ -479,8 +436,18 @@ def _modified(name: str) -> tuple[str, ...]:
     return tuple(role for role in found if BY_NAME[role].part in ("count", "timing"))
 
 
+REPORTED = "reported_"
+"""Beginning of the keys of a student's results."""
+
+
+def reported_key(key: str) -> str:
+    """Return the key of a reported value: ``inertia`` for ``reported_I_zz`` and ``reported_moment_of_inertia``."""
+    bare = key[len(REPORTED) :] if key.lower().startswith(REPORTED) else key
+    return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
+
+
 def suggest_role(header: str) -> str:
-    """Propose the role whose name a header nearly is; "" if it is near to none."""
+    """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
     key = squeeze(name).lower()
     if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
@@ -496,7 +463,7 @@ _NUMBERS = {squeeze(word).lower(): count for word, _, count in
 _SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
-_TURN, _PERIOD, _ONE_TURN = (f"(?i:{vocabulary.words(key, '|')})" for key in ("turn", "period", "one_turn"))
+_TURN, _PERIOD, _ONE_TURN = (vocabulary.pattern(key) for key in ("turn", "period", "one_turn"))
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
 _AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _COUNTED = (
@@ -515,7 +482,7 @@ def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
-        return ""  # no count is read of "1 tour et demi"
+        return ""  # the function reads no number from "1 tour et demi"
     if mixed := re.search(_MIXED, plain):
         # "Time 1 1/3 turn" may be the first of several.
         return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
@@ -538,16 +505,10 @@ def is_of_turns(word: str) -> bool:
     return word in _FILLERS or word in _NUMBERS or bool(re.search(f"{_TURN}|{_ONE_TURN}|{PRECESSION}", word))
 
 
-def part_counted(header: str) -> Fraction:
-    """Find the part of a turn that a column of counts counts by its header, as "half turns"; or 1."""
-    said = turns_in(header) or words_of_turns(header)  # "turns (half)"
-    return Fraction(said) if re.fullmatch("1/[2-9]|2/3|3/4", said) else Fraction(1)
-
-
 def words_of_turns(text: str, whole: bool = False) -> str:
     """Read the last words before "turn": "one third of a" is 1/3, "zwei" 2, "one and a half" 3/2; "" for no number.
 
-    With `whole` nothing else may stand before them, as in a cell, and digits count: "5 half" is 5/2.
+    With `whole` the text contains nothing else, as in a cell, and digits count: "5 half" is 5/2.
     """
     tokens = filter(None, _TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
     words = [word for word in tokens if word not in _FILLERS and not re.fullmatch(PRECESSION, word)]
@@ -579,11 +540,11 @@ _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|
 
 
 def are_turns(header: Header, texts: Sequence[str]) -> bool:
-    """Tell whether the cells of a column count turns, though its name is not known: "how far" above 1/3, 2/3, 1.
+    """Return whether the cells of a column with an unknown name count turns: "how far" above 1/3, 2/3, 1.
 
-    Fractions and words such as "one third" are enough; counts need a word for a turn in the name as well.
+    Fractions and words such as "one third" are enough; for other numbers the name must contain a word for a turn.
     """
-    texts = [text for text in map(fold_number, texts) if text]
+    texts = [text for text in map(quantities.fold_number, texts) if text]
     parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
@@ -592,24 +553,26 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 
+_WEIGHTS, _SPINNING = (vocabulary.pattern(key) for key in ("weights", "spinning"))
+
+
 def counts_weights(header: Header) -> bool:
-    """Tell whether a column counts the weights that hang on the rod, as "number of weights" does."""
-    words = vocabulary.words("weights", "|")
-    return header.unit is None and not header.roles and bool(re.search(rf"(?i)\b(?:{words})\b", header.text))
+    """Return whether a column counts the weights on the rod, as "number of weights" does."""
+    return header.unit is None and not header.roles and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
 
 
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 
 def origin_in(header: str) -> str:
-    """Find that a position counts from the surface of the ball or from the tip of the rod; "" if it does not say so."""
+    """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
     if len(header) > MAX_HEADER or re.search(r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk", header):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
 
 def from_centre(header: str) -> bool:
-    """Tell whether a header says that a length counts from the centre, as "x from centre" does."""
+    """Return whether a header says that a length counts from the centre, as "x from centre" does."""
     if any(re.search(words, header) for _, words in _ORIGIN):
         return False
     # The languages of Asia join small words to others, or have no blanks.
@@ -618,11 +581,11 @@ def from_centre(header: str) -> bool:
 
 
 def clock_word(header: str) -> str:
-    """Know "start (s)" and "t stop", two readings of a running clock: "start", "stop" or ""."""
+    """Return "start" or "stop" for the readings of a running clock, such as "start (s)" and "t stop"; else ""."""
     words = squeezed_words(header)
     return "start" if words & START_WORDS else "stop" if words & END_WORDS else ""
 
 
 def is_of_the_spin(header: str) -> bool:
-    """Tell whether a header says that what is timed are turns of the ball."""
-    return bool(re.search(f"(?i){vocabulary.words('spinning', '|')}", header)) and not re.search(PRECESSION, header)
+    """Return whether a header says that turns of the ball are timed."""
+    return bool(re.search(_SPINNING, header)) and not re.search(PRECESSION, header)

@@ -1,4 +1,4 @@
-"""From whatever contains a log (a file, bytes, a DataFrame, a workbook) to its text, and to rows of cells."""
+"""Read a log from a file, bytes, a DataFrame or a workbook; the result is its text, and rows of cells."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ from xml.etree import ElementTree
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
 from gyrodata.errors import printable
-from gyrodata.readings.lablog import Faults, Place, Text, find_in_row, listing
-from gyrodata.readings.roles import CONSTANTS, is_word
+from gyrodata.readings import reported, roles
+from gyrodata.readings.lablog import Faults, Place, Text, listing
 from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
@@ -40,8 +39,6 @@ MAX_COLUMNS = 200
 MAX_CELL = 10_000
 _MAX_UNPACKED = 100 * 1000 * 1000
 
-_SAVE_AS = "save the table as CSV (in a spreadsheet: File, Save as, CSV UTF-8) and give that file"
-_SMALL = "a lab log has a few kilobytes; is this the one?"
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
     "a PDF": rb"%PDF",
@@ -51,17 +48,17 @@ _OTHER_FILES = {
     "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg))",
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
-"""How files begin that are no tables."""
+"""Beginnings of files that are not tables."""
 _CODE_PAGES = (
     *("cp1252", "cp1251", "cp1250", "cp1254", "cp1253", "cp1255", "cp1256", "cp1257", "cp1258", "cp874"),
     *("cp932", "gb18030", "cp949", "big5", "euc_jp", "koi8_r", "iso8859_2", "mac_roman"),
 )
-"""What spreadsheets and editors write that are not set to UTF-8; the first of several that fit is taken."""
+"""Encodings of spreadsheets and editors that do not write UTF-8; of several that fit equally, the first is used."""
 
 
 def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     """Read and decode a log, and split it into cells."""
-    if is_frame(source):
+    if type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns"):
         text, floats = _frame_text(source)
         return _grid(hashlib.sha256(text.encode()).hexdigest(), Faults(name or "<table>", text), "\t", floats)
     shown, data = _read(source, name)
@@ -71,26 +68,24 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
         try:  # up to the limit: a small file can unpack to anything
             data = gzip.GzipFile(fileobj=io.BytesIO(data)).read(MAX_BYTES + 1)
         except (OSError, EOFError, zlib.error):
-            hint = "make it again, or give the CSV itself"
-            raise faults.refuse(codes.COMPRESSED_FILE_DAMAGED, "the .gz file is damaged", hint) from None
+            raise faults.refuse("damaged_gz") from None
     if len(data) > MAX_BYTES:
-        raise faults.refuse(codes.FILE_TOO_LARGE, "the file is larger than 10 MB", _SMALL)
+        raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        return _grid(digest, Faults(shown, _workbook_text(data, faults)), "\t")
+        return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
     if kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), ""):
-        raise faults.refuse(codes.OTHER_KIND_OF_FILE, f"this is {kind}, not a table", _SAVE_AS)
+        raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
     if not text.strip():
-        raise faults.refuse(codes.LOG_IS_EMPTY, "the log is empty", "write a blank log to fill in with: gyro template")
+        raise faults.refuse("empty")
     faults = Faults(shown, text)
     if page:
-        message = f"the file is not UTF-8; it was read as {page}"
-        faults.add(codes.CODE_PAGE_GUESSED, message, "save it as UTF-8 to be sure")
+        faults.add("code_page", page=page)
     return _grid(digest, faults)
 
 
 def _read(source: Any, name: str | None) -> tuple[str, bytes]:
-    """Get at most a little more than the limit, so that nothing endless is read to its end."""
+    """Return the name and the bytes of a source; of an endless one, only a little more than the limit is read."""
     if isinstance(source, bytes | bytearray | memoryview):
         return name or "<bytes>", bytes(source)
     if isinstance(source, str) and source == "-":
@@ -102,6 +97,9 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         own = getattr(source, "name", None)
         shown = name or (Path(own).name if isinstance(own, str) else "<stream>")
         return shown, data.encode("utf-8", "surrogatepass") if isinstance(data, str) else bytes(data)
+    if not isinstance(source, str | os.PathLike):
+        what = f"{type(source).__name__} ({source!r:.60})"
+        raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
     path = Path(source)
     shown = printable(name or path.name or str(path))
     try:
@@ -111,15 +109,14 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         names = sorted(entry.name for entry in path.parent.glob("*"))[:2000]
         close = difflib.get_close_matches(path.name, names, n=3)
         hint = f"did you mean {listing(close)}?" if close else ""
-        raise Faults(shown).refuse(codes.FILE_NOT_FOUND, f"there is no file {str(path)!r}", hint) from None
+        raise Faults(shown).refuse("file_not_found", path=str(path), hint=hint) from None
     except (OSError, ValueError) as error:
-        message = f"{str(path)!r} cannot be opened: {getattr(error, 'strerror', '') or error}"
-        hint = "if it is a folder, give the file in it"
-        raise Faults(shown).refuse(codes.FILE_CANNOT_BE_OPENED, message, hint) from None
+        why = getattr(error, "strerror", "") or error
+        raise Faults(shown).refuse("cannot_be_opened", path=str(path), why=why) from None
 
 
 def decode(data: bytes, faults: Faults) -> tuple[str, str]:
-    """Decode by byte-order mark, as UTF-8, or in the code page that gives most known words, whose name is given too."""
+    """Decode by byte-order mark, as UTF-8, or in the code page with most known words; return the text and that page."""
     page = ""
     try:
         is_utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
@@ -128,46 +125,37 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
         page = max(_CODE_PAGES, key=lambda page: _known_letters(data[:20_000].decode(page, "replace")))
         text = data.decode(page, "replace")
     if "\x00" in text:
-        message = f"this is not text: byte {data.index(0) + 1} is a NUL"
-        raise faults.refuse(codes.NOT_TEXT, message, f"if it is UTF-16, save it as UTF-8; {_SAVE_AS}")
+        raise faults.refuse("not_text", at=data.index(0) + 1)
     return text, page
 
 
 def _known_letters(text: str) -> int:
-    """Count the letters beyond ASCII in words of the vocabulary."""
+    """Count the letters beyond ASCII in words of the vocabulary; a single letter of an alphabet is not a word."""
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
-    # A single letter of an alphabet is not a word.
-    words = {word for word in words if len(word) > 1 or word > "\u2e80"}
-    return sum(len(word) for word in words if is_word(word)) - 5 * text[:-1].count("\ufffd")
+    known = [word for word in words if (len(word) > 1 or word > "\u2e80") and roles.is_word(word)]
+    return sum(map(len, known)) - 5 * text[:-1].count("\ufffd")
 
 
 # --- tables that are not text: DataFrames, workbooks ------------------------------------------------------------
 
 
-def is_frame(source: object) -> bool:
-    """Know a DataFrame without importing pandas."""
-    return type(source).__module__.partition(".")[0] == "pandas" and hasattr(source, "columns")
-
-
 def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
-    """Write a DataFrame as the tab-separated text that it would have been read from; give its columns of floats."""
+    """Write a DataFrame as tab-separated text; return the numbers of its columns of floats too."""
     units = frame.attrs.get("units", {})
     keys = {key: value for key, value in frame.attrs.items() if not isinstance(value, Mapping | list | tuple)}
     lines = [f"# {key}: {value_text(value)}".replace("\n", " ") for key, value in keys.items()]
     if any(name is not None for name in frame.index.names):  # as `to_csv` writes them too
         frame = frame.reset_index(allow_duplicates=True)
-    headers = []
-    for column in frame.columns:
+    headers, floats = [], set()
+    for at, column in enumerate(frame.columns):
         name, unit = column if isinstance(column, tuple) and len(column) == 2 else (column, "")
         unit = unit or (units.get(name) if isinstance(units, Mapping) else "")
         headers.append(f"{name} [{unit}]" if unit else name)
-    floats = frozenset(at for at in range(len(headers)) if any(map(_is_float, frame.iloc[:, at])))
-    return "\n".join([*lines, *_table_lines([headers, *frame.itertuples(index=False, name=None)])]) + "\n", floats
-
-
-def _is_float(value: Any) -> bool:
-    number = getattr(value, "magnitude", value)  # of pint
-    return isinstance(number, float) and number == number  # a blank cell is NaN
+        numbers = (getattr(value, "magnitude", value) for value in frame.iloc[:, at])  # of pint
+        if any(isinstance(number, float) and number == number for number in numbers):  # a blank cell is NaN
+            floats.add(at)
+    rows = [headers, *frame.itertuples(index=False, name=None)]
+    return "\n".join([*lines, *_table_lines(rows)]) + "\n", frozenset(floats)
 
 
 def _table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
@@ -178,7 +166,7 @@ def _table_lines(rows: Iterable[Iterable[Any]]) -> Iterator[str]:
 
 
 def value_text(value: Any) -> str:
-    """Write a cell of a spreadsheet or DataFrame, or a setting, as a student would have typed it."""
+    """Return a cell of a spreadsheet or DataFrame, or a setting, as a student would type it."""
     kind = type(value).__name__
     if hasattr(value, "magnitude") and hasattr(value, "units"):  # of pint
         number = value.magnitude
@@ -193,8 +181,8 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
-def _workbook_text(data: bytes, faults: Faults) -> str:
-    """Write the filled sheets of a workbook below each other as tab-separated text."""
+def _workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
@@ -204,54 +192,53 @@ def _workbook_text(data: bytes, faults: Faults) -> str:
             texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
             filled = {title: text for title, text in texts.items() if text}
     except Exception as error:  # a damaged workbook can fail in any way inside the libraries
-        message = f"the workbook cannot be read ({f'{type(error).__name__}: {error}'[:80]})"
-        raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, message, "save the table as CSV") from None
+        raise faults.refuse("workbook", why=f"{type(error).__name__}: {error}") from None
     if not filled:
-        raise faults.refuse(codes.WORKBOOK_CANNOT_BE_READ, "the workbook is empty", "save the log's sheet as CSV")
-    # The name of a sheet is a title of what is on it.
-    titled = (text if len(filled) == 1 else f"sheet {title}\n{text}" for title, text in filled.items())
-    return "\n".join(titled) + "\n"
+        raise faults.refuse("workbook_empty")
+    lines: list[str] = []
+    sheets = []
+    for title, text in filled.items():
+        # The name of a sheet is a title of what is on it.
+        lines += [f"sheet {title}"] if len(filled) > 1 else []
+        sheets.append((len(lines), title if title.isalnum() else f"'{title}'"))
+        lines += text.split("\n")
+    return "\n".join(lines) + "\n", tuple(sheets)
 
 
 def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
+    """Return the rows of each sheet, with cells as they were typed; a row that is struck out begins with #."""
     import openpyxl
+
+    def typed(row: Iterable[Any]) -> list[Any]:
+        filled = [cell for cell in row if cell.value is not None]
+        values: list[Any] = ["#"] if filled and all(cell.font.strike for cell in filled) else []
+        for cell in row:
+            value = cell.value
+            if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
+                text = f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
+                value = text if float(text) == value else value  # digits that the sheet does not show were typed too
+            elif isinstance(value, time) and value.hour:
+                value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
+            elif isinstance(value, time | timedelta):
+                # Excel stores 03:36.26 as a time of the day.
+                if isinstance(value, time):
+                    value = timedelta(minutes=value.minute, seconds=value.second, microseconds=value.microsecond)
+                seconds = value.total_seconds()
+                value = f"{int(seconds // 60):02d}:{seconds % 60:05.2f}"
+            values.append(value)
+        return values
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
-    return {sheet.title: map(_typed, sheet.iter_rows(**most)) for sheet in book.worksheets}
-
-
-def _typed(row: Iterable[Any]) -> list[Any]:
-    """Undo what Excel makes of cells: 03:36.26 is stored as a time of the day, and 15.0 as 15, shown with a digit.
-
-    A row that is struck out is left out as one that begins with #.
-    """
-    values: list[Any] = []
-    filled = [cell for cell in row if cell.value is not None]
-    if filled and all(cell.font.strike for cell in filled):
-        values.append("#")
-    for cell in row:
-        value = cell.value
-        if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
-            text = f"{value:.{len(shown[1])}f}"
-            value = text if float(text) == value else value  # digits that the sheet does not show were typed too
-        elif isinstance(value, time) and value.hour:
-            value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
-        elif isinstance(value, time | timedelta):
-            if isinstance(value, time):
-                value = timedelta(minutes=value.minute, seconds=value.second, microseconds=value.microsecond)
-            seconds = value.total_seconds()
-            value = f"{int(seconds // 60):02d}:{seconds % 60:05.2f}"
-        values.append(value)
-    return values
+    return {sheet.title: map(typed, sheet.iter_rows(**most)) for sheet in book.worksheets}
 
 
 _OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
 
 
 def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
-    """Give the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
+    """Return the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
     if b"<!DOCTYPE" in content:
         raise ValueError("it declares entities")
     sheets: dict[str, Iterable[list[Any]]] = {}
@@ -265,7 +252,7 @@ def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
                     number, shown = cell.get(_OPEN % ("office", "value"), ""), shown.replace(",", ".")
                     is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
                     shown = shown if is_plain and float(shown) == float(number) else number
-                # A file says "this cell 16,384 times" in one line.
+                # One element can mean "this cell 16,384 times".
                 times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
                 cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
             times = int(row.get(_OPEN % ("table", "number-rows-repeated"), "1"))
@@ -281,14 +268,14 @@ class Row(Struct, frozen=True):
     """One row of a table."""
 
     line: int
-    """Where it begins."""
+    """Line of the file in which it begins."""
     texts: list[str]
     """Its cells, without quotes and without blanks around them; blank ones at the end are cut off."""
     origin: tuple[int, ...] = ()
     """Number of each cell in the file, if the cells are not those of this line."""
 
     def spot(self, at: int) -> int:
-        """Number a cell of the file."""
+        """Return the number of a cell in the file."""
         return self.origin[at] if at < len(self.origin) else self.line * MAX_COLUMNS + at
 
 
@@ -296,22 +283,22 @@ class Grid(Struct, frozen=True):
     """The rows of a table, and the ``# key: value`` lines around it."""
 
     lines: list[str]
-    """Of the file."""
+    """Lines of the file."""
     delimiter: str
     rows: list[Row]
     """Rows that are neither comments nor blank."""
     metadata: list[tuple[str, Text]]
     """Keys with their values, in the order of the file."""
     comments: list[Text]
-    """``#`` lines that say no ``key: value``."""
+    """``#`` lines without a ``key: value``."""
     floats: frozenset[int] = frozenset()
-    """Columns of a DataFrame whose numbers are floats: these do not contain the digits that were read."""
+    """Columns of floats of a DataFrame: floats do not contain the digits that were read."""
     sha256: str = ""
-    """Of the bytes that were read."""
+    """Hash of the bytes that were read."""
 
     def cell(self, row: Row, at: int) -> Text:
-        """Give one cell with its place, which only a fault asks for."""
-        return Text(row.texts[at], *find_place(self.lines, self.delimiter, row.spot(at)))
+        """Return one cell with its place, which only a fault needs."""
+        return Text(row.texts[at], find_place(self.lines, self.delimiter, row.spot(at)))
 
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
@@ -320,7 +307,7 @@ _EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1")
 """A cell of Markdown in bold or italic type, or as code."""
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
-"""Marks for "the same as above", as a blank cell says it too."""
+"""Marks for "the same as above"; a blank cell means the same."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _MOST_LINES_OF_A_CELL = 100
 
@@ -328,89 +315,86 @@ _MOST_LINES_OF_A_CELL = 100
 def _grid(
     sha256: str, faults: Faults, delimiter: str = "", floats: frozenset[int] = frozenset()
 ) -> tuple[Grid, Faults]:
-    """Split a log into cells; its delimiter is known if this module wrote the text."""
+    """Split a log into cells; `delimiter` is given if this module wrote the text."""
     # The digits of all scripts are read.
     lines = [re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), line).replace("٫", ".") for line in faults.lines]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
         if re.match(r'[ "\t]*#(?!\s*[;,\t])', line):
-            _read_comment(line, index + 1, grid, faults)
+            # A spreadsheet may have put the line in quotes or added delimiters.
+            start = line.index("#") + 1
+            content = line[start:].rstrip(" \t,;")
+            content = content.rstrip('"').replace('""', '"') if line.lstrip().startswith('"') else content
+            if match := _KEY.fullmatch(content):
+                key = re.sub(r"[\s\-]+", "_", match[1].strip())
+                grid.metadata.append((key, Text(match[2].strip(), Place(index + 1, start + match.start(2) + 1))))
+            else:
+                grid.comments.append(Text(content.strip(), Place(index + 1, start)))
         elif re.search(r"[^\s|+:=\-]", line):  # not a line of a Markdown table that only draws a line
             body.append(index)
     if sum("&" in lines[index] and "\\\\" in lines[index] for index in body) > 2:
         body, delimiter = _without_latex(lines, body), "&"
         grid = replace(grid, delimiter=delimiter)
     if len(body) - 1 > MAX_ROWS:  # without the header
-        message = f"{len(body) - 1} rows; at most 100 000 are read"
-        raise faults.refuse(codes.TOO_MANY_ROWS, message, "a lab log has some dozens")
+        raise faults.refuse("too_many_rows", count=len(body) - 1)
     if body and not delimiter:
-        grid = replace(grid, delimiter=_find_delimiter(lines, body, faults))
+        grid = replace(grid, delimiter=_find_delimiter(lines, body))
     rows = _split_rows(grid, body, faults)
     grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
     return grid, faults
 
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
-"""The end of a row of LaTeX, its commands, and what it prints nothing for; units keep their names."""
+"""The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
 _WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
-    """Leave the cells of a table in LaTeX, each at its place as far as possible; give the indices of its rows."""
+    """Keep only the cells of a table in LaTeX, at their places if possible; return the indices of its rows."""
     for index in body:
         line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
     return [index for index in body if "&" in lines[index]]
 
 
-def _read_comment(line: str, number: int, grid: Grid, faults: Faults) -> None:
-    """Read ``# key: value``; a spreadsheet may have quoted the line or hung delimiters on it."""
-    start = line.index("#") + 1
-    content = line[start:].rstrip(" \t,;")
-    if line.lstrip().startswith('"'):
-        content = content.rstrip('"').replace('""', '"')
-    if match := _KEY.fullmatch(content):
-        key = re.sub(r"[\s\-]+", "_", match[1].strip())
-        grid.metadata.append((key, Text(match[2].strip(), number, start + match.start(2) + 1)))
-    else:
-        grid.comments.append(Text(content.strip(), number, start))
-
-
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
-    """Take I_zz and "g = 9.81", or "Ball diameter", "101.6", "mm", out of the rows, as from a ``#`` line.
+    """Move I_zz and constants, such as "g = 9.81" or "Ball diameter", "101.6", "mm", to the ``#`` lines.
 
-    Tell whether the row contained nothing else.
+    The function returns whether the row contained nothing else.
     """
-    if found := find_in_row(row.texts):
-        at, answer = found
-        grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=answer)))
-        del row.texts[at:]
-        while row.texts and not row.texts[-1]:
-            row.texts.pop()
-        return not row.texts
+    for at, text in enumerate(row.texts):
+        name, _, value = text.replace("=", ":").partition(":")
+        value = (value or " ".join(row.texts[at + 1 :])).strip()
+        named = text[:1].isalpha() and value and roles.reported_key(name.strip()) == "inertia"
+        if named and reported.read_reported("inertia", value).fault is None:
+            grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
+            del row.texts[at:]
+            while row.texts and not row.texts[-1]:
+                row.texts.pop()
+            return not row.texts
     filled = [text for text in row.texts if text]
     match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
-    if match is None or key not in (*CONSTANTS, "ball_radius"):
+    if match is None or key not in (*roles.CONSTANTS, "ball_radius"):
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add(codes.LINE_READ_AS_KEY, f'line {row.line} is read as "# {key}: {value}"', "", cell)
+    faults.add("line_read_as_key", cell, line=faults.span([row.line]), key=key, value=value)
     return True
 
 
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
-    """Give the decimal signs of a table's first numbers, as far as no mark between thousands looks like them."""
+    """Return the decimal signs of a table's first numbers that cannot separate thousands."""
     numbers = (_DECIMAL.fullmatch(text) for row in grid.rows[:50] for text in row.texts)
     signs = {match[1] for match in numbers if match and (len(match[2]) != 3 or match[0][0] == "0")}
-    # If a spreadsheet parts the cells with semicolons, the comma is the decimal sign.
+    # If a spreadsheet separates the cells with semicolons, the comma is the decimal sign.
     return signs or ({","} if by_delimiter and grid.delimiter == ";" else set())
 
 
-def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
-    """Take the delimiter that cuts most lines into equally many cells; a tab takes the place of blanks that align."""
+def _find_delimiter(lines: list[str], body: list[int]) -> str:
+    """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
     bare = [re.sub(r'"[^"]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     shares = {}
     for delimiter in "\t;,|":
@@ -423,9 +407,7 @@ def _find_delimiter(lines: list[str], body: list[int], faults: Faults) -> str:
             for i in body:
                 lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
             return "\t"
-    if not best:
-        return "\t"
-    return next(delimiter for delimiter, share in shares.items() if share and share >= best - 0.3)
+    return next((delimiter for delimiter, share in shares.items() if share and share >= best - 0.3), "\t")
 
 
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
@@ -440,24 +422,19 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             grid.lines[index] = bare
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
-            message = "a cell of more than 10 000 characters: no more are read"
-            raise faults.refuse(codes.CELL_TOO_LONG, message, "", Place(index + 1, 1))
+            raise faults.refuse("cell_too_long", Place(index + 1, 1))
         try:
             texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
             texts = [match[2] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
-            message = "a quoted cell begins here and is never closed"
-            hint = 'close it with ", or take the quote away'
-            raise faults.refuse(codes.QUOTE_NEVER_CLOSED, message, hint, place) from None
+            raise faults.refuse("quote_never_closed", place) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:
-            message = f"{len(texts)} columns; at most {MAX_COLUMNS} are read"
-            hint = "a lab log has about ten; is this another table?"
-            raise faults.refuse(codes.TOO_MANY_COLUMNS, message, hint, Place(index + 1, 1))
+            raise faults.refuse("too_many_columns", Place(index + 1, 1), count=len(texts))
         if texts:
             yield Row(index + 1, texts)
 
@@ -465,11 +442,11 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
 def _lines_from(lines: list[str], index: int) -> Iterator[str]:
     for number in range(index, len(lines)):
         yield lines[number] + " "
-    raise csv.Error
+    raise csv.Error  # a quote is never closed
 
 
 def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
-    """Find where a cell stands by its number."""
+    """Return the place of a cell, by its number."""
     line, at = divmod(spot, MAX_COLUMNS)
     text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
     mark = re.escape(delimiter)

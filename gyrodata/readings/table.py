@@ -1,77 +1,329 @@
-"""From cells to columns of readings: units, fill-down, uncertainties, one row for each run."""
+"""From a table to columns of readings: which column has which role, its cells in SI, and what the log lacks."""
 
 from __future__ import annotations
 
 import math
 import re
 from collections import Counter
-from functools import partial
+from collections.abc import Collection, Mapping
+from fractions import Fraction
+from functools import lru_cache, partial
 
+from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics as codes
-from gyrodata.quantities import NUMBER, CellError, Quantity, fold_number, parse_uncertainty, read_cell, to_float
-from gyrodata.readings import lablog, roles
-from gyrodata.readings.columns import TWO_READINGS, Choice, Chosen
-from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Text, span
-from gyrodata.readings.layout import Layout, is_number
-from gyrodata.readings.roles import TEXTS, kind_of_role
-from gyrodata.readings.settings import Settings
-from gyrodata.readings.source import MAX_COLUMNS, decimal_signs, find_place
-from gyrodata.units import DISPLAY, KINDS, Uncertainty, UnitError, parse_unit
+from gyrodata import diagnostics, quantities, units, vocabulary
+from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
+from gyrodata.readings import lablog, layout, roles, source
+from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing
+from gyrodata.readings.roles import TEXTS, Header, kind_of_role, squeeze, turns_in
+from gyrodata.units import Uncertainty, UnitError, kinds_of
 
-_BLANK = Reading()
+_TWO_READINGS = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
+_BY_UNIT = {
+    "mass": ("mass", "force", "torque"),
+    "position": ("position", "torque"),
+    "spin": ("spin", "spin_start", "spin_end"),
+    "time": roles.TIMINGS,
+}
+"""Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
+_OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
-"""Doubt about rounded turns, as a share of them, that no run notices."""
-_ORIGINS = {
-    "surface": ("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
-    "tip": ("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
-}
-"""The length between the centre of the ball and the place where positions begin: key, share of it, sample, words."""
+"""Error of rounded turns, as a share of them, that is too small for a warning."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
-"""Spot of the value that holds for the whole log."""
+"""Number of the cell of a value that is valid for the whole log."""
+
+
+# Which column has which role --------------------------------------------------------------------------------------
+
+
+class Chosen(Struct, frozen=True):
+    """A column with its role."""
+
+    at: int
+    """Number of the column, from 0."""
+    cell: Text
+    header: Header
+    role: str
+    number: int | None = None
+    """Number of a repeat (``time_2``: 2)."""
+    turns: str = ""
+    """Turns of each time, if the header states them: "1/3"."""
+    part: int = 0
+    """Number of the reading, from 1, if each cell has two; else 0."""
+
+
+class Choice(Struct):
+    """The column of each role."""
+
+    there: set[str]
+    """Roles that have a column, or one value for the whole log."""
+    used: dict[str, list[Chosen]] = field(default_factory=dict)
+    """One column for each role; several for repeats of the time."""
+    others: list[Chosen] = field(default_factory=list)
+    """Further columns of a role, and ``inertia``."""
+    unplaced: list[Text] = field(default_factory=list)
+    """Headers that name no role."""
+    asked: set[str] = field(default_factory=set)
+    """Roles that a header may mean, if the log's author has to decide."""
+
+    def serve(self, chosen: Chosen) -> None:
+        """Use a column for its role, or put it with the others."""
+        present = self.used.get(chosen.role, [])
+        is_repeat = chosen.number is not None and {None, chosen.number}.isdisjoint(one.number for one in present)
+        if chosen.role == "inertia" or (present and not is_repeat):
+            self.others.append(chosen)
+        else:
+            self.used[chosen.role] = [*present, chosen]
+            self.there.add(chosen.role)
+
+
+def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
+    """Give each column its role: by --map, by its name, by the turns that it states, by elimination, by its unit."""
+    choice = Choice(set(settings.roles))
+    mapped = _mapped(table, mapping, faults) if mapping else {}
+    for chosen in mapped.values():
+        choice.serve(chosen)
+    columns = [Chosen(at, table.cells[at], header, "") for at, header in enumerate(table.headers) if at not in mapped]
+    named = {squeeze(roles.split_unit(header.text)[0]): header.roles for header in table.headers}
+    several: list[Chosen] = []
+    stating: list[Chosen] = []
+    # Means come after the readings of which they are the mean, and a bare letter, which may number runs, after a name.
+    bare = [one for one in columns if one.header.unit is None]
+    letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
+    for column in sorted(columns, key=lambda one: (layout.is_of_means(one.cell.text), one.at in letters)):
+        header = column.header
+        texts = [row.texts[column.at] for row in table.rows]
+        name = squeeze(roles.split_unit(header.text)[0])
+        if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
+            found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
+            column = replace(column, header=replace(header, roles=found))
+        found = column.header.roles
+        is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
+        if column.at in letters and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
+            choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
+        elif is_time and turns_in(header.text):
+            stating.append(column)
+        elif found == ("spin",) and texts and all(_TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
+            faults.add("two_readings", column.cell, header=header.text)
+            choice.serve(replace(column, role="spin_start", part=1))
+            choice.serve(replace(column, role="spin_end", part=2))
+        elif len(found) == 1:
+            choice.serve(replace(column, role=found[0], number=header.number))
+        elif found:
+            several.append(column)
+        elif header.text or any(texts):
+            choice.unplaced.append(column.cell)
+    # "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
+    spins = any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
+    for column in stating:
+        turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
+        if of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
+            choice.serve(replace(column, role="spin_time", turns=turns))
+        elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
+            choice.unplaced.append(column.cell)  # ten turns may be the ball's
+        else:
+            choice.serve(replace(column, role="time", number=len(choice.used.get("time", [])) + 1, turns=turns))
+    if several:
+        _eliminate(table, several, choice, faults)
+    if choice.unplaced:
+        _place_by_cells_and_unit(columns, table, choice, faults)
+    choice.unplaced.sort(key=lambda cell: cell.place)
+    for repeats in choice.used.values():
+        repeats.sort(key=lambda chosen: chosen.number or 0)
+    return choice
+
+
+def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
+    """Find the columns that ``--map`` names."""
+    found: dict[int, Chosen] = {}
+    texts = [cell.text for cell in table.cells]
+    for key, wanted in mapping.items():
+        same = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
+        if not same:
+            headers = listing([f'"{text}"' for text in texts if text], 40)
+            raise faults.refuse("mapped_header_unknown", role=key, header=wanted, headers=headers)
+        at = next((at for at in same if texts[at] == wanted.strip()), same[0])
+        if at in found:
+            raise faults.refuse("mapped_twice", header=wanted, first=found[at].role, second=key)
+        role, number = ("time", int(key[5:])) if key.startswith("time_") else (key, None)
+        header, kind = table.headers[at], kind_of_role(role)
+        ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
+        unit = header.unit or next((end for end in ends if kind in kinds_of(end)), header.spread.partition(" ")[2])
+        header = replace(header, unit=None if kind == "text" else unit or None)
+        found[at] = Chosen(at, table.cells[at], header, role, number)
+    return found
+
+
+def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults) -> None:
+    """Decide headers of several roles if only one role is left; ask about the rest if they are needed."""
+    counts = choice.used.get("turns", [])
+    counted = {row.texts[one.at] for row in table.rows for one in counts}
+    for column in list(several):
+        # "T" can only be the time of one turn if no turns are counted, or each time covers one.
+        known = {"time", "precession_period", "angle"} & choice.there
+        single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
+        if column.header.roles == ("time", "precession_period") and single and not known:
+            several.remove(column)
+            choice.serve(replace(column, role="precession_period"))
+            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
+    while decided := [column for column in several if len(_left(column, choice)) == 1]:
+        several.remove(decided[0])
+        choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
+    lacking = {roles.BY_NAME[role].part for role in _missing_roles(choice.there, choice.there, loaded=True)}
+    lacking |= {"timing", "count"} if lacking & {"timing", "count"} else set()
+    for column in several:
+        left, cell = _left(column, choice), column.cell
+        if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
+            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
+            choice.asked.update(left)
+            faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)
+        else:
+            why = f"is not used: it fits {' and '.join(column.header.roles)}"
+            faults.add("not_used", cell, header=cell.text, why=why)
+
+
+def _left(column: Chosen, choice: Choice) -> list[str]:
+    """Return the roles that a header may still have."""
+    found, there = column.header.roles, choice.there
+    if any(one.turns for one in choice.used.get("time", ())):
+        there = there | {"turns"}
+    if found == ("time", "precession_period") and "time" in choice.used and there.isdisjoint(roles.COUNTS):
+        return []  # next to a time without turns, "T" may be the mean of such times as well
+    # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
+    bases = tuple(role.removeprefix("u_") for role in found)
+    for used in choice.used.values():
+        if bases != found and used[0].header.roles == bases and used[0].role in bases:
+            return [f"u_{used[0].role}"]
+    open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
+    # A quantity that follows from the readings is not needed, if the header can be another one.
+    return [role for role in open_roles if role not in roles.derived_roles(there)] or open_roles
+
+
+def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
+    """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
+    fits: list[Chosen] = []
+    for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
+        texts = [row.texts[column.at] for row in table.rows]
+        is_angle = kinds_of(column.header.unit or "") == {"angle"}
+        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
+            fits.append(replace(column, role="angle" if is_angle else "turns"))
+    for column in fits if len(fits) == 1 else ():
+        choice.serve(column)
+        choice.unplaced.remove(column.cell)
+        faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
+    there = choice.there | choice.asked
+    for role, present in _BY_UNIT.items():
+        kind = kind_of_role(role)
+        unplaced = [column for column in columns if column.cell in choice.unplaced]
+        fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
+        if len(fit) != 1 or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
+            continue
+        cell = fit[0].cell
+        # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
+        other = roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
+        if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
+            choice.serve(replace(fit[0], role=role))
+            choice.unplaced.remove(cell)
+            faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
+
+
+# From cells to readings -------------------------------------------------------------------------------------------
+
+
+_NO_WEIGHT = frozenset(vocabulary.words("no_weight").split())
+_TURN_BEHIND = rf"(?i)(.*?)\s*(?:of\s+)?(?:an?\s+)?{vocabulary.pattern('turn')}\w*\.?"
+
+
+@lru_cache(maxsize=4096)
+def said_otherwise(text: str, role: str) -> str:
+    """Return the number that a cell writes in words: "none" of a mass, "one third" or "120°" of turns; else ""."""
+    if role == "mass":
+        return "0 g" if re.sub(r"[\s.\-]+", "", text).lower() in _NO_WEIGHT else ""
+    if fraction := fraction_of_date(text):
+        return fraction
+    match = re.fullmatch(_TURN_BEHIND, text)
+    bare = match[1] if match else text
+    if words := roles.words_of_turns(bare, whole=True):
+        return words
+    if bare != text and (bare == "" or quantities.take_apart(bare) is not None):
+        return bare or "1"
+    written = quantities.take_apart(text)
+    angle = written is not None and written.spread is None and kinds_of(written.unit or "") == {"angle"}
+    return turns_in(text) if angle else ""
+
+
+def fraction_of_date(text: str) -> str:
+    """Return the fraction of which a spreadsheet made a date: 1/3 for "3-Jan" and "01. Mrz"; "" for other texts."""
+    pair = quantities.date_pair(text)
+    if pair is None or not (min(pair) == 1 or sorted(pair) == [2, 3]) or max(pair) > 12:
+        return ""
+    return f"{min(pair)}/{max(pair)}"
+
+
+def rounded_turns(text: str) -> tuple[str, float]:
+    """Return the fraction that was rounded to 0.33 or 0.7, and half of the rounding's width; ("", 0) for others.
+
+    The screws of the ball are a third of a turn apart; a run without a weight takes a twelfth.
+    """
+    # Whole turns, however many, are meant as written.
+    if not quantities.PLAIN.fullmatch(text) or quantities.last_place(text) >= 0:
+        return "", 0.0
+    value, step = to_float(text), float(f"1e{quantities.last_place(text)}")
+    twelfths = round(value * 12)
+    # Quarters have few digits: they are meant as written. 2/3 cut off at 0.66 is wrong by nearly a whole step.
+    if twelfths % 3 == 0 or abs(value - twelfths / 12) >= step:
+        return "", 0.0
+    return str(Fraction(twelfths, 12)), step / math.sqrt(3)
 
 
 class TableReader:
     """Reads every cell of the columns chosen."""
 
-    def __init__(self, layout: Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
-        self.layout, self.choice, self.settings, self.faults = layout, choice, settings, faults
-        self.grid, self.rows = layout.grid, layout.rows
-        self.texts = [[*row.texts, *[""] * (len(layout.cells) - len(row.texts))] for row in layout.rows]
-        self.signs, self.expected_signs = decimal_signs(self.grid, by_delimiter=False), decimal_signs(self.grid)
-        self.find = partial(find_place, self.grid.lines, self.grid.delimiter)
+    def __init__(self, table: layout.Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
+        self.table, self.choice, self.settings, self.faults = table, choice, settings, faults
+        self.grid, self.rows = table.grid, table.rows
+        self.signs = source.decimal_signs(self.grid, by_delimiter=False)
+        self.expected_signs = source.decimal_signs(self.grid)
+        self.find = partial(source.find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""
         for given in (*settings.roles.values(), *settings.given_uncertainties.values()):
             if given.place is None and given.key in choice.used:
                 columns = choice.used.pop(given.key)
                 self.replaced |= {one.at for one in columns}
-                message = f'{given.label} takes the place of the column "{columns[0].cell.text}"'
-                faults.add(codes.OPTION_REPLACES_COLUMN, message)
-        stating = [role for role in _COUNTS if any(one.turns for one in choice.used.get(_COUNTS[role], ()))]
-        self.stating = {role: choice.used[_COUNTS[role]] for role in stating}
+                faults.add("option_replaces", label=given.label, header=columns[0].cell.text)
+        times = {role: choice.used.get(time, []) for role, time in _COUNTS.items()}
+        self.stating = {role: many for role, many in times.items() if any(one.turns for one in many)}
         """The times whose headers state their turns, by the role of these turns."""
         self.there = {*choice.used, *settings.roles, *self.stating} - TEXTS
         self.derived = roles.derived_roles(self.there)
         self.columns: dict[str, Column] = {}
-        """One reading for each row of the table; the times are not among them."""
+        """One reading for each row of the table, without the times."""
         self.floats: list[str] = []
         """Roles without a stated uncertainty that a DataFrame has as floats."""
         self.unmoved: set[int] = set()
         """Rows in which the rod did not move, without a weight."""
 
     def read(self, log: Readings) -> tuple[Readings, set[int]]:
-        """Put the readings into a log; name the runs in which the rod did not move."""
-        self._check_widths()
-        times = self._read_times()
-        is_run = self._find_runs([chosen for chosen, _ in times])
-        self._read_columns(is_run)
+        """Return the log with its readings, and the runs in which the rod did not move."""
+        times, is_run = self._read_times()
+        # The load is the first: it shows which cells are filled down, and whether the rod may rest.
+        for role in sorted(self.choice.used, key=lambda role: role not in _PULLS):
+            if role not in roles.BY_NAME or role == "time" or role in TEXTS:
+                continue
+            chosen, strict = self.choice.used[role][0], role not in self.derived
+            column = self._read_column(chosen, strict)
+            # A constant of the log is in the blank cells already.
+            if column is not None and role in roles.FILLED_DOWN and role not in self.settings.roles:
+                column = self._fill_down(column, chosen.at, is_run, strict)
+            if column is not None:
+                self.columns[role] = column
         plan = [(i, *time) for i in range(len(self.rows)) for time in times if time[1].readings[i].text]
         rows = [i for i, *_ in plan] if times else [i for i, run in enumerate(is_run) if run]
         columns = {role: column.select(rows) for role, column in self.columns.items()}
@@ -82,80 +334,53 @@ class TableReader:
             readings = [replace(reading, step=finest) if reading.step else reading for reading in readings]
             spots = tuple(column.spots[i] for i, _, column in plan)
             columns = {"time": replace(times[0][1], readings=tuple(readings), spots=spots), **columns}
-        self._add_constants(columns, rows)
+        for role, given in self.settings.roles.items():
+            self._add_constant(role, given, columns, rows)
         self._add_stated_turns(columns, [chosen for _, chosen, _ in plan], len(rows))
-        self._warn_of_rounded_turns(columns.get("turns"))
         origin_u = self._count_from_centre(columns)
-        self._note_unused(columns)
         others = [column.select(rows) for chosen in self.choice.others if (column := self._read_other(chosen))]
-        unmoved, notes = {run for run, i in enumerate(rows) if i in self.unmoved}, self.choice.used.get("note")
+        notes, log_runs = self.choice.used.get("note"), self._labels(rows)
         log = replace(
             log,
-            runs=self._labels(rows),
+            runs=log_runs,
             lines=tuple(self.rows[i].line for i in rows),
-            notes=tuple(self.texts[i][notes[0].at] if notes else "" for i in rows),
+            notes=tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows),
             columns=columns,
             others=tuple(others),
             position_from=self.settings.position_from,
             origin_u=origin_u,
-            unread=self._unread(columns, rows),
+            unread=self._note_unused(columns, rows),
         )
-        return log, unmoved
+        return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
-    def _texts(self, at: int) -> list[str]:
-        return [row[at] for row in self.texts]
+    def _note(self, chosen: Chosen, why: str) -> None:
+        self.faults.add("not_used", chosen.cell, header=chosen.cell.text, why=why)
 
-    def _note(self, chosen: Chosen, what: str) -> None:
-        self.faults.add(codes.COLUMN_NOT_USED, f'the column "{chosen.cell.text}" {what}', "", chosen.cell)
-
-    def _check_widths(self) -> None:
-        width, notes = len(self.layout.cells), self.choice.used.get("note")
+    def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
+        """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
+        width, notes = len(self.table.cells), self.choice.used.get("note")
         noted = notes is not None and notes[0].at == width - 1
         for row in self.rows:
             count = len(row.texts)
             if count > width:
-                message = f"this row has {count} cells, the header {width}"
-                hint = 'put numbers with a decimal comma in quotes ("13,06"), or part the columns with ;'
-                self.faults.add(codes.ROW_TOO_LONG, message, hint, self.grid.cell(row, width))
-            elif noted and count == width and is_number(row.texts[-1]):
-                # A decimal comma that parts a number shifts all that follows to the right.
-                message = f'the note "{row.texts[-1]}" is a number: is there a decimal comma in this row?'
-                hint = 'put such numbers in quotes ("13,06"); words after the number make it a note'
-                self.faults.add(codes.NOTE_IS_ONLY_A_NUMBER, message, hint, self.grid.cell(row, count - 1))
-
-    def _read_times(self) -> list[tuple[Chosen, Column]]:
-        times = self.choice.used.get("time", [])
+                self.faults.add("row_too_long", self.grid.cell(row, width), count=count, width=width)
+            elif noted and layout.is_number(row.texts[-1]):
+                # A decimal comma that splits a number moves all that follows to the right.
+                self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
+        used, times = self.choice.used, self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
             # A time without turns is useless; its repeats would count one period several times.
             self._note(times[0], f"is not used: its turns are not given; {min(periods)} is read instead")
-            return []
-        return [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
-
-    def _find_runs(self, timed: list[Chosen]) -> list[bool]:
-        """Tell which rows are timed runs, and name the others."""
-        timed = timed or [self.choice.used[role][0] for role in roles.ONE_TURN if role in self.choice.used]
-        texts = [self._texts(one.at) for one in timed] or [["some"] * len(self.rows)]
-        is_run = [not BLANKS.issuperset(row) for row in zip(*texts, strict=True)]
+            times = []
+        read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
+        timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
+        is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            message = f"{span([row.line for row in left_out])}: left out, because there is no time"
-            self.faults.add(codes.ROW_WITHOUT_TIME, message, "", Place(left_out[0].line, 1))
-        return is_run
-
-    def _read_columns(self, is_run: list[bool]) -> None:
-        """Read all columns of numbers but the times."""
-        # The load is the first: it says where to fill, and whether the rod may stay.
-        for role in sorted(self.choice.used, key=lambda role: role not in _PULLS):
-            if role in roles.BY_NAME and role != "time" and role not in TEXTS:
-                chosen, strict = self.choice.used[role][0], role not in self.derived
-                column = self._read_column(chosen, strict)
-                # A constant of the log is in the blank cells already.
-                if column is not None and role in roles.FILLED_DOWN and role not in self.settings.roles:
-                    faults = self.faults if strict else Faults(self.faults.name)
-                    column = self._fill_down(column, chosen.at, is_run, faults)
-                if column is not None:
-                    self.columns[role] = column
+            lines = self.faults.span([row.line for row in left_out])
+            self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
+        return read, is_run
 
     def _read_other(self, chosen: Chosen) -> Column | None:
         """Read a further column of a role for comparison."""
@@ -165,9 +390,7 @@ class TableReader:
             self._note(chosen, f'is not used: {role} is read from "{used.text}"')
             return None
         if role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):
-            message = f'the minutes are in "{used.text}", and the seconds in another column'
-            hint = 'write minutes and seconds in one column, such as 1:40.65 below "time [min:s]"'
-            self.faults.add(codes.HEADER_STANDS_TWICE, message, hint, chosen.cell)
+            self.faults.add("minutes_and_seconds", chosen.cell, header=used.text)
             return None
         column = self._read_column(chosen, strict=False)
         if column is not None and used is not chosen.header:
@@ -180,11 +403,11 @@ class TableReader:
         faults, unit = self.faults if strict else Faults(self.faults.name), chosen.header.unit
         texts: list[str] = []
         try:
-            unit = parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
+            unit = units.parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
             texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
-            ambiguous = error.reason == "ambiguous"
-            self._refuse(codes.PER_SECOND_IS_AMBIGUOUS if ambiguous else codes.UNIT_UNKNOWN, chosen, error, faults)
+            values = {"role": role, "header": chosen.cell.text, "error": error, "hint": error.hint}
+            faults.add("unit", chosen.cell, code=error.code, **values)
         read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
             self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
@@ -198,7 +421,7 @@ class TableReader:
         for one in read.values():
             if one.step is not None:
                 finest[one.unit] = min(one.step, finest.get(one.unit, math.inf))
-        if strict and spots[0] % MAX_COLUMNS in self.grid.floats and KINDS[kind].si and None in spreads:
+        if strict and spots[0] % source.MAX_COLUMNS in self.grid.floats and units.SI[kind] and None in spreads:
             finest = {}  # a float drops them too: 15.0 cm may be 15 or 15.00 cm
             self.floats.append(role)
         readings = []
@@ -210,106 +433,46 @@ class TableReader:
                 readings.append(given.reading(spread))
                 spots[i] = _CONSTANT
             else:
-                readings.append(_BLANK if text in BLANKS else Reading(text=text))
+                readings.append(Reading(text="" if text in BLANKS else text))
         place = given.place if given else None
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
-    def _refuse(self, code: str, chosen: Chosen, error: UnitError, faults: Faults, cell: Text | None = None) -> None:
-        message = f'{chosen.role}, column "{chosen.cell.text}": {error}'
-        faults.add(code, message, error.hint, cell or chosen.cell)
-
     def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
-        kind, name = kind_of_role(chosen.role), chosen.header.text[:60]
-        hint = f'write the header as "{name} [{DISPLAY[kind]}]" (or {KINDS[kind].examples})'
-        message = f'the column "{name}" ({chosen.role}) has no unit'
-        faults.add(codes.UNIT_MISSING, message, hint, chosen.cell.place, len(name))
-
-    def _read_texts(self, chosen: Chosen, texts: list[str], unit: str | None, faults: Faults) -> dict[str, Quantity]:
-        """Read each text of a column once, and report the wrong cells."""
-        role, kind, at = chosen.role, kind_of_role(chosen.role), chosen.at
-        read: dict[str, Quantity] = {}
-        faulty: dict[str, tuple[str, str, str]] = {}
-        for text in dict.fromkeys(texts):
-            if text in BLANKS:
-                continue
-            # A comma or a point may part thousands if the table's other numbers have the other sign.
-            ask = bool(_THOUSANDS.fullmatch(text))
-            ask = ask and (self.expected_signs != {","} if "," in text else self.signs == {","})
-            try:
-                if ask:
-                    read_cell(text.replace(".", ","), kind, unit, ask=True)
-                meant = lablog.said_otherwise(text, role) if role in lablog.SPOKEN else ""
-                read[text] = read_cell(meant or text, kind, unit, ask)
-            except CellError as error:
-                if error.code == codes.UNIT_MISSING:
-                    self._ask_for_unit(chosen, faults)
-                    break
-                faulty[text] = error.code, f'{role} "{text[:60]}"{error.joint}{error}', error.hint
-                continue
-            fault, hint = lablog.check_value(role, read[text].value)
-            if fault:
-                faulty[text] = codes.NUMBER_IMPOSSIBLE, f'{role} "{text}" {fault}', hint
-        if role in _COUNTS:
-            read |= self._in_turns(chosen, read, faults)
-        for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
-            pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
-            if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
-                self.unmoved.add(i)  # the rod did not move in a run without a weight
-            elif text in faulty:
-                faults.add(*faulty[text], self.grid.cell(row, at))
-        if dates := [text for text in read if kind == "number" and lablog.fraction_of_date(text)]:
-            message = "; ".join(f'{role} "{text}" is {lablog.fraction_of_date(text)}' for text in dates[:4])
-            cell = self.grid.cell(self.rows[texts.index(dates[0])], at)
-            self.faults.add(codes.DATE_IS_A_FRACTION, f"{message}: a spreadsheet made a date of it", "", cell)
-        return read
-
-    def _in_turns(self, chosen: Chosen, read: dict[str, Quantity], faults: Faults) -> dict[str, Quantity]:
-        """Give the turns of numbers that count parts of a turn, as the header says."""
-        part = roles.part_counted(chosen.header.text)
-        # Fractions are turns already.
-        if part == 1 or not read or any(one.value < 0 or one.value % 1 for one in read.values()):
-            return {}
-        counted = {text: str(int(one.value) * part) for text, one in read.items()}
-        said = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
-        faults.add(codes.TURNS_IN_HEADER, f'"{chosen.cell.text}" counts parts of a turn: {said}', "", chosen.cell)
-        return {text: read_cell(turns, "number", "") for text, turns in counted.items()}
+        kind, name = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
+        values = {"name": name, "role": chosen.role, "unit": kind.shown, "examples": kind.examples, "text": name}
+        faults.add("no_unit", chosen.cell.place, **values)
 
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
-        """Give the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
-        texts = self._texts(chosen.at)
+        """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
+        texts = [row.texts[chosen.at] for row in self.rows]
         if chosen.part:
-            texts = [match[chosen.part] for text in texts if (match := TWO_READINGS.fullmatch(fold_number(text)))]
+            return [match[chosen.part] for text in texts if (match := _TWO_READINGS.fullmatch(fold_number(text)))]
         if chosen.role == "mass":
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
-            positions = self._texts(places[0].at) if places else [""] * len(texts)
+            positions = [row.texts[places[0].at] if places else "" for row in self.rows]
             dashed = [i for i, text in enumerate(texts) if text and {text, positions[i]} <= BLANKS]
             for i in dashed if 4 * len(dashed) <= len(texts) else ():
                 texts[i] = "0"
         meant: dict[str, str] = {}
-        if chosen.role in roles.LOADS:
-            meant = self._legend(chosen, texts, faults)
-        if unit == "s":
-            meant = self._without_colons(chosen, texts, faults)
-        return [meant.get(text, text) for text in texts]
-
-    def _legend(self, chosen: Chosen, texts: list[str], faults: Faults) -> dict[str, str]:
-        """Find the quantity that a line gives to "A": "A = 20.1 g", with no "+ 5 g" behind it."""
-        meant = {}
-        for name in sorted({text for text in texts if text[:1].isalpha() and len(text) <= 20})[:30]:
-            stated = re.compile(rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({NUMBER}\s*[^\W\d_]+)\s*(?=[,;)]|$)")
-            found = {match[1] for line in self.grid.lines for match in stated.finditer(line)}
+        # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
+        names = {text for text in texts if text[:1].isalpha() and len(text) <= 20} if chosen.role in roles.LOADS else ()
+        for name in sorted(names)[:30]:
+            stated = rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({quantities.NUMBER}\s*[^\W\d_]+)\s*(?=[,;)]|$)"
+            found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
             if len(found) == 1:
                 meant[name] = found.pop()
         if meant:
             said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add(codes.CAPTION_READ, f'in the column "{chosen.cell.text}", {said}', "", chosen.cell)
-        return meant
+            faults.add("name_explained", chosen.cell, header=chosen.cell.text, said=said)
+        if unit == "s" and any(re.search("[:：]", text) for text in texts):
+            meant = self._without_colons(chosen, texts, faults)
+        return [meant.get(text, text) for text in texts]
 
     def _without_colons(self, chosen: Chosen, texts: list[str], faults: Faults) -> dict[str, str]:
         """Read 10:06 as 10.06 s if another row shows that it is not a clock time; below a header in s only, ask."""
         header = chosen.header.text
-        meant = {text: ".".join(text.rsplit(":", 1)) for text in texts if re.fullmatch(_CLOCK, fold_number(text))}
+        meant = {text: ".".join(text.rsplit(":", 1)) for text in texts if _CLOCK.fullmatch(fold_number(text))}
         if stated := re.search(r"([a-z]+):[a-z]+(:[a-z]+)?", header.lower()):
             hours = stated[1].startswith("h")
             three = [text for text in meant if text.count(":") == 2 and stated[2]]
@@ -318,17 +481,60 @@ class TableReader:
             return {}
         first, proof = next(iter(meant)), next((text for text in meant if int(text[-2:]) >= 60), "")
         if proof:
-            message = f'"{proof}" is not minutes and seconds, so in "{header}" the last colon is a point: '
-            faults.add(codes.COLONS_ARE_POINTS, f"{message}{first} is {meant[first]}", "", chosen.cell)
+            faults.add("colons_are_points", chosen.cell, proof=proof, header=header, first=first, meant=meant[first])
             return meant
-        message = f'{chosen.role} "{first}" in a column in seconds can be {meant[first]} s or minutes and seconds'
-        hint = f"if the last colon is a point, write {meant[first]}, and so in every row; "
-        hint += f'if not, write the header as "{header.partition("[")[0].strip()} [min:s]"'
-        faults.add(codes.COLON_BELOW_SECONDS, message, hint, self.grid.cell(self.rows[texts.index(first)], chosen.at))
+        cell, name = self.grid.cell(self.rows[texts.index(first)], chosen.at), header.partition("[")[0].strip()
+        faults.add("colon", cell, role=chosen.role, first=first, meant=meant[first], name=name)
         return meant
 
+    def _read_texts(self, chosen: Chosen, texts: list[str], unit: str | None, faults: Faults) -> dict[str, Quantity]:
+        """Read each text of a column once, and report the wrong cells."""
+        role, kind, at = chosen.role, kind_of_role(chosen.role), chosen.at
+        read: dict[str, Quantity] = {}
+        faulty: dict[str, tuple[str, UnitError | str, str]] = {}
+        for text in dict.fromkeys(texts):
+            if text in BLANKS:
+                continue
+            # A comma or a point may separate thousands if the table's other numbers have the other sign.
+            ask = bool(_THOUSANDS.fullmatch(text))
+            ask = ask and (self.expected_signs != {","} if "," in text else self.signs == {","})
+            try:
+                if ask:
+                    read_cell(text.replace(".", ","), kind, unit, ask=True)
+                is_word = role in ("mass", "turns", "spin_turns") and not quantities.PLAIN.fullmatch(text)
+                meant = said_otherwise(text, role) if is_word else ""
+                read[text] = read_cell(meant or text, kind, unit, ask)
+            except UnitError as error:
+                if error.code == diagnostics.UNIT_MISSING:
+                    self._ask_for_unit(chosen, faults)
+                    break
+                faulty[text] = error.code, error, error.hint
+                continue
+            fault, hint = roles.check_value(role, read[text].value)
+            if fault:
+                faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, fault, hint
+        said = (turns_in(chosen.header.text) or roles.words_of_turns(chosen.header.text)) if role in _COUNTS else ""
+        # Below "half turns" or "turns (half)" a whole number counts halves; fractions are turns already.
+        if read and re.fullmatch("1/[2-9]|2/3|3/4", said) and all(one.value in range(10**6) for one in read.values()):
+            counted = {text: str(int(one.value) * Fraction(said)) for text, one in read.items()}
+            shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
+            faults.add("parts_of_turns", chosen.cell, header=chosen.cell.text, said=shown)
+            read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
+        for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
+            pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
+            if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
+                self.unmoved.add(i)  # the rod did not move in a run without a weight
+            elif text in faulty:
+                code, wrong, hint = faulty[text]
+                faults.add("cell", self.grid.cell(row, at), code=code, role=role, text=text, fault=wrong, hint=hint)
+        unclear = [text for text in read if kind == "number" and not quantities.PLAIN.fullmatch(text)]
+        if dates := [text for text in unclear if fraction_of_date(text)]:
+            said = "; ".join(f'{role} "{text}" is {fraction_of_date(text)}' for text in dates[:4])
+            self.faults.add("date", self.grid.cell(self.rows[texts.index(dates[0])], at), said=said)
+        return read
+
     def _spreads(self, role: str, chosen: Chosen | None, unit: str | None, faults: Faults) -> list[Uncertainty | None]:
-        """Collect what the ``u_…`` column says of each reading, else the ± of the header, else the log's ``u_…``."""
+        """Return the u of each reading: of its ``u_…`` column, else the header's ±, else the log's ``u_…``."""
         common, kind = roles.stated_u(role, self.settings.uncertainties), kind_of_role(role)
         if chosen is not None and chosen.header.spread:
             common = self._uncertainty(chosen, chosen.header.spread, kind, unit or "", faults)
@@ -344,7 +550,7 @@ class TableReader:
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
         if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:
             return spreads
-        for i, text in enumerate(self._texts(column.at)):
+        for i, text in enumerate(row.texts[column.at] for row in self.rows):
             if text not in BLANKS:
                 u = self._uncertainty(column, text if "%" in text else text + percent, own_kind, own_unit, faults, i)
                 spreads[i] = None if u is None else roles.as_u_of(role, key, u)
@@ -354,17 +560,18 @@ class TableReader:
         self, column: Chosen, text: str, kind: str, unit: str, faults: Faults, row: int | None = None
     ) -> Uncertainty | None:
         try:
-            return parse_uncertainty(text, kind, unit, ask=False)
+            return quantities.parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
             cell = column.cell if row is None else self.grid.cell(self.rows[row], column.at)
-            self._refuse(codes.UNCERTAINTY_CANNOT_BE_READ, column, error, faults, cell)
+            values = {"role": column.role, "header": column.cell.text, "error": error, "hint": error.hint}
+            faults.add("uncertainty", cell, **values)
             return None
 
-    def _fill_down(self, column: Column, at: int, is_run: list[bool], faults: Faults) -> Column:
+    def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
         """Give blank cells the value above; never across a run without a weight, never upwards."""
         role, readings, spots = column.role, list(column.readings), list(column.spots)
         mass = self.columns.get("mass") if role in roles.LOADS else None
-        lines = [row.line for row in self.rows]
+        lines, faults = [row.line for row in self.rows], self.faults if strict else Faults("")
         above: dict[int, int] = {}
         early: list[int] = []
         first = last = None
@@ -384,65 +591,61 @@ class TableReader:
             above = {i: j for i, j in above.items() if i not in filled}
             filled = []
         if early and first is not None:
-            message = f"{role} is blank in {span([lines[i] for i in early])}, above its first value"
-            hint = "write each value in the first row that it belongs to"
-            faults.add(codes.VALUE_BELOW_ITS_FIRST_ROW, message, hint, self.grid.cell(self.rows[first], at))
+            cell = self.grid.cell(self.rows[first], at)
+            faults.add("below_first_row", cell, role=role, lines=self.faults.span([lines[i] for i in early]))
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
-            message = f"{role} is blank in {span([lines[i] for i in filled])}: the value above was taken"
             row = self.rows[filled[0]]
-            place = self.grid.cell(row, at).place if at < len(row.texts) else Place(row.line, 1)
-            faults.add(codes.BLANK_TAKES_VALUE_ABOVE, message, "", place)
+            faults.add(
+                "filled_down",
+                self.grid.cell(row, at).place,
+                role=role,
+                lines=self.faults.span([lines[i] for i in filled]),
+            )
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
-    def _add_constants(self, columns: dict[str, Column], rows: list[int]) -> None:
-        """Add the values for the whole log; report a line that a column replaces."""
-        for role, given in self.settings.roles.items():
-            column, unit = columns.get(role), given.cell.unit if given.cell else ""
-            if column is None and rows:
-                spreads = self._spreads(role, None, unit or None, self.faults)
-                readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
-                columns[role] = Column(role, given.label, unit, readings, spots, given.place)
-            elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
-                message = f'"{given.label}: {given.text}" is not used: each run has its own in "{column.header}"'
-                self.faults.add(codes.COLUMN_NOT_USED, message, "take the line or the column away", given.place)
+    def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
+        """Add a value for the whole log, or report that a column replaces it."""
+        column, unit = columns.get(role), given.cell.unit if given.cell else ""
+        if column is None and rows:
+            spreads = self._spreads(role, None, unit or None, self.faults)
+            readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
+            columns[role] = Column(role, given.label, unit, readings, spots, given.place)
+        elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
+            values = {"label": given.label, "value": given.text, "header": column.header}
+            self.faults.add("line_not_used", given.place, **values)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
-        """Give each time the turns that its header states; ask if a column gives others."""
+        """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
         for role, many in self.stating.items():
             ones = timed if role == "turns" else many[:1] * count
             if not ones:
                 continue
             read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
-            u, line = roles.stated_u(role, self.settings.uncertainties), self.layout.cells[0].line
-            readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else _BLANK for one in ones]
+            u, line = roles.stated_u(role, self.settings.uncertainties), self.table.cells[0].place.line
+            readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else Reading() for one in ones]
             header = next(one.cell.text for one in many if one.turns)
-            spots = tuple(line * MAX_COLUMNS + one.at for one in ones)
+            spots = tuple(line * source.MAX_COLUMNS + one.at for one in ones)
             given = columns.get(role) or (columns.get("angle") if role == "turns" else None)
             if given is None:
                 columns[role] = Column(role, header, "", tuple(readings), spots, None, self.find)
                 told = (f'{role} is {one.turns} by the header "{one.cell.text}"' for one in many if one.turns)
-                self.faults.add(codes.TURNS_IN_HEADER, "; ".join(told), "", many[0].cell)
+                self.faults.add("turns_in_header", many[0].cell, said="; ".join(told))
             elif role == "turns" and not given.header.startswith("--"):
                 full = 2 * math.pi if given.role == "angle" else 1.0
                 for run, (value, reading) in enumerate(zip(given.values, readings, strict=True)):
                     if value and reading.value and abs(value / full - reading.value) > 0.02 * reading.value:
-                        said = f'"{given.header}" says {given.readings[run].text}'
-                        message = f'"{ones[run].cell.text}" covers {reading.text} turns, and {said}'
-                        hint = f"correct one of the two, or say which holds with --set turns={reading.text}"
-                        self.faults.add(codes.TURNS_CONTRADICT_ANGLE, message, hint, given.place(run))
+                        values = {"header": ones[run].cell.text, "turns": reading.text, "other": given.header}
+                        says = given.readings[run].text
+                        self.faults.add("turns_contradict_header", given.place(run), says=says, **values)
                         break
-
-    def _warn_of_rounded_turns(self, turns: Column | None) -> None:
-        """Warn of 0.33, which is not exactly a third."""
+        turns = columns.get("turns")
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
-        for text in dict.fromkeys(texts):
-            meant, doubt = lablog.rounded_turns(text)
-            if turns and meant and doubt > _SMALL_DOUBT * to_float(text):
-                message = f'turns "{text}" is taken as {text} ± {doubt:.1g}: is it {meant}, rounded?'
-                hint, place = f"write {meant} where {meant} is meant", turns.place(texts.index(text))
-                self.faults.add(codes.TURNS_ROUNDED, message, hint, place, len(text))
+        for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
+            meant, doubt = rounded_turns(text)
+            if turns and meant and doubt > _SMALL_DOUBT * to_float(text):  # 0.33 is not exactly a third
+                self.faults.add("rounded", turns.place(texts.index(text)), text=text, doubt=doubt, meant=meant)
 
     def _count_from_centre(self, columns: dict[str, Column]) -> float:
         """Make positions count from the centre of the ball, if the log says that they count from elsewhere.
@@ -456,13 +659,12 @@ class TableReader:
         if origin in ("", "centre"):
             return 0.0
         self.settings.position_from = origin
-        key, share, sample, what = _ORIGINS[origin]
+        key, share, sample, what = roles.ORIGIN_LENGTHS[origin]
         length = self.settings.constants.get(key)
         if length is None:
-            message = f"positions count from the {origin}, and the torque needs them from the centre of the ball"
-            hint = f'write "# {key}: {sample}" above the header, or --set {key}="{sample}", with {what}'
-            hint += "" if stated else '; if they count from the centre: "# position_from: centre"'
-            self.faults.add(codes.POSITION_ORIGIN_UNKNOWN, message, hint, position.place(0))
+            otherwise = "" if stated else '; if they count from the centre: "# position_from: centre"'
+            values = {"origin": origin, "key": key, "sample": sample, "what": what, "otherwise": otherwise}
+            self.faults.add("origin_unknown", position.place(0), **values)
             return 0.0
         shift = share * length
         moved = list(position.readings)
@@ -473,42 +675,179 @@ class TableReader:
                 moved[run] = replace(moved[run], value=value)
         columns["position"] = replace(position, readings=tuple(moved))
         done = f"{100 * shift:.4g} cm is added to" if origin == "surface" else f"{100 * shift:.4g} cm less"
-        message = f"positions count from the {origin}: {done} each, so that all count from the centre of the ball"
-        self.faults.add(codes.POSITION_MOVED, message, "", position.place(0))
+        self.faults.add("moved", position.place(0), origin=origin, done=done)
         u = self.settings.uncertainties.get(f"u_{key}")
         return share * (self.settings.steps[key] / math.sqrt(12) if u is None else u.at(length))
 
-    def _note_unused(self, columns: dict[str, Column]) -> None:
-        """Name each uncertainty that belongs to no reading, and the digits that a DataFrame does not contain."""
+    def _note_unused(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Name each uncertainty without a reading; return header and cells of the columns that were not read."""
         heard = {key for role in columns for key in roles.u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
                 base = key.removeprefix("u_")
                 self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
         if self.floats:
-            message = (
-                f"floats do not contain the digits that were read: no rounding error is in {', '.join(self.floats)}"
-            )
-            self.faults.add(codes.FLOATS_WITHOUT_DIGITS, message, "to keep the digits: pandas.read_csv(…, dtype=str)")
-
-    def _unread(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """Collect the columns of which no reading is in the table, and no text."""
+            self.faults.add("floats", roles=", ".join(self.floats))
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
         used |= self.replaced.union(one.at for one in self.choice.others)
-        heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.layout.cells) if at not in used]
-        unread = [(head, tuple(self.texts[i][at] for i in rows)) for at, head in heads]
+        heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.table.cells) if at not in used]
+        unread = [(head, tuple(self.rows[i].texts[at] for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))
 
     def _labels(self, rows: list[int]) -> tuple[str, ...]:
-        """Label the runs: the log's own labels or their order, with .1, .2 for repeats of one row."""
+        """Return the label of each run: the log's own or its number, with .1, .2 for repeats of one row."""
         column = self.choice.used.get("run")
         labels: dict[str, None] = {}
         for number, (i, times) in enumerate(Counter(rows).items(), 1):
-            name = (self.texts[i][column[0].at] if column else "") or str(number)
+            name = (self.rows[i].texts[column[0].at] if column else "") or str(number)
             for k in range(1, times + 1):
                 label = name if times == 1 else f"{name}.{k}"
                 while label in labels:
                     label += f" (line {self.rows[i].line})"
                 labels[label] = None
         return tuple(labels)
+
+
+# What is missing or contradicts itself ----------------------------------------------------------------------------
+
+
+def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Faults, is_told: bool) -> None:
+    """Add a fault for everything that is missing or contradicts itself; `is_told`: --map names the period."""
+    said = any(diagnostic.code == diagnostics.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
+    there, mass = set(log.columns) | unread, log.columns.get("mass")
+    loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
+    missing = [role for role in _missing_roles(there, log.columns, loaded) if role not in choice.asked]
+    if "precession_period" in choice.asked and "turns" in missing:
+        missing.remove("turns")  # needed or not, by what is answered
+    told = [_missing(role, missing, choice) for role in missing]
+    if len(told) >= SEVERAL:
+        told = [("; ".join(message for message, _ in told), "\n".join(hint for _, hint in told))]
+    for message, hint in told:
+        faults.add("missing", message=message, hint=hint)
+    unread = unread | choice.asked
+    if not missing and not any(kind_of_role(role) != "text" and role[:2] != "u_" for role in unread) and not said:
+        columns, lacking = log.columns, dict[str, list[int]]()
+        # A run with every cell filled lacks nothing. A cell that could not be read is reported already.
+        blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
+        for run in sorted(set(blanks)):
+            typed = {role for role, column in columns.items() if column.readings[run].text}
+            for role in _missing_roles(typed, columns, mass is None or mass.values[run] != 0):
+                lacking.setdefault(role, []).append(run)
+        for role, runs in lacking.items():
+            lines = list(dict.fromkeys(log.lines[run] for run in runs))
+            name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
+            faults.add(name, Place(lines[0], 1), lines=faults.span(lines), role=role)
+    turns, angle = log.columns.get("turns"), log.columns.get("angle")
+    for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
+        full = 2 * math.pi * (count.value or 0.0)
+        if full and swept.value and abs(swept.value - full) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
+            values = {"run": log.runs[run], "turns": count.text, "degrees": math.degrees(full), "swept": swept.text}
+            faults.add("turns_contradict_angle", angle.place(run) if angle else None, **values)
+    if not is_told and "precession_period" in log.columns:
+        _check_period(log.columns, faults)
+    if choice.unplaced and not missing:
+        texts = [cell.text or f"(column {cell.place.column}, no header)" for cell in choice.unplaced]
+        faults.add("headers_unknown" if len(texts) > 1 else "header_unknown", headers=listing(texts))
+
+
+def _missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
+    """Name what a run lacks, or the whole log; of several roles that serve, one that the log has a column of."""
+    missing: list[str] = []
+    if "torque" not in there and loaded:
+        load = next((role for role in ("mass", "force", "torque") if role in columns), "mass")
+        missing += [load] if there.isdisjoint(("mass", "force")) else []
+        missing += ["position"] if "position" not in there and load != "torque" else []
+    if not any(there.issuperset(one) for one in roles.SPIN_SETS):
+        begun = (one for one in roles.SPIN_SETS if not (there | set(columns)).isdisjoint(one))
+        missing += [role for role in next(begun, ("spin",)) if role not in there]
+    if there.isdisjoint(roles.ONE_TURN):
+        whole = [role for role in roles.ONE_TURN if role in columns and "time" not in columns]
+        missing += (whole[:1] or ["time"]) if "time" not in there else []
+        if there.isdisjoint(roles.COUNTS) and not whole:
+            missing.append(next((role for role in roles.COUNTS if role in columns), "turns"))
+    return missing
+
+
+SEVERAL = 4
+"""This many missing quantities are reported together."""
+
+
+def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
+    """Return what is missing, and every way to add it; first a guess from the headers that name no role."""
+    unit, known = units.DISPLAY[kind_of_role(role)], roles.BY_NAME[role]
+    sample = known.sample or f"1 {unit}"
+    quoted = f'"{sample}"' if " " in sample else sample
+    hint = f"add a column {lablog.header_of(role, unit)}"
+    hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
+    hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
+    texts = [cell.text for cell in choice.unplaced if cell.text]
+    message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
+    if texts and role == missing[0]:
+        message += f"; headers that could not be placed: {listing(texts)}"
+    if role == "spin" and (rate := choice.used.get("precession_rate")):
+        # The lab sheet calls the spin so too.
+        header = rate[0].header.text
+        return message, f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
+    if role == "turns" and "time" in missing:
+        return message, hint
+    headers = [header for header in texts if len(header) <= roles.MAX_HEADER]
+    timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
+    told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
+    of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
+    whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
+    counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
+    close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
+    if role in ("time", "turns") and len(of_the_rod) == 1:
+        hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
+    elif role == "time" and whole:
+        hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
+    elif role == "mass" and counts:
+        ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
+        hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
+    elif role == "spin" and (turned := [one for one in told if one not in of_the_rod]):
+        hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
+    elif close:
+        hint = f'is it "{close[0]}"? {hint}'
+    return message, hint
+
+
+def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
+    """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
+    period, time = columns["precession_period"], columns.get("time")
+    counted = columns.get("turns") or columns.get("angle")
+    if counted is None or (time is not None and time.header == period.header):
+        return
+    full = 1.0 if counted.role == "turns" else 2 * math.pi
+    turned = [abs(value) / full if value is not None else None for value in counted.values]
+    if time is None:
+        if all(value is None or abs(value - 1) < 1e-3 for value in turned):
+            return
+        place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
+        faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
+        return
+    exchanged = [
+        abs(value / seconds - count) < 0.02 * count
+        for seconds, value, count in zip(time.values, period.values, turned, strict=True)
+        if seconds and value and count and not 0.8 < count < 1.25
+    ]
+    if 2 * sum(exchanged) > len(exchanged):
+        text = period.readings[0].text
+        faults.add("exchanged", period.place(0), period=period.header, time=time.header, text=text)
+
+
+def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
+    """Warn of every note that may say that a reading is not what is typed, such as "twice the real rpm"."""
+    notes = {text.text: text for text in grid.comments}
+    for key, text in grid.metadata:
+        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
+            notes[f"{key}: {text.text}"] = text
+    for row in grid.rows:
+        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
+        words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
+        note = ", ".join(row.texts[at] for at in words)
+        if roles.altered_role(note) and note not in notes:
+            notes[note] = grid.cell(row, words[0])
+    for note, cell in notes.items():
+        if role := roles.altered_role(note).replace("_", " "):
+            faults.add("note", cell, note=note, role=role)

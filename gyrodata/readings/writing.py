@@ -1,4 +1,4 @@
-"""Back to a file: `Readings` as a canonical CSV log that reads back equal, and a blank log to fill in."""
+"""Write `Readings` as a canonical CSV log, and write a blank log to fill in."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
-from gyrodata.quantities import CellError, Quantity, parse_quantity, read_cell
-from gyrodata.readings.lablog import PREFIX, Column, Readings, header_of
-from gyrodata.readings.roles import BY_NAME, COUNTS, ROLES, kind_of_role, stated_u
+from gyrodata.quantities import Quantity, parse_quantity, read_cell
+from gyrodata.readings.lablog import Column, Readings, header_of
+from gyrodata.readings.roles import BY_NAME, COUNTS, REPORTED, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 _Columns = list[tuple[str, list[str]]]
@@ -39,7 +39,7 @@ def write_log(readings: Readings) -> str:
 
 
 def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
-    """Write a log as it was understood, and list what was not.
+    """Write a log as it was understood, and list what was not understood.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     Returns
     -------
     text : str
-        CSV text, as `write_log` gives it. A cell that could not be read is ``?``. Columns and ``#`` lines that were
-        not understood are as in the file if the log contains an error; else such columns are left out.
+        CSV text like that of `write_log`. A cell that could not be read is ``?``. If the log contains an error,
+        columns and ``#`` lines that were not understood are as in the file; else such columns are left out.
     left : tuple of str
-        What is left for the author of the log; empty if the log contains no error.
+        What the author of the log has to correct; empty if the log contains no error.
     """
     readings = _joined(readings)
     head, columns = _parts(readings)
@@ -84,7 +84,7 @@ def _quoted(text: str) -> str:
 
 
 def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:
-    """Leave blank what is the same cell as that above."""
+    """Replace a text by a blank one if it is from the same cell as the text above."""
     return ["" if cell == above else text for text, (above, cell) in zip(texts, pairwise([None, *cells]), strict=True)]
 
 
@@ -106,10 +106,11 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
             texts = once
         columns += [(header_of(role, column.unit), texts)] if any(texts) or -1 not in column.spots else []
         common = stated_u(role, readings.uncertainties)
-        texts = [
-            "" if u is None or u in (common, _own_u(text, kind, column.unit)) else _uncertainty_text(u, kind)
-            for u, text in ((reading.u, reading.text) for reading in column.readings)
-        ]
+        texts = []
+        for reading in column.readings:
+            read = _read(reading.text, kind, column.unit or None)
+            known = reading.u is None or reading.u in (common, read and read.uncertainty)
+            texts.append("" if known else _uncertainty_text(reading.u or Uncertainty(), kind))
         columns += [(header_of(f"u_{role}", SI[kind]), texts)] if any(texts) else []
     columns.append(("run", [*readings.runs]))
     columns += [("note", [*readings.notes])] if any(readings.notes) else []
@@ -119,14 +120,21 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
-    lines |= {f"{PREFIX}{key}": reported.text for key, reported in readings.reported.items()}
+    lines |= {f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
     lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
     if readings.balance_tilt is not None:
         lines["balance_tilt"] = "{!r} rad in {!r} s".format(*readings.balance_tilt)
     if readings.balance_drift is not None:
         lines["balance_drift"] = "{!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift)
+    if readings.spin_down:
+        lines["spin_down"] = "; ".join(
+            "{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down
+        )
     words = {None: None, True: "yes", False: "no"}
+    if readings.falling_mass:
+        lines["falling_mass"] = "{!r} kg at {!r} m, {!r} m in {!r} s, friction {!r} kg".format(*readings.falling_mass)
+    lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.
     key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
@@ -136,7 +144,7 @@ def _head(readings: Readings) -> list[str]:
 
 
 def _joined(readings: Readings) -> Readings:
-    """Put the runs in which the rod did not move behind the others."""
+    """Add the runs in which the rod did not move behind the others."""
     last = readings.unmoved
     if last is None:
         return readings
@@ -150,15 +158,15 @@ def _joined(readings: Readings) -> Readings:
 
 
 def _read(text: str, kind: str, unit: str | None) -> Quantity | None:
-    """Read a text as a cell; "none" is a weight, and not a number."""
+    """Read a text as a cell; None for a text that is not a number."""
     try:
         return read_cell(text, kind, unit) if text else None
-    except CellError:
+    except UnitError:
         return None
 
 
 def _cell_text(column: Column, run: int) -> str:
-    """Give what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
+    """Return what was typed, with a decimal point; a number without a text (from a simulation) is written in full."""
     value, text = column.readings[run].value, column.readings[run].text
     if value is None:
         return "?" if text else ""
@@ -166,15 +174,10 @@ def _cell_text(column: Column, run: int) -> str:
     read = _read(text, kind, unit)
     # A header may count halves or thirds of a turn, and the new one does not.
     if text and (read is None or column.role not in COUNTS or math.isclose(read.value, value)):
-        # Between other commas, a decimal comma may be taken for one that parts thousands.
+        # Between other commas, a decimal comma may look like a mark between thousands.
         pointed = _read(text.replace(",", "."), kind, unit)
         return text.replace(",", ".") if read and pointed and read.value == pointed.value else text
     return repr(from_si(value, unit, kind) if unit else value)
-
-
-def _own_u(text: str, kind: str, unit: str) -> Uncertainty | None:
-    read = _read(text, kind, unit or None)
-    return read.uncertainty if read else None
 
 
 def _uncertainty_text(u: Uncertainty, kind: str) -> str:
@@ -190,34 +193,38 @@ _EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
 def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
     """Write a log to fill in: each weight with each spin, a run without a weight, and the first run again.
 
-    The weights take turns, so that a balance that drifts during the session is no slope in the torque.
+    The weights take turns, and the second half of the runs is the first half backwards: a drift of the balance during
+    the session does not look like an effect of the torque.
 
     Parameters
     ----------
     weights : sequence of str
         Masses with their units, such as ``20 g``; repeats are kept once.
     position : str
-        Where the weights sit, such as ``15 cm``.
+        Position of the weights, such as ``15 cm``.
     spins : sequence of str
-        Spins to aim at, such as ``400 rpm``. They go into the notes: what is read off goes into the column.
+        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for the spins that are read.
 
     Returns
     -------
     str
-        CSV text that `read_log` reads without a diagnostic once spin, time and turns are filled in.
+        CSV text that `read_log` reads without a diagnostic when spin, time and turns are filled in.
 
     Raises
     ------
     InputError
         A value cannot be read.
     """
-    # With the digits that a scale and a ruler show: what is left to be written is seen to be.
+    # The values have the digits that a scale and a ruler show.
     masses = _shown(weights, "mass", "g", "--weights", 2)
     [arm] = _shown([position], "length", "cm", "--position", 1)
     aims = _shown(spins, "rate", "rpm", "--spins", 0)
     lines = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8").splitlines()
+    half = [*range(len(masses))] * (len(aims) // 2)
+    middle: list[int | None] = [0, *range(1, len(masses)), 0] if len(aims) % 2 else [0]
+    middle.insert((len(middle) + 1) // 2, None)
     hung = [0] * len(masses)
-    for weight in _in_turn(len(masses), len(aims)):
+    for weight in (*half, *middle, *reversed(half)):
         if weight is None:
             lines.append(f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
             continue
@@ -229,17 +236,6 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     return "\n".join(lines) + "\n"
 
 
-def _in_turn(weights: int, times: int) -> list[int | None]:
-    """Order the runs: each weight `times` times, none (None) in the middle, the first again at the end.
-
-    The second half is the first one backwards, so that the mean place of each weight is near the middle.
-    """
-    half = [*range(weights)] * (times // 2)
-    middle: list[int | None] = [0, *range(1, weights), 0] if times % 2 else [0]
-    middle.insert((len(middle) + 1) // 2, None)
-    return [*half, *middle, *reversed(half)]
-
-
 def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
     """Write the values of an option in one unit, with at least `digits` digits."""
     code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
@@ -249,7 +245,7 @@ def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int)
         try:
             value = from_si(parse_quantity(text, kind), unit, kind)
         except UnitError as error:
-            raise InputError.of(code, f"{option}: {error}", f"{error.hint}; part several with commas") from None
+            raise InputError.of(code, f"{option}: {error}", f"{error.hint}; separate several with commas") from None
         if kind != "length" and value <= 0:
             hint = "write values above zero; the run without a weight is in every log"
             raise InputError.of(code, f'{option}: "{text}" is not above zero', hint)

@@ -16,6 +16,9 @@ from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentenc
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
 from gyrodata.tables import turn_words
 
+WIDE = 3.0
+"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is much narrower."""
+
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""
 
@@ -92,11 +95,18 @@ def report(analysis: Analysis) -> elements.Report:
         byline=say("{}", " · ".join(lines)),
         read_as=_read_as(n),
         doubts=tuple(_doubts(analysis)),
-        answer=say("I_zz = {}", n.value("inertia.value", n.inertia)),
+        answer=say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
+        if is_wide(analysis)
+        else say("I_zz = {}", n.value("inertia.value", n.inertia)),
         top=tuple(_top(n)),
         brief=tuple(_brief(n)),
         sections=sections,
     )
+
+
+def is_wide(analysis: Analysis) -> bool:
+    """Return whether the 95 % interval is much wider than ± 2 u."""
+    return analysis.inertia.interval_95 is not None and (analysis.inertia.k or 0.0) > WIDE
 
 
 # --- the first screen --------------------------------------------------------------------------------------------
@@ -149,7 +159,10 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
-    if analysis.inertia.interval_95 is not None:
+    if is_wide(analysis):
+        words = "Median and half of the 68 % interval: {}; the 95 % interval is much wider than ± 2 u."
+        yield say(words, n.value("inertia.value", n.inertia))
+    elif analysis.inertia.interval_95 is not None:
         yield say(
             "95 % interval: {}; torque without a weight M0 = {} (included in the fit)",
             n.interval("inertia.interval_95", n.inertia),
@@ -223,6 +236,13 @@ def _largest_part(n: Numbers) -> Sentence:
             said = say(words, said, largest, part)
         elif i == 0:
             name = SOURCE_NAMES.get(share.source, share.source)
+            shares = {one.source: one.share for one in n.analysis.budget}
+            if share.source in ("time", "unexplained_scatter") and {"time", "unexplained_scatter"} <= shares.keys():
+                # The scatter above the stated uncertainties is most likely that of the hand.
+                name = "stopwatch readings with their unexplained scatter"
+                both = 100 * (shares["time"] + shares["unexplained_scatter"])
+                said = say(f". Largest uncertainty: the {name} ({both:.0f} % of the variance).")
+                continue
             the = "" if name == "g" or name.startswith("each") else "the "
             said = say(". Largest uncertainty: {}{} ({} of the variance).", the, name, part)
     return said

@@ -9,7 +9,7 @@ from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FE
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.measurements import torque_groups
 from gyrodata.reporting import questions, values
-from gyrodata.reporting.content import FAR, report
+from gyrodata.reporting.content import FAR, is_wide, report
 from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
 from gyrodata.results import NO_BALL, Analysis
 from gyrodata.tables import Run
@@ -39,7 +39,10 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     str
     """
     whole = report(analysis)
-    top = [*map(plain, whole.doubts), f"{plain(whole.answer)}   (± u, one standard uncertainty)"]
+    top = [
+        *map(plain, whole.doubts),
+        plain(whole.answer) + "   (± u, one standard uncertainty)" * (not is_wide(analysis)),
+    ]
     top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
     sections = itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ())

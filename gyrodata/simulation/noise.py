@@ -90,21 +90,13 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     """
     name, hint = str(path), 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(10_000_000)
+        data = Path(path).read_bytes()
     except OSError as error:
         message = f"--noise {name!r} cannot be read: {error.strerror or error}"
         choices = 'write "none", "typical" or the name of a file'
         raise InputError.of(NOISE_CANNOT_BE_READ, message, choices) from None
-    stated: dict[str, Any] = dict(
-        re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
-    )
-    try:
-        stated = TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values or stated
-    except InputError:
-        # A log is not a TOML file.
-        if not stated:
-            raise
+    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
+    stated: Mapping[str, Any] = dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
     if not stated:
         raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r} states no uncertainty", hint)
     noise = dict(TYPICAL)

@@ -1,7 +1,7 @@
 """The true gyroscope, the design of the measurement, and the time that each run then takes.
 
-In steady precession the rod follows the slow root of eq. (8) at every moment while the spin falls. A rod that is let go
-from rest keeps its spin and follows its exact motion.
+In steady precession the rod follows the slow root of eq. (8) at every moment while the spin falls. A rod that is
+released from rest keeps its spin and follows its exact motion.
 """
 
 from __future__ import annotations
@@ -26,30 +26,12 @@ Motion = Literal["horizontal", "steady", "released"]
 
 
 class Decay(Struct, frozen=True):
-    """The decay of the spin, ψ̈ ∝ −ψ̇^p; exactly one of the first two attributes is given."""
+    """The exponential decay of the spin in an air film; exactly one of the attributes is given."""
 
     time_constant: float | None = None
-    """τ [s]: spin over its loss per second at the start; the same in every run."""
+    """τ [s]; the same in every run."""
     lost: float | None = None
     """Part of the spin that each run loses [1]; τ then differs from run to run."""
-    exponent: float | None = None
-    """p [1]; 1 is the exponential decay in an air film. None: drawn from ``u_decay_exponent`` about 1."""
-
-    def left(self, time: Floats) -> Floats:
-        """Compute the part of the spin that is left after a time [τ], NaN after the spin has stopped."""
-        if self.exponent in (None, physics.VISCOUS):
-            return cast(Floats, np.exp(-time))
-        rest = 1 - self.exponent
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return cast(Floats, np.exp(np.log1p(-rest * time) / rest))
-
-    def duration(self) -> float:
-        """Compute the time [τ] in which the part `lost` of the spin is lost."""
-        logarithm = math.log1p(-(self.lost or 0.0))
-        if self.exponent in (None, physics.VISCOUS):
-            return -logarithm
-        rest = 1 - self.exponent
-        return -math.expm1(rest * logarithm) / rest
 
 
 class Truth(Struct, frozen=True):
@@ -68,13 +50,13 @@ class Truth(Struct, frozen=True):
     g: float = physics.STANDARD_GRAVITY
     """Gravitational acceleration [m/s^2]."""
     motion: Motion = "steady"
-    """"horizontal": eq. (9); "steady": eq. (8); "released": the exact motion of a rod that is let go from rest."""
+    """"horizontal": eq. (9); "steady": eq. (8); "released": the exact motion of a rod that is released from rest."""
     decay: Decay | None = None
     """None: the spin is constant."""
 
 
 class Design(Struct, frozen=True):
-    """The runs of the lab: every weight at every position, with every pitch, spin and number of turns."""
+    """The runs of the lab: all combinations of weights, positions, pitches, spins and numbers of turns."""
 
     masses: tuple[float, ...] = (0.020, 0.040, 0.060)
     """[kg]; 0: the rod without a weight, which has no position."""
@@ -152,7 +134,7 @@ def happen(truth: Truth, design: Design) -> Runs:
 
 def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
-    impossible, contradiction = diagnostics.SIMULATED_VALUE_IMPOSSIBLE, diagnostics.SIMULATED_OPTIONS_CONTRADICT
+    impossible = diagnostics.SIMULATED_VALUE_IMPOSSIBLE
     decay = truth.decay
     across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
     values: dict[str, tuple[str, tuple[float, ...]]] = {
@@ -184,15 +166,15 @@ def _check(truth: Truth, design: Design) -> None:
     if truth.motion not in get_args(Motion):
         _refuse(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
     if truth.motion == "horizontal" and any(design.pitches):
-        _refuse(contradiction, "a rod with a pitch is not horizontal", "use --motion steady")
+        _refuse(impossible, "a rod with a pitch is not horizontal", 'use motion="steady"')
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):
-        _refuse(contradiction, "a decay needs either a time constant or the part that is lost, not both")
+        _refuse(impossible, "a decay needs either a time constant or the part that is lost, not both")
     if decay.lost is not None and not 0 < decay.lost < 1:
         _refuse(impossible, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
     if truth.motion == "released":
-        _refuse(contradiction, "a released rod is simulated with a constant spin", "use --motion steady")
+        _refuse(impossible, "a released rod is simulated with a constant spin", 'use motion="steady"')
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
@@ -224,22 +206,20 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     if decay is None:
         return replace(runs, time=longest)
 
-    def swept(time: Floats, constant: Floats | float) -> Floats:
-        """Compute the angle swept in a time, NaN if steady precession is impossible until then."""
-        left = decay.left(np.divide(time, constant)[:, None] * _PLACES)
-        return time * (rate(runs.spin[:, None] * left) @ _SHARES)
+    def mean_rate(fall: Floats | float) -> Floats:
+        """Compute the mean rate while the spin falls by e^−fall, NaN if steady precession is impossible at the end."""
+        return rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES)) @ _SHARES
 
     if decay.lost is not None:
-        # The fall of the spin is the same in every run, in units of the run's duration.
-        time = angle / swept(np.ones(len(angle)), 1 / decay.duration())
-        left = np.full(len(angle), 1 - decay.lost)
+        fall: Floats | float = -math.log1p(-decay.lost)
+        time = angle / mean_rate(fall)
     else:
         constant = cast(float, decay.time_constant)
         # The precession becomes faster as the spin falls, so a run is never longer than at the first rate.
-        time = motion.find_crossing(lambda time: swept(time, constant) - angle, np.zeros(len(angle)), longest)
-        left = decay.left(time / constant)
-        time = np.where(np.isfinite(swept(time, constant)), time, np.nan)
-    end = runs.spin * left
+        time = motion.find_crossing(lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest)
+        fall = time / constant
+        time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
+    end = runs.spin * np.exp(-fall)
     for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
         _refuse(
             diagnostics.TURNS_NEVER_COMPLETED,
@@ -250,15 +230,14 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
 
 def _released(truth: Truth, runs: Runs) -> Runs:
-    """Time a rod that is let go from rest: it nods, and the stopwatch stops when the rod first comes round."""
+    """Time a rod that is released from rest and nods: the stopwatch stops when the rod first completes its turns."""
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-    start = motion.released(top, runs.spin, runs.pitch)
-    time = motion.time_to_turn(top, start, runs.sense * 2 * np.pi * runs.turns)
+    time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         _refuse(
             diagnostics.TURNS_NEVER_COMPLETED,
             f"{_run(runs, i)}: the rod never completes its turns",
-            "use a faster spin, or --motion steady",
+            'use a faster spin, or motion="steady"',
         )
     return replace(runs, time=time)
 

@@ -16,8 +16,9 @@ from msgspec.structs import asdict, replace
 from gyrodata import __version__
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
-from gyrodata.physics import VISCOUS, Floats
-from gyrodata.readings import Readings, check_value, kind_of_role, read_cell, read_log, u_keys
+from gyrodata.physics import Floats
+from gyrodata.quantities import read_cell
+from gyrodata.readings import Readings, check_value, kind_of_role, read_log, u_keys
 from gyrodata.readings.roles import ROLES
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
@@ -30,17 +31,33 @@ UNKNOWN_BIAS_U = 30.0
 
 
 class Simulation(Struct, frozen=True, dict=True):
-    """A simulated log and its truth."""
+    """A simulated log and its truth.
+
+    Attributes
+    ----------
+    log : str
+        The log as CSV text.
+    truth : Truth
+        The truth, with the values that were drawn at random.
+    runs : Runs
+        The true values, without errors.
+    noise : mapping of str to Uncertainty
+        The stated uncertainties by their ``u_…`` keys.
+    seed : int or None
+        The seed of the random numbers.
+    """
 
     log: str
-    """The log as CSV text."""
     truth: Truth
-    """The truth, with the values that were drawn at random."""
     runs: Runs
-    """The true values, without errors."""
     noise: Mapping[str, Uncertainty]
-    """The stated uncertainties by their ``u_…`` keys."""
     seed: int | None
+
+    def __str__(self) -> str:
+        return self.log
+
+    def __repr__(self) -> str:
+        return f"<Simulation of {len(self.runs.time)} runs: I_zz = {self.truth.inertia:g} kg·m²>"
 
     @cached_property
     def readings(self) -> Readings:
@@ -97,7 +114,7 @@ def simulate(
     Raises
     ------
     InputError
-        If a value is impossible, or a run never ends.
+        If a value is impossible, or if a rod does not complete its turns.
     TypeError, ValueError
         If an argument has the wrong type, or a key of `noise` is unknown.
     """
@@ -122,23 +139,12 @@ def simulate(
 
 def _drawn(truth: Truth, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None) -> Truth:
     """Draw the values that the truth leaves open and that are the same in the whole log."""
-
-    def width(key: str) -> float:
-        return noise.get(key, Uncertainty()).absolute
-
-    imbalance, bias, bent = 0.0, 0.0, 0.0
-    if seed is not None:
-        imbalance, bias = (random.standard_normal(2) * (width("u_imbalance"), width("u_time_bias"))).tolist()
-        # The exponent has random numbers of its own: logs without a decay do not depend on it.
-        bent = width("u_decay_exponent") * float(np.random.default_rng([seed, 1]).standard_normal(2)[1])
-    decay = truth.decay
-    if decay is not None and decay.exponent is None:
-        decay = replace(decay, exponent=VISCOUS + bent)
+    widths = [noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")]
+    imbalance, bias = (random.standard_normal(2) * widths).tolist() if seed is not None else (0.0, 0.0)
     return replace(
         truth,
         imbalance=imbalance if truth.imbalance is None else truth.imbalance,
         timing_bias=bias if truth.timing_bias is None else truth.timing_bias,
-        decay=decay,
     )
 
 
@@ -251,9 +257,6 @@ def _summary(truth: Truth, seed: int | None) -> str:
     parts += [f"residual torque {truth.imbalance!r} N*m", f"timing bias {truth.timing_bias!r} s", truth.motion]
     decay = truth.decay
     if decay is not None:
-        constant, lost = decay.time_constant, decay.lost or 0.0
-        fall = f"spin decays with time constant {constant!r} s" if constant else f"{100 * lost:g} % of the spin lost"
-        parts.append(fall if constant else f"{fall} in each run")
-        if decay.exponent != VISCOUS:
-            parts.append(f"drag law of exponent {decay.exponent!r}")
+        in_time = f"spin decays with time constant {decay.time_constant!r} s"
+        parts.append(in_time if decay.lost is None else f"{100 * decay.lost:g} % of the spin lost in each run")
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -62,6 +62,7 @@ def attempt(seed: int) -> tuple[str, str, str]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", gyrodata.GyroWarning)
             document = gyrodata.analyze(data, name="log.csv", model=model).to_dict()  # type: ignore[arg-type]
             json.dumps(document, allow_nan=False)
     except gyrodata.GyroError as error:

@@ -15,7 +15,7 @@ from gates.stored import Found
 
 LABS = 150
 STATED = "# u_time: 0.14 s\n"
-OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n"
+OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
 CELLS = {
     "9 runs, as stated": Bench(lines=STATED + OLD),
     "27 runs, as stated": Bench(repeats=3, lines=STATED + OLD),

@@ -9,20 +9,18 @@ answers are in `logs.csv` and `texts.csv`, with a digest of all that is said of 
 
 from __future__ import annotations
 
-import json
 import shlex
 import warnings
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
 import sheets
-from typer.testing import CliRunner
 
 import gyrodata
 from gates import stored
 from gates.labs import Bench, draw, write
 from gates.stored import Found, line_of
-from gyrodata.cli import app
+from gyrodata.schema import diagnostics_table
 
 MASS, POSITION, SPIN, TIME, TURNS = ("mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns")
 SLIPS = (
@@ -79,7 +77,7 @@ def every_log() -> dict[str, Log]:
         head = [{column: header, header: column}.get(one, one) for one in good[3].split(",")]
         text = "\n".join([*good[:3], *map(",".join, [head, *rows])]) + "\n"
         logs[f"slip: {column} x {factor:.6g} as {header}"] = Log(text.encode())
-    for record in json.loads(CliRunner().invoke(app, ["schema", "diagnostics", "--json"]).stdout)["diagnostics"]:
+    for record in diagnostics_table():
         code, example = record["code"], record["example"]
         if example.startswith(("analyze log.csv --set", "analyze log.csv --map")):
             logs[code] = given(usual("", "").data, example.removeprefix("analyze log.csv "))
@@ -112,6 +110,7 @@ def outcome(log: Log) -> str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
+            warnings.simplefilter("ignore", gyrodata.GyroWarning)
             analysis = log.analyze()
     except gyrodata.GyroError as error:
         word = "refused" if isinstance(error, gyrodata.LogError) else "unreadable"

@@ -97,12 +97,11 @@ COMMANDS = {
 OTHERS = (
     "predict precession --log LOG", "predict precession --log LOG --pitch 30deg --spin 200rpm",
     "predict precession --log LOG --mass 400g --position 15cm --spin 60rpm --pitch 60deg",
-    "predict earth --latitude 48deg --log LOG", "predict twist --log LOG",
-    "predict platform --log LOG --platform-inertia 4kg*m^2 --from 0deg --to 90deg", "predict tip --log LOG --force 2N",
-    "simulate --seed 1", "simulate --seed 2 --motion released --turns 1/3,1 --weights 20g,40g",
-    "simulate --seed 3 --spin-decay 600s --pitch 20deg", "simulate --seed 4 --spin-decay 10% --turns 1/3 --repeats 2",
-    "simulate --seed 5 --imbalance 0.3mN*m --position 15cm,-10cm --noise none",
-    "simulate --seed 6 --spin-decay 600s --motion horizontal",
+    "predict earth --latitude 48deg --log LOG", "predict twist --wheel-spin 300rpm",
+    "predict platform --platform-inertia 4kg*m^2 --from 0deg --to 90deg", "predict tip --log LOG --force 2N",
+    "simulate --seed 1", "simulate --seed 2 --turns 1/3,1 --weights 20g,40g",
+    "simulate --seed 3 --spin-decay 600s --pitch 20deg", "simulate --seed 4 --spin-decay 10% --turns 1/3",
+    "simulate --seed 5 --imbalance 0.3mN*m --position 15cm,-10cm --noise none", "simulate --seed 6 --spin-decay 600s",
     "analyze LOG --model horizontal", "analyze LOG --keep-flagged --format csv",
 )  # fmt: skip
 """Commands of which a digest is stored for each paragraph; LOG is the sample."""

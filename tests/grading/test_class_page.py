@@ -65,7 +65,7 @@ class Lab:
 
     def graded(self, *students: str, what: str = "points") -> list[Any]:
         document = json.loads(self.read("grades.json"))
-        jsonschema.validate(document, schema.grades_schema())
+        jsonschema.validate(document, schema.json_schema("grades"))
         return [one[what] for one in document["students"] if one["student"] in students]
 
     @property
@@ -155,7 +155,7 @@ def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
     assert sorted(line[:2] for line in lines) == sorted(line[:2] for line in full.todo)
     offered = {line[0]: line[2] for line in lines if line[1] == "total" and line[0] in "1246"}
     assert offered == {"1": "12.00", "2": "", "4": "13.50", "6": ""}, "25 and 99 of 20 points are told, and not offered"
-    assert "s1_1_1_report.pdf" in full.read("class.html")
+    assert '<a href="../class/s1_1_1_report.pdf">' in full.read("class.html")
 
 
 def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_points_by_hand_complete_a_rubric_with_a_manual_part(lab: Lab, tmp_path:
     assert "15 of 20 points so far; to come: The report is clear (5)." in lab.read("feedback/s0/feedback.md")
     todo = lab.read("desk-todo.csv").splitlines()
     assert "s0,report,,,a person gives these points,s0,lab.csv" in todo
-    assert any(line.startswith("s2,reported,,,no reported I_zz") and line.endswith("s2,report.pdf") for line in todo)
+    assert any(line.startswith("s2,reported,,,no I_zz is reported") and line.endswith("s2,report.pdf") for line in todo)
     lab.decide(*(f"s{i},report,{i + 1.5},Ann,clear" for i in range(3)))
     assert lab.graded("s0", "s2") == [16.5, None]
     assert "1.5 of 5 | Given by hand: clear (Ann)" in lab.read("feedback/s0/feedback.md")

@@ -237,5 +237,5 @@ def test_the_autograder_never_fails_for_what_is_submitted(content: str | None, t
     submitted = {"submission/": ""} if content is None else {"submission/lab.csv": content}
     results, _, _ = results_of(autograde(tmp_path, {"submission_metadata.json": "broken", **submitted}))
     assert (results["score"], results["extra_data"]["status"]) == (0.0, "not graded")
-    assert re.match("This could not be graded: .*\nThat is no zero", results["output"])
+    assert re.match("This could not be graded: .*\nThis is not a zero", results["output"])
     assert not any("status" in test for test in results["tests"]), "none has failed"

@@ -92,6 +92,22 @@ def test_old_logs_are_compared_but_not_with_each_other(logs: dict[str, Student],
     assert flag_class({key: one for key, one in prints.items() if key != "1001"}, previous=old) == ()
 
 
+def test_copy_with_every_number_changed_by_1_percent(logs: dict[str, Student], prints: Prints) -> None:
+    random, found = np.random.default_rng(4), 0
+    for one in list(logs.values())[:16]:
+        by = random.uniform(0.99, 1.01, (2, 9))
+        rows = replace(one.rows, spin=np.round(by[0] * one.rows.spin), time=by[1] * one.rows.time)
+        flags = flag_class({**prints, "zz": print_of(with_rows(one, rows, one.number).log())})
+        found += [(flag.kind, set(flag.students)) for flag in flags] == [("similar spins", {one.key, "zz"})]
+    assert found >= 11
+
+
+def test_few_students_with_other_spins_are_not_flagged() -> None:
+    aims = [(310, 520, 830)] * 4 + [(200, 400, 600)] * 36
+    students = [draw(i, 3, replace(USUAL, spins=spins, missed=0.02)) for i, spins in enumerate(aims)]
+    assert flag_class({one.key: print_of(one.log()) for one in students}) == ()
+
+
 def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> None:
     copy = some(in_tenths(changed(logs["1002"], 0, 4, 8)))
     (flag,) = flag_class({**dict(list(prints.items())[:40]), "mallory": print_of(copy.log())})

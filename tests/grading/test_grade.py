@@ -65,7 +65,7 @@ def test_points_fall_with_the_distance_of_the_value() -> None:
     assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
 
 
-@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.35, 1.5), (0.6, 3), (1.9, 3), (9, 0)])
+@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1.9, 3), (9, 0)])
 def test_uncertainty_too_small_or_too_large_costs_points(times: float, earned: float) -> None:
     us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
     u = times * (max(us) if times > 1 else min(us))
@@ -112,12 +112,18 @@ def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
 def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     found = grade(ROWS.log(reported_line(3.7e5 * VALUE, 3.7e5 * U)))
     assert points(found) == {**ALL, "inertia": 0, "reference": 0, "uncertainty": 0}
-    assert "nothing on a lab bench has such a moment of inertia" in mark_of(found, "reference")[1]
     inverse = grade(ROWS.log(reported_line(1 / VALUE, U / VALUE**2)))
     assert "inver" in inverse.slips[0].words
     odd = grade(report(ROWS, Formula(answer=1.3)))
     assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0, "reference": 0})
-    assert "no known slip explains it" in odd.look[0]
+    assert "no common mistake explains it" in odd.look[0]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
+    rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
+    found = grade(rows.log(reported_line(VALUE, U)))
+    assert found.status == "not graded" or "do not follow from the spins" in found.look[0]
 
 
 PLAIN = """schema = 1
@@ -172,7 +178,7 @@ def test_log_that_cannot_be_judged_has_no_points(text: bytes, why: str) -> None:
 def test_missing_value_waits_unless_the_rubric_says_zero() -> None:
     found, zero = grade(ROWS.log()), replace(BY_REFERENCE, no_report="zero")
     assert (found.status, found.points, points(found)["procedure"]) == ("not graded", None, 3)
-    assert "no reported I_zz was found" in (found.why or "")
+    assert "no I_zz is reported" in (found.why or "")
     assert grade(ROWS.log(), zero).points == 6
     assert grade(report(), log_name="gone.csv").status == "not graded"
     unread = grade(says("about four"), zero)
@@ -181,7 +187,8 @@ def test_missing_value_waits_unless_the_rubric_says_zero() -> None:
 
 
 def test_station_without_a_reference_waits_for_a_person() -> None:
-    elsewhere = replace(BY_REFERENCE, references={"bench a": BY_REFERENCE.references["all"]})
+    stations = {"bench a": (BY_REFERENCE.reference or {})["all"]}
+    elsewhere = replace(BY_REFERENCE, reference=stations)
     for station in ("# station: 8\n", ""):
         waiting = grade(station + report(), elsewhere)
         assert (waiting.status, waiting.points, waiting.why) == ("so far", 17, None)

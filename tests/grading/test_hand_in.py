@@ -32,7 +32,7 @@ def check(*arguments: str | Path) -> tuple[str, int]:
 def told(*paths: Path) -> tuple[dict[str, Any], int]:
     text, code = check("--format", "json", *paths)
     document = json.loads(text)
-    jsonschema.validate(document, schema.check_schema())
+    jsonschema.validate(document, schema.json_schema("check"))
     return document, code
 
 

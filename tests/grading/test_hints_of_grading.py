@@ -89,7 +89,7 @@ def assert_fine(words: list[str]) -> None:
 def test_a_command_mended_by_a_person(
     code: str, typed: str, says: str, mended: str, lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path, _: iter([path.read_bytes()]))
+    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path: iter([path.read_bytes()]))
     """A + adds to what was typed."""
     typed, mended = (words.replace("SAMPLE", str(SAMPLE)) for words in (typed, mended))
     done = gyro(*shlex.split(typed))
@@ -109,7 +109,7 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
 
 
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
-    words = ("predict", "earth", "--latitude", "42.5 deg", "--out")
+    words = ("analyze", str(SAMPLE), "--out")
     with alone_in(lab / "new"):
         assert "or choose another folder with --out" in hint_of(gyro(*words, "new"), "G609")
         assert gyro(*words, "other").exit_code == 0
@@ -217,6 +217,8 @@ def desk(lines: str) -> Files:
 
 TWELVE = desk("bob,total,12")
 
+LATE = RUBRIC + '[late]\n[[late.exception]]\nstudent = "{}"\nextra = "2 days"\n'
+
 CASES: list[Any] = [
     ("G701", "clas", {}, "check its name", "class", {}),
     ("G702", "c.zip", {"c.zip": ZIP[:-10]}, "download it again", "c.zip", {"c.zip": ZIP}),
@@ -231,6 +233,8 @@ CASES: list[Any] = [
      "c.zip", {"c.zip": ZIP}),
     ("G744", "class --roster r.csv", {"r.csv": "mass [g]\n20\n"}, "first line is student,name,section,station,partner",
      "class --roster r.csv", {"r.csv": "student,name,section,station,partner\nann,Ann,Mon,3,\n"}),
+    ("G745", "class --rubric r.toml", {"r.toml": LATE.format("anna")}, "did you mean ann?", "class --rubric r.toml",
+     {"r.toml": LATE.format("ann")}, ["10.00", "10.00", "9.00"]),
     ("G763", "class -o file", {"file": ""}, "make room there, or choose another folder with --out", "class -o new", {}),
     ("G764", "", {}, "give the class, a folder or a zip", "class", {}),
     ("G765", "class --rubric rubirc.toml", {"rubric.toml": RUBRIC}, "check its name", "class --rubric rubric.toml", {},
@@ -258,6 +262,11 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     done, found = grade(mended)
     assert (done.exit_code, found) == (0, points[0] if points else POINTS), done.stderr
     assert code not in done.stderr
+
+
+def test_built_in_rubric_is_given_by_its_name(home: Path) -> None:
+    put({"r.toml": gyro("grade", "--print-rubric", "simple").stdout})
+    assert grade("class --rubric simple")[1] == grade("class --rubric r.toml")[1] == ["13.00"] * 3
 
 
 def test_one_week_of_a_term_is_graded(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -308,7 +317,7 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
         patch.setattr("gyrodata.grading.exports.gradescope.distributions", lambda name: ())
-        assert hint_of(gyro(*words), "G768").startswith("install it, python3 -m pip install . in its folder")
+        assert hint_of(gyro(*words), "G768").startswith("install it with python3 -m pip install . in its folder")
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0
 
@@ -336,7 +345,7 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     given = words
     if named:
         done, _ = grade(words)
-        assert hint_of(done, "G753").startswith("give the number behind its title with --assignment")
+        assert hint_of(done, "G753").startswith("give the number after its title with --assignment")
         given += f" --assignment {found(named, done.stderr)}"
     assert_filled(given, POINTS)
     for fault, code, says in faulty:

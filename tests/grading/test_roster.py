@@ -36,7 +36,7 @@ def grade(root: Path, *options: str | Path) -> tuple[dict[str, dict[str, str]], 
     out = root.parent / "grades"
     done = gyro("grade", root, "-o", out, "--workers", "0", *options)
     assert done.exit_code == 0, done.stderr
-    jsonschema.validate(json.loads((out / "grades.json").read_text(encoding="utf-8")), schema.grades_schema())
+    jsonschema.validate(json.loads((out / "grades.json").read_text(encoding="utf-8")), schema.json_schema("grades"))
     table = csv.DictReader(io.StringIO((out / "grades.csv").read_text(encoding="utf-8")))
     return {row["student"]: row for row in table}, (out / "class.html").read_text(encoding="utf-8"), done.output
 

@@ -80,7 +80,7 @@ def test_positions_from_the_surface_are_stated_as_the_hint_says() -> None:
 def test_runs_copied_below_with_a_column_more_are_refused() -> None:
     head, *rows = ONCE.splitlines()[1:]
     copy = "\n".join([f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)])
-    with pytest.raises(LogError, match="the table with line 14 repeats runs that stand above"):
+    with pytest.raises(LogError, match="the table with line 14 repeats runs of a table above"):
         analyze(f"{ONCE}\n{copy}\n".encode())
 
 

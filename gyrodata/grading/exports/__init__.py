@@ -1,21 +1,17 @@
-"""The grades of a class as CSV and as a table for a terminal, and what changes in them.
-
-Beside it: JSON (`class_json`), sheets of platforms (`gradebooks`), Gradescope's autograder (`gradescope`), the page of
-the class (`class_page`).
-"""
+"""Write the grades of a class as CSV and as a table for a terminal, and compare two such tables."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from itertools import chain
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
 from gyrodata.errors import shown
+from gyrodata.grading import ledger
 from gyrodata.grading.grade import Grade, points_text, two_decimals
-from gyrodata.grading.ledger import csv_table
+from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.reporting.values import count_text, in_columns
 
@@ -24,86 +20,74 @@ if TYPE_CHECKING:
     from gyrodata.grading.forensics import Flag
     from gyrodata.grading.roster import Person
 
-# --- CSV: ``grades.csv``, a row for each student below one of what can be had, and ``flags.csv`` -----------------
+# --- ``grades.csv``, with the possible points in the first row, and ``flags.csv`` ---------------------------
 
-
-POINTS_ROW = "points possible"  # what stands for a student in the first row
+POINTS_ROW = "points possible"  # the text in the column of the students
+TOTAL, STATUS = "total", "status"
 
 
 def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Sequence[Person] = ()) -> str:
-    """Write the grades of a class; `absent`: Those who handed in nothing.
+    """Write the grades of a class as CSV; `absent`: students without a submission.
 
-    Gives: CSV (RFC 4180 with plain line feeds). Points have two decimals; a cell is blank where nothing was judged. A
-    text that a spreadsheet would run as a formula has a ' in front.
+    Points have two decimals; a cell is blank if nothing was judged. A text that a spreadsheet would run as a formula
+    has a ' in front.
     """
     flagged: dict[str, list[str]] = {}
     for flag in flags:
         for student in flag.students:
             others = [other for other in (*flag.students, *flag.previous) if other != student]
             flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
-    first = next(iter(grades), None)
-    columns = ["student"] if first is None else [column for column, _ in _row(first, ())]
-    head = [[csv_cell(column) for column in columns]]
-    if first is not None:
-        possible = {"student": POINTS_ROW, "status": "--", TOTAL: two_decimals(first.out_of)}
+    rows: dict[str, Mapping[str, str | float | None]] = {
+        one.student: {"student": one.student, "name": one.name, STATUS: "nothing handed in", "section": one.section}
+        for one in absent
+    }
+    rows |= {grade.student: _cells(grade, flagged.get(grade.student, [])) for grade in grades}
+    head = [["student"]]
+    for first in list(grades)[:1]:
+        columns = list(rows[first.student])
+        possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
         possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
-        head.append([possible.get(column, "") for column in columns])
-
-    def cells(one: Grade | Person) -> list[str]:
-        if isinstance(one, Grade):
-            return [cell for _, cell in _row(one, flagged.get(one.student, ()))]
-        told = {"student": one.student, "name": one.name, "status": NOTHING, "section": one.section}
-        return [csv_cell(told.get(column)) for column in columns]
-
-    people: dict[str, Grade | Person] = {one.student: one for one in absent}
-    people |= {grade.student: grade for grade in grades}
-    # A large class is kept as text, not cell by cell.
-    return csv_lines(chain(head, (cells(people[student]) for student in sorted(people))))
+        head = [columns, [possible.get(column, "") for column in columns]]
+    return csv_lines([*head, *([csv_cell(rows[one].get(column)) for column in head[0]] for one in sorted(rows))])
 
 
-def _row(grade: Grade, flags: Sequence[str]) -> list[tuple[str, str]]:
-    """Give each column and cell of one student."""
-    texts: list[tuple[str, object]] = [
-        ("late [s]", grade.late_seconds),
-        ("late", grade.late_reason),
-        ("reported [kg*m^2]", grade.reported.get("value")),
-        ("u_reported [kg*m^2]", grade.reported.get("u")),
-        ("matched", grade.matched),
-        ("d", None if grade.d is None else float(f"{grade.d:.4g}")),
-        ("z", None if grade.zeta is None else float(f"{grade.zeta:.4g}")),
-        ("slips", "; ".join(slip.kind for slip in grade.slips)),
-        ("flags", "; ".join(flags)),
-        ("look", "; ".join(grade.look)),
-        ("by_hand", "; ".join(map(str, grade.by_hand))),
-        ("why_not_graded", grade.why),
-        ("section", grade.section),
-    ]
-    return [
-        ("student", csv_cell(grade.student)),
-        ("name", csv_cell(grade.name)),
-        ("status", grade.status),
-        (TOTAL, two_decimals(grade.points)),
-        *((mark.criterion, two_decimals(mark.points)) for mark in grade.marks),
-        ("late_deduction", two_decimals(None if grade.points is None else grade.late_deduction)),
-        *((column, csv_cell(text)) for column, text in texts),
-    ]
+def _cells(grade: Grade, flags: Sequence[str]) -> dict[str, str | float | None]:
+    """Return the cells of one student by column."""
+    four_digits = {"d": grade.d, "z": grade.zeta}
+    return {
+        "student": grade.student,
+        "name": grade.name,
+        STATUS: grade.status,
+        TOTAL: two_decimals(grade.points),
+        **{mark.criterion: two_decimals(mark.points) for mark in grade.marks},
+        "late_deduction": "" if grade.points is None else two_decimals(grade.late_deduction),
+        "late [s]": grade.late_seconds,
+        "late": grade.late_reason,
+        "reported [kg*m^2]": grade.reported.get("value"),
+        "u_reported [kg*m^2]": grade.reported.get("u"),
+        "matched": grade.matched,
+        **{name: None if value is None else float(f"{value:.4g}") for name, value in four_digits.items()},
+        "slips": "; ".join(slip.kind for slip in grade.slips),
+        "flags": "; ".join(flags),
+        "look": "; ".join(grade.look),
+        "by_hand": "; ".join(map(str, grade.by_hand)),
+        "why_not_graded": grade.why,
+        "section": grade.section,
+    }
 
 
 def flags_csv(flags: Iterable[Flag]) -> str:
-    """Write the flags of a class as CSV; a text that a spreadsheet would run as a formula has a ' in front."""
-    head = ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
-    rows: list[tuple[object, ...]] = [head]
+    """Write the flags of a class as CSV."""
+    rows: list[tuple[object, ...]] = [
+        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
+    ]
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
         rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
     return csv_lines(map(csv_cell, row) for row in rows)
 
 
-# --- changes in ``grades.csv``: who, from what, to what --------------------------------------------------
-
-
-TOTAL, STATUS = "total", "status"
-NOT_GRADED, NOTHING = "not graded", "nothing handed in"
+# --- changes in ``grades.csv`` ------------------------------------------------------------------------------
 
 
 class CellChange(Struct, frozen=True):
@@ -115,16 +99,16 @@ class CellChange(Struct, frozen=True):
 
 
 class Change(Struct, frozen=True):
-    """One student whose row is not what it was."""
+    """One student whose row has changed."""
 
     student: str
     name: str
     before: str | None = field(name="from")
-    """Points, "not graded", or null for one who was not in the table."""
+    """Points, "not graded", or null for a student who was not in the table."""
     after: str | None = field(name="to")
-    """The same now; null for one who no longer is."""
+    """The same now; null for a student who is no longer in the table."""
     parts: tuple[CellChange, ...]
-    """Other cells that change."""
+    """Other cells that have changed."""
 
     def __str__(self) -> str:
         who = self.name if self.student in self.name else f"{self.name} ({self.student})"
@@ -136,11 +120,7 @@ class Change(Struct, frozen=True):
 
 
 def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
-    """Compare two tables of grades.
-
-    `then`, `today`: ``grades.csv`` as it is, and as it would be. Gives: Sorted by student; empty where every cell is
-    the same; None where the old one is no table of grades.
-    """
+    """Compare two texts of ``grades.csv``; return the changes by student, None if the old text is not such a table."""
     old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
@@ -152,16 +132,15 @@ def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
         columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS) and was and now]
         cells = (CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
         parts = tuple(cell for cell in cells if cell.before != cell.after)
-        name = (now or was).get("name") or student
-        before, after = (row[TOTAL] or row[STATUS] or NOT_GRADED if row else None for row in (was, now))
-        changes.append(Change(student, name, before, after, parts))
+        before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
+        changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
     return tuple(changes)
 
 
 def read_table(table: str) -> dict[str, dict[str, str]] | None:
-    """Read a table of grades, each student's cells by column; None where there are no such columns."""
+    """Read a table of grades, each student's cells by column; return None if these columns are missing."""
     try:
-        rows = {row["student"]: row for _, row in csv_table(table, "student", STATUS, TOTAL)}
+        rows = {row["student"]: row for _, row in ledger.csv_table(table, "student", STATUS, TOTAL)}
     except (csv.Error, LookupError):
         return None
     rows.pop(POINTS_ROW, None)
@@ -170,30 +149,16 @@ def read_table(table: str) -> dict[str, dict[str, str]] | None:
 
 # --- a table for a terminal --------------------------------------------------------------------------------
 
-
 WIDEST = 28  # characters of a name that are shown
 
 
 def class_summary(found: ClassGrades) -> Iterator[str]:
-    """Write a class for people: a line on the whole, a row for each student, then the flags."""
-    out_of = points_text(found.rubric.points)
+    """Write a class for people: a line about the class, a row for each student, then the flags."""
     first = f"{shown(found.source)}: {count_text(len(found.grades), 'submission')}, {found.tally}"
     if found.mean is not None and found.median is not None:
+        out_of = points_text(found.rubric.points)
         first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
     yield f"{first}\n\n"
-    yield from _table_rows(found)
-    if found.bench:
-        yield f"\n{found.bench}\n"
-    if found.flags:
-        yield "\nflags (questions, not verdicts):\n"
-    for flag in found.flags:
-        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
-        told = shown(f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}")
-        yield f"  {told}\n"
-
-
-def _table_rows(found: ClassGrades) -> Iterator[str]:
-    """Put the students under each other, numbers to the right."""
     rows = [("student", "points", "I_zz / own", "what to know")]
     for grade in found.grades:
         ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
@@ -201,10 +166,39 @@ def _table_rows(found: ClassGrades) -> Iterator[str]:
         name = name if len(name) <= WIDEST else name[: WIDEST - 1] + "…"
         rows.append((name, points_text(grade.points), ratio, _remark(found, grade)))
     yield from (f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
+    if found.bench:
+        yield f"\n{found.bench}\n"
+    if found.flags:
+        yield "\nflags (questions, not verdicts):\n"
+    for flag in found.flags:
+        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
+        told = f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}"
+        yield f"  {shown(told)}\n"
+    reasons: dict[str, list[str]] = {}
+    for reason, student in _open_decisions(found):
+        reasons.setdefault(reason, []).append(found.label(student))
+    if reasons:
+        yield f"\nneeds your decision (copy a line from {ledger.TODO} or class.html to {ledger.DESK}):\n"
+    for reason, names in reasons.items():
+        yield f"  {shown(f'{len(names)} × {reason}: {listing(names, 10)}')}\n"
+
+
+def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
+    """Return what a person has to decide, in general words, and the student."""
+    for grade in found.grades:
+        if grade.why is not None:
+            yield f"no grade: {ledger.in_general(grade.why)}", grade.student
+        for look in grade.look:
+            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
+            if found.desk.waits(offer):
+                yield offer.reason, grade.student
+        for mark in grade.marks if grade.status == "so far" else ():
+            if mark.waits:
+                yield f"points to give: {mark.title}", grade.student
 
 
 def _remark(found: ClassGrades, grade: Grade) -> str:
-    """Return the most important fact for the grader, in one line."""
+    """Return what the grader has to know about a student, in one line."""
     parts = [] if grade.why is None else [f"not graded: {grade.why}"]
     if grade.why is None and grade.status != "graded":
         parts.append(grade.status)

@@ -1,15 +1,16 @@
-"""The grades as JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one for each student."""
+"""Write the grades as JSON: "gyro.grades/1", one object for the class, and "gyro.grade/1", one for each student."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Literal
 
-from msgspec import Struct, convert
+from msgspec import Struct
 
 from gyrodata.errors import DiagnosticJson
 from gyrodata.grading.classroom import ClassGrades, CriterionFigures
 from gyrodata.grading.exports import Change
+from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade
 from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.reporting.data import json_text
@@ -27,7 +28,7 @@ class ClassInput(Struct):
 
 
 class ClassSummary(Struct):
-    """How many are graded, and their points."""
+    """The number of graded students, and their points."""
 
     graded: int
     not_graded: int
@@ -35,21 +36,8 @@ class ClassSummary(Struct):
     median: float | None
 
 
-class FlaggedLogs(Struct):
-    """Logs that look copied or invented; not a verdict."""
-
-    kind: str
-    students: tuple[str, ...]
-    previous: tuple[str, ...]
-    """Keys of earlier logs that it is about."""
-    evidence: str
-    p: float
-    expected: float
-    """How many such flags chance makes in an honest class of this size."""
-
-
 class AbsentPerson(Struct):
-    """One who handed in nothing."""
+    """A student without a submission."""
 
     student: str
     name: str
@@ -61,11 +49,11 @@ class Student(ShownGrade, frozen=True, kw_only=True):
 
     flags: tuple[str, ...]
     ids: Mapping[str, str]
-    """What the platform calls the student."""
+    """The student's identifiers on the platform."""
 
 
 class GradesDocument(Struct, kw_only=True):
-    """What ``gyro grade --format json`` says of a class: all quantities are SI, times seconds."""
+    """The document of ``gyro grade --format json``: all quantities are SI, times seconds."""
 
     schema: Literal["gyro.grades/1"] = "gyro.grades/1"
     tool: Tool = Tool()
@@ -78,16 +66,16 @@ class GradesDocument(Struct, kw_only=True):
     scatters: Mapping[str, BenchScatter]
     absent: tuple[AbsentPerson, ...]
     slips: Mapping[str, list[str]]
-    flags: tuple[FlaggedLogs, ...]
+    flags: tuple[Flag, ...]
     changes: tuple[Change, ...] | None
     diagnostics: tuple[DiagnosticJson, ...]
     students: tuple[Student, ...] = ()
 
 
 def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None) -> Iterator[str]:
-    """Write the grades of a class as one JSON object, piece by piece, for a class may be large.
+    """Write the grades of a class as one JSON object, in pieces with one student each, for a class may be large.
 
-    `changes`: Against the table of an earlier run, where that was asked for. Gives: Text; each student is on a line.
+    `changes`: Differences from the table of an earlier run, if they were asked for.
     """
     rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
     head = GradesDocument(
@@ -100,7 +88,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
         scatters=dict(sorted(found.scatters.items())),
         absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
         slips=found.slips,
-        flags=tuple(convert(flag, FlaggedLogs, from_attributes=True) for flag in found.flags),
+        flags=found.flags,
         changes=None if changes is None else tuple(changes),
         diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
     )
@@ -111,7 +99,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
 
 
 def grade_lines(found: ClassGrades) -> Iterator[str]:
-    """Write one JSON object for each student, one a line."""
+    """Write one JSON object for each student, one per line."""
     for grade in found.grades:
         line = {"schema": "gyro.grade/1", "tool": Tool(), **to_json(_student(found, grade))}
         yield encode(line).decode() + "\n"

@@ -1,13 +1,12 @@
-"""Sheets of grades that platforms export, filled and given back: single cells change, all others stay as they were.
+"""Fill the sheets of grades that platforms export: single cells change, all other cells stay as they were.
 
-Canvas: a column keeps its ``(id)``, for without it Canvas makes a new assignment; scores are compared at two decimals;
-the last ``.`` or ``,`` of a number is its decimal mark, so that ``1,234`` would be 1.234.
+Canvas: a column keeps its ``(id)``, because without it Canvas makes a new assignment; scores are compared at two
+decimals; the last ``.`` or ``,`` of a number is its decimal mark, so ``1,234`` would be 1.234.
 
-Blackboard: the same of a column's ``|id``; a sheet with commas has every cell in quotation marks.
+Blackboard: the same for the ``|id`` of a column; a sheet with commas has every cell in quotation marks.
 
-Moodle: the importer passes over a row without a word where the grade is unchanged, above the maximum or locked; those
-rows are told here instead. Headers are in the site's language, so that columns are known by what stands in them where
-they are not English.
+Moodle: its importer skips a row without a message if the grade is unchanged, above the maximum or locked; those rows
+are reported here instead. Headers are in the language of the site, so columns are found by their content.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ import csv
 import html
 import io
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 
 from msgspec import Struct
 
@@ -29,7 +28,18 @@ from gyrodata.readings import listing
 
 Ids = Mapping[str, Mapping[str, str]]
 Ours = Mapping[str, Collection[str] | None]
-"""Totals that each student ever had from here, as written; None for one whose total may be written over."""
+"""Totals that each student ever had from gyro, as written; None if the student's total may be overwritten."""
+
+
+class Filled(Struct, frozen=True):
+    """A gradebook with grades in it."""
+
+    data: bytes  # the file to upload
+    filled: tuple[str, ...]  # students whose grade is in it now
+    # student, old and new cell, if they differ and the old cell was not empty
+    changed: tuple[tuple[str, str, str], ...]
+    skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written
+    by_hand: tuple[tuple[str, str], ...]  # student and total that a person has set in the gradebook
 
 
 def fill_book(
@@ -43,50 +53,49 @@ def fill_book(
     ids: Mapping[str, Mapping[str, str]] = {},
     ours: Ours | None = None,
 ) -> Filled:
-    """Write grades into the sheet that a platform exported: match, refuse, fill, tell.
+    """Write grades into the sheet that a platform exported.
 
-    `assignment`: Title or number of the column, where there are several. `comments`: Plain text for each student.
-    `ids`: `Submission.ids` of each. `ours`: Other totals stay, for somebody set them by hand; None: none stays.
-
-    Gives: `skipped` names the rows that the platform would pass over without a word,
-    and those with no grade; rows that were graded in Moodle after the export are not known here.
+    `assignment`: Title or number of the column, if there are several. `comments`: Plain text for each student. `ids`:
+    `Submission.ids` of each. `ours`: Other totals stay, because a person has set them; None: all are overwritten.
+    Raises InputError for a sheet that cannot be filled.
     """
     book = PLATFORMS[lms].book
     assert book is not None
     sheet = read_sheet(data, name)
-    layout = _Columns(sheet, lms, book, assignment) if book.assignment else _Moodle(sheet, lms, book)
-    layout.check_points(grades)
+    layout = _Columns(sheet, lms, book, assignment) if book.assignment else _Moodle(sheet, book)
+    most, out_of = read_number(layout.most), next((grade.out_of for grade in grades), None)
+    if most is not None and out_of is not None and round(most, 2) != round(out_of, 2):
+        words = f'has {layout.most} points for "{layout.head[layout.grade]}", the rubric {out_of:g}'
+        hint = f"make the points of the rubric and of the assignment in {lms.title()} the same"
+        raise refusal(layout.other_points, name, words, hint)
     mark = "," if re.search(r",\d+$", layout.most) else "."
     places = layout.rows_of(grades, ids)
-    filled: list[str] = []
-    changed: list[tuple[str, str, str]] = []
-    skipped: list[tuple[str, str]] = []
-    by_hand: list[tuple[str, str]] = []
+    found: tuple[list[str], list[tuple[str, str, str]], list[tuple[str, str]], list[tuple[str, str]]] = [], [], [], []
+    filled, changed, skipped, by_hand = found
     for grade in sorted(grades, key=lambda grade: grade.student):
         student, rows = grade.student, places.get(grade.student, [])
-        if not rows:
-            skipped.append((student, f"is in no row of the {book.noun}"))
-            continue
         known = None if ours is None else ours.get(student, ())
-        graded = grade.status == "graded"
-        if not graded:
+        graded = grade.status == "graded" and grade.points is not None
+        points, written = grade.points or 0.0, two_decimals(grade.points).replace(".", mark)
+        if not rows:
+            skipped.append((student, f"is not in the {book.noun}"))
+        elif not graded:
             skipped.append((student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
-        written = two_decimals(grade.points).replace(".", mark)
         for row in rows:
             before = sheet.value(row, layout.grade)
-            stands = read_number(before)
-            same = graded and stands == grade.points
-            if not same and stands is not None and known is not None and two_decimals(stands) not in known:
-                skipped.append((student, f"has {before}, set by hand, which stays: see {TODO}"))
-                by_hand.append((student, two_decimals(stands)))
+            there = read_number(before)
+            same = graded and there == points
+            if not same and there is not None and known is not None and two_decimals(there) not in known:
+                skipped.append((student, f"has {before}, set by hand, which is kept: see {TODO}"))
+                by_hand.append((student, two_decimals(there)))
                 continue
-            if grade.points is None or not graded:
-                continue
-            if why := layout.why_refused(row, grade.points):
+            why = layout.why_refused(row, points) if graded else ""
+            if why:
                 skipped.append((student, why))
+            if why or not graded:
                 continue
-            if same and layout.passes_over_same:
-                skipped.append((student, f"has {before} in Moodle already: Moodle passes over the grade"))
+            if same and layout.skips_same:
+                skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
             else:
                 if not same and not _EMPTY.fullmatch(before):
                     changed.append((student, before, written))
@@ -102,10 +111,10 @@ def fill_book(
     return Filled(sheet.to_bytes(), tuple(dict.fromkeys(filled)), tuple(changed), tuple(skipped), tuple(by_hand))
 
 
+# Contents of a cell: no grade yet; no grade is needed; the grade cannot be changed.
 _EMPTY = re.compile(r"-?|(?:Needs Grading|In Progress)\b.*", re.IGNORECASE)
 _EXCUSED = ("ex", "n/a", "exempt", "exempted", "excused")
 _NO = ("no", "nein", "non", "não", "nie", "нет", "ні", "ne", "nee", "nej", "nei", "hayır", "όχι", "いいえ", "否")
-"""What cells say: that there is no grade yet, that none is asked for, and that it cannot be changed."""
 
 
 def platform_of(data: bytes, name: str) -> str:
@@ -118,37 +127,16 @@ def platform_of(data: bytes, name: str) -> str:
     return known or ("blackboard" if "[Total Pts:" in head else "moodle" if of_moodle else "canvas")
 
 
-class _Layout:
-    """The places of the columns in a sheet."""
+class _Columns:
+    """The sheet of Canvas or Blackboard: columns with names and ids, and a column for each assignment."""
 
-    rows: list[int]  # of students
-    grade: int  # columns
-    comment: int | None = None
-    most: str  # points possible, as written
-    other_points = (
-        diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED
-    )  # diagnostic of a sheet with other points than the rubric
-    passes_over_same = False  # True: the platform does not take a grade that is there already
-
-    def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
-        self.sheet, self.platform, self.book = sheet, lms.title(), book
-        self.head = [cell.strip() for cell in sheet.rows[0]] or [""]
-
-    def check_points(self, grades: Collection[Grade]) -> None:
-        """See that the sheet has the points of the rubric."""
-        most = read_number(self.most)
-        out_of = next((grade.out_of for grade in grades), None)
-        if most is not None and out_of is not None and round(most, 2) != round(out_of, 2):
-            words = f'has {self.most} points for "{self.head[self.grade]}", the rubric {out_of:g}'
-            hint = f"make the points of the rubric and of the assignment in {self.platform} the same"
-            raise refusal(self.other_points, self.sheet.name, words, hint)
-
-
-class _Columns(_Layout):
-    """Columns that say who a student is, and one for each assignment: Canvas, Blackboard."""
+    other_points = diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED  # code if the sheet has other points than the rubric
+    skips_same = False  # True if the platform skips a grade that has not changed
+    comment: int | None = None  # column of the comments
 
     def __init__(self, sheet: Sheet, lms: str, book: Book, assignment: str | None) -> None:
-        super().__init__(sheet, lms, book)
+        self.sheet, self.book = sheet, book
+        self.head = [cell.strip() for cell in sheet.rows[0]] or [""]
         self.columns = {title.casefold(): at for at, title in enumerate(self.head)}
         # A cell may contain a character that separates cells elsewhere.
         if not re.match(book.begins, "\t".join(self.head)) or book.known_by[0][0].casefold() not in self.columns:
@@ -156,39 +144,36 @@ class _Columns(_Layout):
         self.key = self.columns[book.known_by[0][0].casefold()]
         every = range(1, len(sheet.rows))
         special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)
-        self.rows = [row for row in every if row != special and sheet.value(row, self.key)]
+        self.rows = [row for row in every if row != special and sheet.value(row, self.key)]  # rows of students
+        pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
         points = ["" if special is None else sheet.value(special, at) for at in range(len(self.head))]
-        self.grade, match = self._assignment_column(assignment, points)
-        self.most = match["most"]
-        if match["locked"]:
-            message = f'takes no points in the column "{self.head[self.grade]}": {match["locked"]}'
-            hint = f"{book.unlock}, or name another with --assignment"
-            raise refusal(diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
-
-    def label(self, row: int) -> str:
-        """Name a row to a person."""
-        return ", ".join(self.sheet.value(row, at) for at in range(self.key))
-
-    def _assignment_column(self, assignment: str | None, points: Sequence[str]) -> tuple[int, re.Match[str]]:
-        pattern = re.compile(self.book.assignment, re.DOTALL | re.IGNORECASE)
         cells = enumerate(zip(self.head, points, strict=True))
         found = titles = {at: match for at, pair in cells if (match := pattern.fullmatch("\n".join(pair)))}
         if assignment is not None:
             wanted = assignment.strip().casefold()
             names = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
             found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
-        if len(found) == 1:
-            return found.popitem()
-        shown = listing([self.head[at] for at in titles]) or "none with a number behind its title"
-        asked = f'no one column "{assignment}"' if assignment is not None else "not one assignment"
-        hint = f"make the assignment in {self.platform} first, and export again"
-        if titles:
-            hint = f"give the number behind its title with --assignment; or {hint}"
-        message = f"has {asked}; its assignments are: {shown}"
-        raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, self.sheet.name, message, hint)
+        if len(found) != 1:
+            shown = listing([self.head[at] for at in titles]) or "none with a number after its title"
+            asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
+            hint = f"make the assignment in {lms.title()} first, and export again"
+            if titles:
+                hint = f"give the number after its title with --assignment; or {hint}"
+            message = f"has {asked}; its assignments are: {shown}"
+            raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, message, hint)
+        ((self.grade, match),) = found.items()  # column of the grades
+        self.most: str = match["most"]  # possible points, as written
+        if match["locked"]:
+            message = f'takes no points in the column "{self.head[self.grade]}": {match["locked"]}'
+            hint = f"{book.unlock}, or name another with --assignment"
+            raise refusal(diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
+
+    def label(self, row: int) -> str:
+        """Return the name of a row for people."""
+        return ", ".join(self.sheet.value(row, at) for at in range(self.key))
 
     def rows_of(self, grades: Collection[Grade], ids: Ids) -> dict[str, list[int]]:
-        """Look in one column after the other, the platform's own first; several rows for one in several sections."""
+        """Find the rows of each student, by the columns in the order of the book; several if in several sections."""
         places: dict[tuple[str, str], list[int]] = {}
         for title, _ in self.book.known_by:
             for row in self.rows:
@@ -197,7 +182,7 @@ class _Columns(_Layout):
         found = {}
         for grade in grades:
             own = ids.get(grade.student, {})
-            # Moodle's number of a student might be Canvas's of another.
+            # The number of a student in Moodle may be that of another student in Canvas.
             key = () if "moodle" in own else (grade.student,)
             names = [
                 (title, value.casefold())
@@ -208,58 +193,50 @@ class _Columns(_Layout):
         return found
 
     def why_refused(self, row: int, points: float) -> str:
-        """Say that a student is excused; "" for one who is not."""
+        """Return why the platform would not take a grade; "" if it would."""
         before = self.sheet.value(row, self.grade)
         return f'has "{before}" in the gradebook: excused or not assigned' if before.casefold() in _EXCUSED else ""
 
 
-class _Moodle(_Layout):
-    """A row for each participant, with the maximum grade, whether the grade can be changed, and comments."""
+class _Moodle:
+    """The sheet of Moodle: a row for each participant, with the maximum grade, a lock, and comments."""
 
     other_points = diagnostics.WORKSHEET_CANNOT_TAKE_POINTS
-    passes_over_same = True
+    skips_same = True
 
-    def __init__(self, sheet: Sheet, lms: str, book: Book) -> None:
-        super().__init__(sheet, lms, book)
+    def __init__(self, sheet: Sheet, book: Book) -> None:
+        self.sheet, self.head = sheet, [cell.strip() for cell in sheet.rows[0]] or [""]
         self.rows = [row for row in range(1, len(sheet.rows)) if self._number_of(row) is not None]
-        top = self._top_column()
-        if not self.rows or top is None or top < 2:
+        # Columns are found by their English name, or else by their content: one number in every row.
+        values = {at: {sheet.value(row, at) for row in self.rows} for at in range(2, len(self.head))}
+        equal = [at for at, some in values.items() if len(some) == 1 and read_number(*some) is not None]
+        top = self.head.index("Maximum Grade") if "Maximum Grade" in self.head else equal[-1] if equal else 0
+        if not self.rows or top < 2:
             raise refusal(book.code, sheet.name, f"{book.none}; its columns are: {listing(self.head)}", book.export)
-        self.top, self.grade = top, top - 1
-        self.comment = self._comment_column()
-        self.most = sheet.value(self.rows[0], top)
+        self.top, self.grade, self.most = top, top - 1, sheet.value(self.rows[0], top)
+        # The last column contains comments if its cells are not dates.
+        last = len(self.head) - 1
+        texts = values.get(last, {""})
+        is_comment = last > top + 2 and any(not text or text.startswith("<") for text in texts)
+        self.comment = last if is_comment else None
+        if "Feedback comments" in self.head:
+            self.comment = self.head.index("Feedback comments")
 
     def _number_of(self, row: int) -> str | None:
-        """Read N of "Participant N", the first word in any language."""
+        """Return N of "Participant N", in any language."""
         match = re.fullmatch(r"\D+(\d+)", self.sheet.value(row, 0))
         return match[1] if match else None
 
     def label(self, row: int) -> str:
-        """Name a row to a person."""
+        """Return the name of a row for people."""
         return f"{self.sheet.value(row, 0)} ({self.sheet.value(row, 1)})"
 
-    def _top_column(self) -> int | None:
-        """Find the maximum grade: by its English name, else the last column with one number in every row."""
-        if "Maximum Grade" in self.head:
-            return self.head.index("Maximum Grade")
-        values = {at: {self.sheet.value(row, at) for row in self.rows} for at in range(2, len(self.head))}
-        found = [at for at, texts in values.items() if len(texts) == 1 and (read_number(*texts) or 0) > 0]
-        return found[-1] if found else None
-
-    def _comment_column(self) -> int | None:
-        """Find the comments: by their English name, else the last column if its cells are not dates."""
-        if "Feedback comments" in self.head:
-            return self.head.index("Feedback comments")
-        last = len(self.head) - 1
-        texts = [self.sheet.value(row, last) for row in self.rows]
-        return last if last > self.top + 2 and any(not text or text.startswith("<") for text in texts) else None
-
     def rows_of(self, grades: Collection[Grade], ids: Ids) -> dict[str, list[int]]:
-        """Give each row the grade of the group with the submission's name, else that of "Participant N"."""
+        """Find the rows of each student: those of the group with the name, or else that of "Participant N"."""
         by_group = {grade.name.casefold(): grade.student for grade in grades}
         cells = {row: [self.sheet.value(row, at).casefold() for at in range(2, self.grade)] for row in self.rows}
         groups = {row: next((by_group[one] for one in cells[row] if one in by_group), None) for row in self.rows}
-        # A group's number might be that of another participant.
+        # The number of a group might be that of another participant.
         others = [grade.student for grade in grades if grade.student not in set(groups.values())]
         by_number = {ids.get(student, {}).get("moodle", student): student for student in others}
         found: dict[str, list[int]] = {}
@@ -269,12 +246,12 @@ class _Moodle(_Layout):
         return found
 
     def why_refused(self, row: int, points: float) -> str:
-        """Say why Moodle's importer would pass over the row; "" if it would not."""
+        """Return why the platform would not take a grade; "" if it would."""
         most = read_number(self.sheet.value(row, self.top))
         if self.sheet.value(row, self.top + 1).casefold() in _NO:
             return "is locked in Moodle: the grade cannot be changed"
         if most is not None and points > most:
-            return f"has {points:g} points, more than the maximum grade {most:g}: Moodle passes over it"
+            return f"has {points:g} points, more than the maximum grade {most:g}: Moodle skips it"
         return ""
 
 
@@ -284,57 +261,46 @@ def _as_html(text: str) -> str:
     return "".join(f"<p>{html.escape(one.strip()).replace(chr(10), '<br>')}</p>" for one in paragraphs)
 
 
-# --- a CSV sheet of somebody else's, in which single cells change and no other ------------------------------
+# --- a CSV sheet in which only single cells may change ------------------------------------------------------
 
 
 LARGEST = 50_000_000  # bytes of a gradebook that are read
 
 
 class Sheet(Struct):
-    """A table, and how its file is written."""
+    """A table, and the format of its file."""
 
     name: str  # shown name of the file
     rows: list[list[str]]  # all rows, blank ones too
-    delimiter: str  # between cells
+    delimiter: str  # character between cells
     mark: bytes  # byte-order mark
-    encoding: str  # of the bytes behind it
-    quoted: bool  # True: every cell is in quotation marks; False: one that needs them
+    encoding: str  # of the rest of the file
+    quoted: bool  # True: every cell is in quotation marks; False: only cells that need them
 
     def value(self, row: int, column: int | None) -> str:
-        """Give a cell without blanks around it; "" where the row has no such column."""
+        """Return a cell without spaces around it; "" if the row has no such column."""
         cells = self.rows[row]
         return "" if column is None or column >= len(cells) else cells[column].strip()
 
     def put(self, row: int, column: int, value: str) -> None:
-        """Write a cell; a row that is too short grows."""
+        """Write a cell; a row that is too short becomes longer."""
         cells = self.rows[row]
         cells += [""] * (column + 1 - len(cells))
         cells[column] = value
 
     def to_bytes(self) -> bytes:
-        """Give the whole sheet, its lines as RFC 4180 ends them."""
+        """Return the whole file, with line ends of RFC 4180."""
         out = io.StringIO()
         writer = csv.writer(out, delimiter=self.delimiter, quoting=csv.QUOTE_ALL if self.quoted else csv.QUOTE_MINIMAL)
         writer.writerows(self.rows)
         return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
 
 
-class Filled(Struct, frozen=True):
-    """A gradebook with grades in it."""
-
-    data: bytes  # the file to upload
-    filled: tuple[str, ...]  # students whose grade is in it now
-    # student, the old and the new entry, if they differ and the old one was not empty
-    changed: tuple[tuple[str, str, str], ...]
-    skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written for it
-    by_hand: tuple[tuple[str, str], ...]  # student and total that somebody else set
-
-
 _MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
-    """Read a sheet with commas, semicolons or tabs, whichever its first lines have most of."""
+    """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     try:
         if len(data) > LARGEST:
@@ -355,5 +321,5 @@ def read_sheet(data: bytes, name: str) -> Sheet:
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:
-    """Make the error for a gradebook that cannot be used."""
+    """Return the error for a gradebook that cannot be used."""
     return InputError.of(code, f'"{name}" {message}', hint, name)

@@ -1,11 +1,8 @@
-"""A flag: something in one log, or between several, that honest work hardly ever does.
-
-Here: how chances become flags, and what is odd in one log by itself. `copies` compares logs.
-"""
+"""Flags: something in one log, or between several logs, that is rare in honest work."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Mapping
 from typing import Literal, get_args
 
 from msgspec import Struct
@@ -13,46 +10,46 @@ from msgspec import Struct
 from gyrodata.fitting import chi2_lower_tail
 from gyrodata.grading.forensics.logs import HAND, Logs
 
-Kind = Literal["shared rows", "same spins", "scatter"]
+Kind = Literal["shared rows", "same spins", "similar spins", "scatter"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
-"""In the order in which they are listed."""
+"""All kinds, in the order in which they are listed."""
 
 ALLOWED = 0.05
-"""Flags of one kind that a class of honest students gets by chance, at most; the thresholds follow from it."""
+"""Largest expected number of flags of one kind in a class of honest students; the thresholds follow from it."""
 
-LEAST = 1e-300  # where products of small chances end; none is nought
+LEAST = 1e-300  # smallest probability, so that none is zero
 
 
 class Flag(Struct, frozen=True):
-    """A finding, and how often it would occur among honest students."""
+    """A finding, and how often it occurs among honest students."""
 
     kind: Kind
     students: tuple[str, ...]  # their keys, sorted
     evidence: str  # in words, with the numbers
     p: float
-    """Chance of it, or of more, in one honest log or between two; of the strongest pair where there are several."""
-    expected: float  # how many such flags, as strong as this or stronger, chance makes in an honest class of this size
-    previous: tuple[str, ...] = ()  # keys of earlier logs that it is about, sorted
-    pairs: tuple[tuple[str, str], ...] = ()  # what joins all of them, the strongest first; each pair brings in a log
+    """Probability of this or more in one honest log, or between two; of the strongest pair if there are several."""
+    expected: float  # number of equally strong or stronger flags that is expected in an honest class of this size
+    previous: tuple[str, ...] = ()  # keys of earlier logs in it, sorted
+    pairs: tuple[tuple[str, str], ...] = ()  # pairs that join all logs, the strongest first
 
 
-# --- pairs of logs that are too much alike ------------------------------------------------------------------
+# --- pairs of logs that are too similar ---------------------------------------------------------------------
 
 
-PAIRS_TOLD = 3  # pairs of a group whose evidence is told
+PAIRS_TOLD = 3  # number of pairs of a group whose evidence is written
 
 
 def flag_pairs(
-    kind: Kind, pairs: Iterable[tuple[float, int, int]], logs: Logs, tell: Callable[[Logs, int, int], str]
+    kind: Kind, pairs: Mapping[tuple[int, int], float], logs: Logs, tell: Callable[[Logs, int, int], str]
 ) -> tuple[list[Flag], list[int]]:
-    """Make one flag of all pairs that hang together: five copies of one log are one finding, not ten.
+    """Make one flag of all pairs that are connected: five copies of one log are one finding, not ten.
 
-    `pairs`: Chance and numbers of two logs. Gives: The flags, and for each log the one that stands for all that hang
-    together with it.
+    `pairs`: Probability by the numbers of two logs. Returns the flags, and for each log the number of the log that
+    represents its group.
     """
     head = list(range(len(logs.keys)))
-    ordered, joining = sorted(pairs), []
+    ordered, joining = sorted((p, *pair) for pair, p in pairs.items()), []
     for _, first, second in ordered:
         if head[first] != head[second]:
             joining.append((first, second))
@@ -65,17 +62,12 @@ def flag_pairs(
         members = [log for log, one in enumerate(head) if one == group]
         told = [tell(logs, *pair[1:]) for pair in found[:PAIRS_TOLD]]
         told += [f"and {len(found) - PAIRS_TOLD} more like these"] if len(found) > PAIRS_TOLD else []
-        flags.append(
-            Flag(
-                kind,
-                tuple(logs.keys[member] for member in members if member < logs.current),
-                "; ".join(told),
-                found[0][0],
-                found[0][0] * logs.pairs,
-                tuple(logs.keys[member] for member in members if member >= logs.current),
-                tuple((logs.keys[one], logs.keys[other]) for one, other in joining if head[one] == group),
-            )
+        students, previous = (
+            tuple(logs.keys[log] for log in members if (log < logs.current) == now) for now in (True, False)
         )
+        joined = tuple((logs.keys[one], logs.keys[other]) for one, other in joining if head[one] == group)
+        p = found[0][0]
+        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous, joined))
     return flags, head
 
 
@@ -83,16 +75,16 @@ def flag_pairs(
 
 
 def flag_scatter(logs: Logs) -> list[Flag]:
-    """Find logs whose times lie closer to straight lines than a hand can put them."""
+    """Find logs whose times are closer to straight lines than a hand can stop them."""
     flags = []
-    both = enumerate(zip(logs.prints, logs.scatters, strict=True))
-    timed = [(i, scatter) for i, (log, scatter) in both if i < logs.current and log.by_hand and scatter is not None]
+    both = enumerate(zip(logs.prints[: logs.current], logs.scatters, strict=False))
+    timed = [(i, scatter) for i, (log, scatter) in both if log.by_hand and scatter is not None]
     for i, scatter in timed:
-        # Half of all chi-squares are below their mean, or more; that is never rare.
+        # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(scatter.squares / HAND**2, scatter.dof) if scatter.size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
             evidence = (
-                f"its {scatter.times} times lie within {scatter.size:.2g} s of straight lines in the spin, "
+                f"its {scatter.times} times are within {scatter.size:.2g} s of straight lines in the spin, "
                 f"one for each torque ({scatter.dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s "
                 "or more"
             )

@@ -1,7 +1,7 @@
-"""The metadata of Gradescope: submitters and times.
+"""The metadata of Gradescope: submitters and times, as fields of `Submission`.
 
-An export holds YAML written by Ruby, with symbols for keys, and can have many megabytes of results and histories that
-nobody asks for here: only the lines that are asked for are parsed. A running autograder finds JSON.
+An export contains YAML written by Ruby, with symbols for keys and many megabytes of results and histories. Only the
+lines with submitters and times are parsed. A running autograder finds JSON.
 
 Formats: gradescope-autograders.readthedocs.io, and exports as public tools read them (``[':submitters'][0][':sid']``).
 """
@@ -10,82 +10,70 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Any, Literal
 
 import msgspec
 from msgspec import Struct
 
+from gyrodata.errors import shown
+
 LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
-class Submitter(Struct, frozen=True, rename=lambda name: f":{name}"):
-    """One of those who hand something in together, as an export has them."""
-
+class _Person(Struct, rename=lambda name: f":{name}"):
     name: str = ""
     sid: str = ""
     email: str = ""
 
-    @property
-    def key(self) -> str:
-        """Return the permanent key of a student: the student number, else the address or name."""
-        return self.sid or self.email or self.name
 
-
-class Metadata(Struct, frozen=True):
-    """The metadata of one submission."""
-
-    submitters: tuple[Submitter, ...]  # several for a group
-    submitted: str | None = None  # ISO 8601 with its offset
-    late_seconds: float | None = None  # since the due date [s], negative before it; None where none is told
-    attempt: int = 1
-    number: str = ""  # Gradescope's, of the submission
-
-
-_ENTRY = re.compile(r"submission_([0-9A-Za-z]+)")
-_WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  - .*|[ \t]*$))*)", re.MULTILINE)
-"""Heads of submissions, and of what is told of each the parts that are asked for."""
+def _about(folder: str, number: str, people: Sequence[_Person], submitted: str | None) -> dict[str, Any]:
+    """Give what the metadata says of a submission; a student is known by number, else by address or name."""
+    keys = {one.sid or one.email or one.name: one for one in people}
+    keys.pop("", None)
+    about: dict[str, Any] = {"submitted": submitted}
+    if keys:
+        first = keys[min(keys)]
+        ids = {"gradescope": number, "sid": first.sid, "email": first.email, "folder": folder}
+        about["student"] = "+".join(map(shown, sorted(keys)))
+        about["name"] = ", ".join(shown(keys[key].name) or shown(key) for key in sorted(keys))
+        about["ids"] = {kind: value for kind, value in ids.items() if value}
+        about["members_of_group"] = tuple(sorted(keys)) if len(keys) > 1 else ()
+    return about
 
 
 class _Entry(Struct, rename=lambda name: f":{name}"):
-    """The entry of a submission in an export."""
-
-    submitters: list[Submitter] | Literal[""] = ""
+    submitters: list[_Person] | Literal[""] = ""
     created_at: str = ""
 
 
-def read_export(data: bytes) -> dict[str, Metadata]:
-    """Read ``submission_metadata.yml``, by the submission's folder; ValueError where it is none."""
-    text = "\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))
-    try:
-        table = msgspec.convert(_load(text), dict[str, _Entry])
-    except (RecursionError, msgspec.ValidationError) as error:
-        raise ValueError(f"it is no such list: {error}") from None
+_WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  - .*|[ \t]*$))*)", re.MULTILINE)
+"""The first line of each submission, and its parts with submitters and time."""
+
+
+def read_export(data: bytes) -> dict[str, dict[str, Any]]:
+    """Read ``submission_metadata.yml``, by the folder of each submission; ValueError if it is not such a file."""
+    import yaml
+
+    # Every scalar is a text, and nothing is an empty one. The loader in C is ten times as fast.
+    loader: Any = type("Texts", (getattr(yaml, "CBaseLoader", yaml.BaseLoader),), {})
+    loader.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
+    loader.add_constructor("!nothing", lambda *_: "")
+    loader.add_constructor("!binary", lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"))
     found = {}
-    for folder, entry in table.items():
-        if match := _ENTRY.fullmatch(folder):
-            submitters = tuple(one for one in entry.submitters or [] if one.key)
-            found[folder] = Metadata(submitters, _ruby_time(entry.created_at), number=match[1])
+    try:
+        values = yaml.load("\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace"))), Loader=loader)
+        for folder, entry in msgspec.convert(values, dict[str, _Entry]).items():
+            if match := re.fullmatch(r"submission_([0-9A-Za-z]+)", folder):
+                found[folder] = _about(folder, match[1], entry.submitters or [], _ruby_time(entry.created_at))
+    except (RecursionError, msgspec.ValidationError, yaml.YAMLError, ValueError) as error:
+        why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
+        raise ValueError(f"it is no such list: {why}") from None
     if not found:
         raise ValueError("it lists no submission")
     return found
-
-
-def _load(text: str) -> Any:
-    """Read YAML with a text for every scalar, an empty one for nothing."""
-    import yaml
-
-    loader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)  # the one in C is ten times as fast
-    texts: Any = type("Texts", (loader,), {})
-    texts.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
-    texts.add_constructor("!nothing", lambda *_: "")
-    texts.add_constructor("!binary", lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"))
-    try:
-        return yaml.load(text, Loader=texts)
-    except (yaml.YAMLError, ValueError) as error:
-        why = getattr(error, "problem", None) or getattr(error, "reason", None) or "it is no YAML"
-        raise ValueError(why) from None
 
 
 def _ruby_time(text: str) -> str | None:
@@ -108,8 +96,6 @@ class _User(Struct):
 
 
 class _Live(Struct):
-    """``submission_metadata.json`` as far as it is asked for."""
-
     id: str | int = ""
     created_at: datetime | None = None
     users: list[_User] = []
@@ -117,11 +103,11 @@ class _Live(Struct):
     previous_submissions: list[dict[str, Any]] = []
 
 
-def read_live(data: bytes) -> Metadata:
-    """Read ``submission_metadata.json`` of a running autograder; ValueError where it is none.
+def read_live(data: bytes) -> dict[str, dict[str, Any]]:
+    """Read ``submission_metadata.json`` of a running autograder; ValueError if it is not such a file.
 
-    Gives: Lateness from the time of submission and the due date (the student's own, where there is one), never from the
-    clock; earlier submissions that failed on the platform's side (``autograder_error``) count as no attempt.
+    Lateness follows from the time of submission and the due date of the student, never from the clock. An earlier
+    submission that failed on the side of the platform (``autograder_error``) is not an attempt.
     """
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Live)
@@ -130,7 +116,8 @@ def read_live(data: bytes) -> Metadata:
         late = (live.created_at - due).total_seconds() if live.created_at and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"it is no such JSON: {error}") from None
-    submitters = tuple(Submitter(user.name or "", str(user.sid or ""), user.email or "") for user in live.users)
-    attempts = sum(not one.get("autograder_error") for one in live.previous_submissions)
+    people = [_Person(user.name or "", str(user.sid or ""), user.email or "") for user in live.users]
     stamp = live.created_at.isoformat(timespec="seconds") if live.created_at else None
-    return Metadata(submitters, stamp, late, attempts + 1, str(live.id))
+    attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)
+    about = _about("submission", str(live.id), people, stamp)
+    return {"submission": about | {"late_seconds": late, "attempt": attempt}}

@@ -1,194 +1,161 @@
-"""Names of files: what each says, whose names a class has, and a pattern of one's own."""
+"""The names of the files of a class: which student each file is from, by platform or by a pattern of the user."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping
 from contextlib import suppress
+from datetime import datetime
 from os.path import commonprefix
+from pathlib import Path
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
-from gyrodata.errors import GyroError, InputError, printable, shown
+from gyrodata.errors import InputError, printable, shown
 from gyrodata.grading.platforms import NAMED, PLATFORMS
+from gyrodata.grading.submissions.archives import Listing, read_file
 from gyrodata.grading.submissions.metadata import EXPORT
 from gyrodata.grading.submissions.student_files import ending, is_log
+from gyrodata.grading.submissions.submission import Submission
+
+Named = dict[str, Submission | None]
+"""By the name of each file, what it says of the submission; None for a file of no student."""
+
+_MOST_RECEIPT = 200_000  # bytes
+
+_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
+
+_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
+"""Endings of files in a flat folder that are no student's."""
 
 
-class ParsedName(Struct, frozen=True):
-    """The information in the name of one file."""
+def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]:
+    """Find out which platform named the files, and read each name.
 
-    student: str  # key of the student or group
-    name: str  # as to be shown
-    ids: Mapping[str, str]  # the platform's own: "canvas", "moodle", "username", …
-    file: str  # as the student named it, folders in the submission included; "" for a receipt of the platform
-    stem: str  # name under which the platform takes a feedback file back
-    late: bool = False  # marked late by the platform
-    submitted: str | None = None  # time stamp, ISO 8601 where it is a date
-    attempt: int | None = None  # number, if the name contains one
-    late_seconds: float | None = None  # time after the due date [s], negative before it; None where none is told
-    members: tuple[str, ...] = ()  # keys of all in a group
+    `lms` is a platform or "auto", `pattern` a regular expression of the user instead. The names that are returned
+    include folders in which a student has no file.
+    """
+    names = list(files.sizes)
+    if pattern is not None:
+        own = _read_pattern(pattern)
+        return "pattern", {name: _take_apart(own.search(name), files.root) for name in names}
+    firsts = {name.partition("/")[0] for name in (*names, *files.folders)}
+    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+    for below in dict.fromkeys(("", outer)) if lms != "folder" else ():
+        inner = {name: name.removeprefix(below) for name in names}
+        counts = Counter(next((one for one in NAMED if PLATFORMS[one].match(name)), None) for name in inner.values())
+        exported, seen = EXPORT in inner.values(), lms
+        if lms == "auto":
+            seen = "gradescope" if exported else max(NAMED, key=counts.__getitem__)
+        named = {name: _take_apart(PLATFORMS[seen].match(rest), files.root) for name, rest in inner.items()}
+        if any(named.values()) if lms != "auto" else exported or counts[seen] * 2 >= max(counts.total(), 1):
+            return seen, _with_user_names(named, files.root) if seen == "blackboard" else named
+    if lms in NAMED:
+        return lms, dict.fromkeys(names)
+    # The only folder is that of the class if it contains logs of several students, else that of its only student.
+    logs = [name.removeprefix(outer) for name in names if is_log(name)]
+    packed = files.root.is_file()  # a zip usually contains the folder that was packed
+    people = {name.partition("/")[0] if "/" in name else _flat_key(name) for name in logs if "/" in name or packed}
+    below = outer if len(people) > 1 else ""
+    inner = {name: name.removeprefix(below) for name in names}
+    folders = {one: one.removeprefix(below) for one in files.folders if one.startswith(below) and one != below}
+    in_folders = any(
+        "/" in own for own in [one for one in inner.values() if is_log(one)] or {**inner, **folders}.values()
+    )
+    if in_folders:
+        inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
+    return "folder", {name: _of_folder(own, in_folders, files.root) for name, own in inner.items()}
 
 
-_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "gradescope", "email")
-
-
-def _match(name: str, lms: str) -> re.Match[str] | None:
-    return next(filter(None, (shape.fullmatch(name) for shape in PLATFORMS[lms].shapes)), None)
-
-
-def read_pattern(text: str) -> re.Pattern[str]:
-    """Check a pattern of the user's own: a group ``student``, and any of the others that `read_own_name` looks at."""
+def _read_pattern(text: str) -> re.Pattern[str]:
+    """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
     hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
         pattern = re.compile(text)
+        problem = "" if "student" in pattern.groupindex else "does not say which part is the student"
     except re.error as error:
-        place = f" at character {error.pos + 1}" if error.pos is not None else ""
-        raise InputError.of(PATTERN_CANNOT_BE_USED, f'--pattern "{text}": {error.msg}{place}', hint) from None
-    if "student" not in pattern.groupindex:
-        message = f'--pattern "{text}" does not say which part is the student'
-        raise InputError.of(PATTERN_CANNOT_BE_USED, message, hint)
+        problem = f"is not a regular expression: {error}"
+    if problem:
+        raise InputError.of(PATTERN_CANNOT_BE_USED, f'--pattern "{text}" {problem}', hint)
     return pattern
 
 
-def read_own_name(name: str, pattern: re.Pattern[str]) -> ParsedName | None:
-    """Read a name by a pattern of the user's own, which may fit anywhere in it; None if it does not."""
-    match = pattern.search(name)
-    return _take_apart(match) if match is not None and match["student"] else None
-
-
-def read_name(name: str, lms: str) -> ParsedName | None:
-    """Read a name below the class as one platform writes it; None if it does not."""
-    match = _match(name, lms)
-    return None if match is None else _take_apart(match)
-
-
-def _take_apart(match: re.Match[str]) -> ParsedName:
-    """Say what the groups of a match are; the file of a pattern of the user's own needs none."""
-    groups = {kind: text for kind, text in match.groupdict().items() if text}
-    kind = next(kind for kind in ("student", *_IDS) if kind in groups)
+def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
+    """Read the groups of a match; in a pattern of the user, the file needs no group."""
+    groups = {kind: text for kind, text in match.groupdict().items() if text} if match else {}
+    kind = next((kind for kind in ("student", *_IDS) if kind in groups), None)
+    if match is None or kind is None:
+        return None
     key = f"anon_{shown(groups[kind])}" if kind == "canvas_anonymous" else shown(groups[kind])
-    person = shown(groups.get("name", ""))
     ids = {one: shown(groups[one]) for one in _IDS if one in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
-    file = match.string.rpartition("/")[2]
+    file, person = match.string.rpartition("/")[2], shown(groups.get("name", ""))
     # Without its ending, both of "lab.csv.gz".
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
     number = groups.get("attempt", "")
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
-    return ParsedName(
-        key,
-        # Moodle calls everybody so where nobody is named.
-        f"{person} {key}" if person == "Participant" else person or key,
-        ids,
-        groups.get("file", file if kind == "student" else ""),
-        key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or stem),
-        "late" in groups,
-        groups.get("submitted") or stamp or None,
-        int(number) if number.isascii() and number.isdigit() else None,
+    for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
+        with suppress(ValueError):
+            stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
+    return Submission(
+        student=key,
+        # In anonymous submissions, Moodle calls everybody so.
+        name=f"{person} {key}" if person == "Participant" else person or key,
+        ids=ids,
+        source=root,
+        log_file=groups.get("file", file if kind == "student" else None),
+        late="late" in groups,
+        submitted=groups.get("submitted") or stamp or None,
+        attempt=int(number) if number.isascii() and number.isdigit() else 1,
+        feedback_stem=key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or stem),
     )
 
 
-# --- whose names the files of a class have ------------------------------------------------------------------
-
-
-_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
-"""Endings of what stands beside the files of a flat folder and is no student's."""
-
-
-def whose_names(names: list[str], folders: tuple[str, ...], lms: str, packed: bool) -> tuple[str, str]:
-    """Tell whose names they are and below which folder, with a ``/`` at its end, they stand.
-
-    A zip (`packed`) as a rule holds the folder that was packed.
-    """
-    firsts = {name.partition("/")[0] for name in (*names, *folders)}
-    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
-    for below in dict.fromkeys(("", outer)):
-        inner = [name.removeprefix(below) for name in names]
-        # Return the platform of most of the names, at least half of them.
-        counts = Counter(next((lms for lms in NAMED if _match(name, lms)), None) for name in inner)
-        seen = "gradescope" if EXPORT in inner else max(NAMED, key=counts.__getitem__)
-        if lms == "auto" and (EXPORT in inner or counts[seen] * 2 >= max(counts.total(), 1)):
-            return seen, below
-        if lms in NAMED and any(read_name(name, lms) for name in inner):
-            return lms, below
-    if lms in NAMED:
-        return lms, ""
-    return "folder", _class_folder(names, outer, packed)
-
-
-def _class_folder(names: list[str], outer: str, packed: bool) -> str:
-    """Return whether a folder is that of the class, with logs of several students, or of its only student."""
-    logs = [name.removeprefix(outer) for name in names if is_log(name)]
-    people = {name.partition("/")[0] for name in logs if "/" in name}
-    if packed:
-        people |= {_flat_key(name) for name in logs if "/" not in name}
-    return outer if len(people) > 1 else ""
-
-
-def name_all(names: list[str], lms: str, below: str) -> dict[str, ParsedName | None]:
-    """Read each name as `whose_names` found; None for a file of no student."""
-    inner = {name: name.removeprefix(below) for name in names}
-    if lms == "folder":
-        nested = {"/" in own for own in inner.values() if is_log(own)} or {"/" in own for own in inner.values()}
-        in_folders = True in nested
-        return {name: _fit_folder(own, in_folders) for name, own in inner.items()}
-    return {name: read_name(own, lms) for name, own in inner.items()}
-
-
-def _fit_folder(name: str, in_folders: bool) -> ParsedName | None:
-    """Read a name of a class with a folder, or where there are none with a file, for each student."""
+def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
+    """Read a name of a class with a folder for each student, or with a file for each."""
     first, slash, rest = name.partition("/")
-    if in_folders:
-        student = shown(first) or "_"
-        return ParsedName(student, student, {"folder": student}, rest, student) if slash else None
-    if slash or ending(name) in _NO_SUBMISSION:
+    if bool(slash) != in_folders or (not slash and ending(name) in _NO_SUBMISSION):
         return None
-    student = _flat_key(name)
-    return ParsedName(student, student, {"folder": student}, name, student)
+    student, file = (shown(first) or "_", rest) if slash else (_flat_key(name), name)
+    return Submission(student, student, {"folder": student}, root, log_file=file, feedback_stem=student)
 
 
 def _flat_key(name: str) -> str:
-    """Key of a student with a file of their own: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
+    """Return the key of a student with a file: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
     stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
     stem = re.sub(r" ?\([0-9]{1,2}\)$", "", stem)
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
-# --- whose a file is where its own name cannot tell: Blackboard's, with a _ in a user name -------------------
-
-
 _FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
 
 
-def people_by_receipts(named: Mapping[str, ParsedName], read: Callable[[str], bytes]) -> dict[str, ParsedName]:
-    """Tell who handed in each file, and so who has which user name and full name.
+def _with_user_names(named: Named, root: Path) -> Named:
+    """Find the user name and the full name of each student in names of Blackboard, where user names may contain a _.
 
-    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Where there is none, the user name is
-    what follows the assignment's name, which all files share.
+    A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without a receipt, the user name is
+    behind the name of the assignment, which all files share.
     """
-    (shape,) = PLATFORMS["blackboard"].shapes
-    matches = {name: match for name in named if (match := shape.fullmatch(name.rpartition("/")[2]))}
-    owners = {name: match["owner"] for name, match in matches.items()}
-    told: dict[str, tuple[str, str]] = {}
-    for name in (name for name, match in matches.items() if not match["file"]):
-        with suppress(GyroError):
-            line = _FIRST_LINE.match(read(name).decode("utf-8-sig", "replace").replace("\r", "\n"))
-            # A receipt is text that anybody can write: the user name must be the one in the file's name.
-            if line and owners[name].endswith(f"_{line[2]}"):
-                told[owners[name]] = shown(line[2]), shown(line[1])
-    distinct = set(owners.values())
-    prefix = commonprefix(sorted(distinct)) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
-    shared = prefix.rpartition("_")[0]
-    for owner in distinct - told.keys():
-        user = shown(owner.removeprefix(f"{shared}_") if shared else owner.rpartition("_")[2])
-        told[owner] = user, user
-    people = {}
+    matches = {name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named}
+    owners = {name: match["owner"] for name, match in matches.items() if match}
+    people: dict[str, tuple[str, str]] = {}
+    distinct = sorted(set(owners.values()))
+    prefix = commonprefix(distinct) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
+    for owner in distinct:
+        rest = owner[prefix.rfind("_") + 1 :] if "_" in prefix else owner.rpartition("_")[2]
+        people[owner] = shown(rest), shown(rest)
     for name, owner in owners.items():
-        user, full = told[owner]
-        people[name] = replace(named[name], student=user, name=full, ids={"username": user})
-    return people
+        part = named[name]
+        with suppress(InputError):
+            data = b"" if part is None or part.log_file else read_file(root, name, _MOST_RECEIPT)
+            line = _FIRST_LINE.match(data.decode("utf-8-sig", "replace").replace("\r", "\n"))
+            # Anybody can write such a text: the user name must be the one in the name of the file.
+            if line and owner.endswith(f"_{line[2]}"):
+                people[owner] = shown(line[2]), shown(line[1])
+    return {
+        name: part and replace(part, student=user, name=full, ids={"username": user})
+        for name, part in named.items()
+        for user, full in [people.get(owners.get(name, ""), ("", ""))]
+    }

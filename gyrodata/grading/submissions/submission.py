@@ -1,0 +1,111 @@
+"""The submission of one student or group."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from gyrodata import diagnostics, readings
+from gyrodata.errors import Diagnostic, GyroError, InputError, shown
+from gyrodata.grading.submissions.archives import read_file
+from gyrodata.grading.submissions.student_files import Answers, read_answers
+
+_MOST_REPORT = 10_000_000  # bytes
+
+
+class Submission(Struct, frozen=True, dict=True):
+    """The submission of one student or group; or one file of it, as far as its name describes it."""
+
+    # key, unique in the class and the same in each download: the number on the platform, else the name of the folder
+    # or file
+    student: str
+    name: str  # to be shown
+    # ids on platforms: ``canvas``, ``moodle``, ``username``, ``sid``, ``email``, ``gradescope`` (the number of the
+    # submission), ``folder``
+    ids: Mapping[str, str]
+    source: Path  # folder or zip of the class
+    members: tuple[str, ...] = ()  # all files, as names below `source`
+    log_name: str | None = None  # the log, as a name below `source`
+    log_file: str | None = None  # the name that the student gave the log
+    report_names: tuple[str, ...] = ()  # other texts that may contain the answer, as names below `source`
+    late: bool = False  # marked late by the platform, or submitted after its due date
+    late_seconds: float | None = None  # time after the due date [s]; None if it is not known
+    submitted: str | None = None  # ISO 8601; from marks and metadata, never from the clock
+    attempt: int = 1  # 1 for the first
+    members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
+    problem: str | None = None  # why there is nothing to grade; None if there is a log
+    feedback_stem: str = ""  # file (without ending) or folder under which the platform accepts feedback
+
+    @cached_property
+    def texts(self) -> Mapping[str, bytes | InputError]:
+        """The log and the other texts, or why they cannot be read; each is read once."""
+        found: dict[str, bytes | InputError] = {}
+        for name in filter(None, (*self.report_names, self.log_name)):
+            try:
+                found[name] = read_file(
+                    self.source, name, readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
+                )
+            except InputError as error:
+                found[name] = error
+        return found
+
+    def log(self) -> bytes:
+        """Return the log; raise InputError if it cannot be read."""
+        if self.log_name is None:
+            raise InputError.of(diagnostics.NO_SUBMISSION, f"{self.name}: {self.problem}")
+        if isinstance(data := self.texts[self.log_name], InputError):
+            raise data
+        return data
+
+    def reports(self) -> Iterator[tuple[str, bytes]]:
+        """Give the other texts that may contain the answer, with names to show."""
+        texts = ((shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names)
+        return ((name, data) for name, data in texts if isinstance(data, bytes))
+
+    def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
+        """Read the log and the reported value; `settings` as in `read_log`.
+
+        The value may be in any row of the log, if no line of the log and no other text reports it.
+        """
+        name = PurePosixPath(self.log_file or self.log_name or "").name
+        log = readings.read_log(self.log(), name=name, settings=settings)
+        answers = read_answers(log, self.reports())
+        if answers.inertia is None:
+            # Lines that begin with a # are read already.
+            data = self.log() if self.log()[:2] == b"PK" else re.sub(rb"(?m)^#.*", b"", self.log())
+            answers = read_answers(None, [(name, data)])
+        unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
+        return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
+
+    def feedback_name(self, ending: str) -> str:
+        """Name a feedback file with this ending, such as ``.html``, in the zip that the platform accepts."""
+        in_folder = self.ids.get("folder") == shown(self.feedback_stem)
+        return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
+        about = [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]
+        digest = hashlib.sha256(repr(about).encode("utf-8", "replace"))
+        try:
+            data = self.log()
+        except GyroError as error:
+            data = str(error).encode("utf-8", "replace")
+        digest.update(hashlib.sha256(data).digest())
+        for name, data in self.reports():
+            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
+        return digest.hexdigest()
+
+
+class Submissions(Struct, frozen=True):
+    """A class."""
+
+    lms: str  # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``; or ``pattern``
+    items: tuple[Submission, ...]  # sorted by `Submission.student`
+    diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out or cannot be read

@@ -1,0 +1,157 @@
+"""Classes as they are: zips, Word files and prose, partners, absent students, and all words of the desk."""
+
+from __future__ import annotations
+
+import csv
+import io
+import tomllib
+import zipfile
+from pathlib import Path
+
+import openpyxl
+import pytest
+from classes.cells import gyro
+from grading.classes import LOG, make_folder
+from grading.reports import a_log
+
+from gyrodata.grading.submissions import find_submissions
+from gyrodata.grading.submissions.student_files import read_answers
+from gyrodata.readings import read_log
+
+PROSE = tomllib.loads((Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8"))
+
+
+def packed(files: dict[str, str | bytes]) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("text", PROSE["answers"])
+def test_answer_in_prose_is_read_with_its_u(text: str) -> None:
+    found = read_answers(None, [("report.txt", text.encode())]).inertia
+    assert found is not None
+    assert (found.value, found.u) == (pytest.approx(4.43e-3), pytest.approx(0.05e-3))
+
+
+@pytest.mark.parametrize("text", PROSE["others"])
+def test_other_values_in_prose_are_not_the_answer(text: str) -> None:
+    found = read_answers(None, [("report.txt", text.encode())]).inertia
+    assert found is None or found.value is None
+
+
+WORD = "<w:p><w:r><w:t>Result: (4.43 ± 0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"
+
+
+def test_zip_and_word_file_in_a_submission_are_read(tmp_path: Path) -> None:
+    inner = packed(
+        {"lab/lab.csv": LOG, "__MACOSX/lab/._lab.csv": "x", "report.docx": packed({"word/document.xml": WORD})}
+    )
+    three = packed({"2.zip": packed({"3.zip": packed({"lab.csv": LOG})})})
+    files = {"ann/1.zip": inner, "bob/1.zip": packed({"2.zip": inner}), "cat/1.zip": three, "dan/1.zip": inner[:-9]}
+    items = find_submissions(make_folder(tmp_path / "class", {**files, "eve/1.zip": packed({"../lab.csv": LOG})})).items
+    read = [item.read()[1].inertia for item in items[:2]]
+    assert [(one.value, one.u) for one in read if one] == [(pytest.approx(4.43e-3), pytest.approx(5e-5))] * 2
+    problems = [item.problem or "" for item in items]
+    assert problems[:3] == ["", "", "no log: only 1.zip, 3.zip"]
+    assert ["damaged" in problems[3], "leads out" in problems[4]] == [True, True]
+
+
+def test_newest_attempt_of_a_brightspace_download_is_graded(tmp_path: Path) -> None:
+    names = [f"7-9 - Jane Doe - {stamp}/lab.csv" for stamp in ("Mar 9, 2026 1105 PM", "Mar 10, 2026 905 AM")]
+    found = find_submissions(make_folder(tmp_path / "class", {**dict.fromkeys(names, LOG), "index.html": ""}))
+    (one,) = found.items
+    assert (found.lms, one.student, one.name, one.attempt, one.log_name) == (
+        "brightspace",
+        "7",
+        "Jane Doe",
+        2,
+        names[1],
+    )
+    assert [note.code for note in found.diagnostics] == ["G708"]
+
+
+@pytest.mark.parametrize("row", [["Result", "4.4e-3 kg m^2"], ["slope", 0.0044], ["intercept", 1e-4], ["station", 3]])
+def test_rows_below_the_runs_of_a_workbook_do_no_harm(row: list[object]) -> None:
+    book, out = openpyxl.Workbook(), io.BytesIO()
+    for cells in (*csv.reader(LOG.splitlines()), row, ["I_zz =", "4.4e-3 ± 0.1e-3 kg m^2"]):
+        book.worksheets[0].append(cells)
+    book.create_sheet("Plot").append(["x", "y"])
+    book.save(out)
+    log = read_log(out.getvalue(), name="lab.xlsx")
+    answer = read_answers(log).inertia
+    assert (log.ok, len(log.runs), answer and answer.value) == (True, 2, 4.4e-3)
+
+
+PEOPLE = {"p1": "Patel, Dev", "p2": "Lee, Ann", "p3": "Roe, Max", "p9": "Ahmed, Sara"}
+ROSTER = "student;name;email\n" + "".join(f"{key};{name};{key}@uni.example\n" for key, name in PEOPLE.items())
+
+
+class Room:
+    """A class with a roster: two partners with one log, a third student, and one who is absent."""
+
+    def __init__(self, folder: Path) -> None:
+        partners = {"p1": "# partner: Ann Lee", "p2": "# partner: Patel, Dev", "p3": "# partner: Nobody Else"}
+        files = {f"class/{key}/lab.csv": a_log(key == "p3", head) for key, head in partners.items()}
+        self.home = make_folder(folder, {**files, "roster.csv": ROSTER})
+        self.out = folder / "grades"
+
+    def grade(self, desk: str | bytes = "", name: str = "desk.csv", code: int = 0) -> dict[str, dict[str, str]]:
+        if desk:
+            self.out.mkdir(exist_ok=True)
+            (self.out / name).write_bytes(desk.encode() if isinstance(desk, str) else desk)
+        done = gyro(
+            "grade", self.home / "class", "-o", self.out, "--roster", self.home / "roster.csv", "--workers", "0"
+        )
+        assert done.exit_code == code, done.stderr
+        self.told = done.stderr
+        table = csv.DictReader(io.StringIO((self.out / "grades.csv").read_text(encoding="utf-8")))
+        return {row["student"]: row for row in table}
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Room:
+    return Room(tmp_path)
+
+
+def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
+    rows = room.grade()
+    assert [rows[key]["flags"] for key in ("p1", "p2", "p3")] == [""] * 3
+    (room.home / "class" / "p2" / "lab.csv").write_text(a_log(0), encoding="utf-8")
+    assert room.grade()["p1"]["flags"] == "shared rows with p2", "only one names the other"
+    assert ["cannot find, Nobody Else" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
+
+
+def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
+    full = room.grade()["p1"]["total"]
+    make_folder(room.out, {"mended.csv": a_log(5)})
+    lines = ["Dev Patel,total,12", "p1@uni.example,bonus,2.5", "Ann Lee,bonus,-1", "Lee Ann,late,3"]
+    lines += ["p3,log,mended.csv", "Sara Ahmed,excuse,"]
+    rows = room.grade("\n".join(["student,what,value", *lines]))
+    assert [rows[key]["total"] for key in ("p1", "p2", "p3")] == ["14.50", f"{float(full) - 4:.2f}", full]
+    assert (rows["p9"]["status"], rows["p9"]["name"], rows["p3"]["flags"]) == ("excused", "Ahmed, Sara", "")
+    assert room.grade("student,what,value\nSara Ahmed,total,11")["p9"]["total"] == "11.00"
+    hints = {"p1,total,+2": "write bonus,2", "p1,log,no.csv": "write the corrected log there", "p1,late,99": "or 0"}
+    for line, hint in hints.items():
+        room.grade(f"student,what,value\n{line}", code=2)
+        assert hint in room.told
+    words = gyro("explain", "desk").stdout
+    assert [word for word in ("bonus", "late", "log", "hold", "excuse", "partner", "flag") if word not in words] == []
+
+
+def test_sheet_with_a_column_for_each_decision_is_read(room: Room) -> None:
+    rows = room.grade("student;total;comment\nPatel, Dev;12,5;fine\np2;;\n")
+    assert (rows["p1"]["total"], rows["p2"]["by_hand"]) == ("12.50", "")
+    book, out = openpyxl.Workbook(), io.BytesIO()
+    for cells in (["name", "student", "Total"], ["Ann", "p2", 13]):
+        book.worksheets[0].append(cells)
+    book.save(out)
+    room.grade(out.getvalue(), "desk.xlsx", code=2)
+    assert "both desk.csv and desk.xlsx" in room.told
+    (room.out / "desk.csv").unlink()
+    assert room.grade()["p2"]["total"] == "13.00"
+    (room.out / "desk.xlsx").unlink()
+    room.grade("student,totl\np1,3\n", code=2)
+    assert "did you mean total?" in room.told

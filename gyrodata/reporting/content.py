@@ -261,12 +261,13 @@ def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
 
 
 def _fit_quality(n: Numbers) -> Sentence:
+    chi2 = n.analysis.fit.chi2
     if n.analysis.p is None:
         return say("Fit quality: not available, because there are no degrees of freedom")
     return say(
         "Fit quality: {} (chi-square {} for {} of freedom; scatter {} times the stated one)",
         n.p("goodness.p"),
-        n.number("goodness.chi2", f"{n.analysis.fit.chi2:.3g}"),
+        n.number("goodness.chi2", f"{chi2:.3g}" if chi2 < 1000 else f"{chi2:.0f}"),
         n.count("goodness.dof", "degree"),
         n.scatter("goodness.scatter"),
     )
@@ -372,7 +373,7 @@ def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
         rows.append((say("{}", case.words), value, shift))
         dots.append(None if case.inertia is None else (case.inertia.value, case.inertia.u or 0.0))
     heads = Head("if"), Head("I_zz", n.inertia, dots=tuple(dots), band=_answer_band(n)), Head("shift", values.IN_U)
-    caption = "I_zz after one change; the shift is in units of u."
+    caption = "I_zz after one change; the shift is in units of u"
     return (table(heads, rows, caption, main=0),) if cases else ()
 
 
@@ -394,7 +395,7 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
         Head("intercept −M0", n.torque),
         Head("from recommended", values.NUMBER),
     )
-    caption = "The recommended fit, and the lines of the textbook."
+    caption = "The recommended fit, and the lines of the textbook"
     yield table(heads, rows, caption, main=0)
     yield Text(tuple(say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note) for fit in fits), "list")
 

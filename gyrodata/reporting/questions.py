@@ -123,16 +123,12 @@ def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[eleme
     yield paragraph("M + M0 = I_zz φ̇ψ̇ with I_zz = {}", n.value("inertia.value", n.inertia), kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
-    words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}."
-    if analysis.runs_disagree:
-        words = (
-            "These runs do not show a linear relation between torque and φ̇ψ̇: they do not agree with one line. If they "
-            "did, M0 would shift the line but not change its slope{}."
-        )
-    balance = ""
+    balance = "."
     if m0.u:
-        shown = "shows no imbalance" if _agrees(m0.value / m0.u) else "was not perfectly balanced"
-        balance = f": the ball {shown}"
+        balance = ": the ball " + ("shows no imbalance." if _agrees(m0.value / m0.u) else "was not perfectly balanced.")
+    words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}"
+    if analysis.runs_disagree:
+        words, balance = "These runs do not show a linear relation between torque and φ̇ψ̇{}", "."
     yield conclude(n, "balance", say(words, balance))
     facts = residual_torque(n)
     if analysis.centre_of_mass is not None:

@@ -283,6 +283,8 @@ class Faults:
 
     def span(self, lines: list[int]) -> str:
         """Return line numbers in short form: ``lines 3-5, 7``; if there are several sheets, ``rows Sheet2!3-5``."""
+        if len(lines) == 1 and self._row(lines[0])[1] == 0:
+            return f"the sheet {self._row(lines[0])[0]}"  # its name is a caption
         parts = []
         for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
             block = [self._row(line) for _, line in group]

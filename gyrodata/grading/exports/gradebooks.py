@@ -70,8 +70,8 @@ def fill_book(
         raise refusal(layout.other_points, name, words, hint)
     mark = "," if re.search(r",\d+$", layout.most) else "."
     places = layout.rows_of(grades, ids)
-    found: tuple[list[str], list[tuple[str, str, str]], list[tuple[str, str]], list[tuple[str, str]]] = [], [], [], []
-    filled, changed, skipped, by_hand = found
+    filled, changed = list[str](), list[tuple[str, str, str]]()
+    skipped, by_hand = list[tuple[str, str]](), list[tuple[str, str]]()
     for grade in sorted(grades, key=lambda grade: grade.student):
         student, rows = grade.student, places.get(grade.student, [])
         known = None if ours is None else ours.get(student, ())

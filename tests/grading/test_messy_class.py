@@ -1,10 +1,9 @@
-"""Classes as they are: zips, Word files and prose, partners, absent students, and all words of the desk."""
+"""Classes as they are: zips and Word files, partners, absent students, and all words of the desk."""
 
 from __future__ import annotations
 
 import csv
 import io
-import tomllib
 import zipfile
 from pathlib import Path
 
@@ -18,8 +17,6 @@ from gyrodata.grading.submissions import find_submissions
 from gyrodata.grading.submissions.student_files import read_answers
 from gyrodata.readings import read_log
 
-PROSE = tomllib.loads((Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8"))
-
 
 def packed(files: dict[str, str | bytes]) -> bytes:
     out = io.BytesIO()
@@ -27,19 +24,6 @@ def packed(files: dict[str, str | bytes]) -> bytes:
         for name, content in files.items():
             archive.writestr(name, content)
     return out.getvalue()
-
-
-@pytest.mark.parametrize("text", PROSE["answers"])
-def test_answer_in_prose_is_read_with_its_u(text: str) -> None:
-    found = read_answers(None, [("report.txt", text.encode())]).inertia
-    assert found is not None
-    assert (found.value, found.u) == (pytest.approx(4.43e-3), pytest.approx(0.05e-3))
-
-
-@pytest.mark.parametrize("text", PROSE["others"])
-def test_other_values_in_prose_are_not_the_answer(text: str) -> None:
-    found = read_answers(None, [("report.txt", text.encode())]).inertia
-    assert found is None or found.value is None
 
 
 WORD = "<w:p><w:r><w:t>Result: (4.43 ± 0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"

@@ -77,7 +77,7 @@ class Room:
     """A class with a roster: two partners with one log, a third student, and one who is absent."""
 
     def __init__(self, folder: Path) -> None:
-        partners = {"p1": "# partner: Ann Lee", "p2": "# partner: Patel, Dev", "p3": "# partner: Nobody Else"}
+        partners = {"p1": "# partner: Ann Lee", "p2": "# partner: Patel, Dev", "p3": "# partner: Max Nobody"}
         files = {f"class/{key}/lab.csv": a_log(key == "p3", head) for key, head in partners.items()}
         self.home = make_folder(folder, {**files, "roster.csv": ROSTER})
         self.out = folder / "grades"
@@ -105,7 +105,7 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     assert [rows[key]["flags"] for key in ("p1", "p2", "p3")] == [""] * 3
     (room.home / "class" / "p2" / "lab.csv").write_text(a_log(0), encoding="utf-8")
     assert room.grade()["p1"]["flags"] == "shared rows with p2", "only one names the other"
-    assert ["cannot find, Nobody Else" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
+    assert ["find the partner, Max Nobody" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
 
 
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:

@@ -34,7 +34,8 @@ def grade(
         "--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")] = None,
     print_rubric: Annotated[Literal["simple", "full", "manual"] | None, Option(
         "--print-rubric", help="Print a rubric to begin with; without --rubric, gyro uses full.")] = None,
-    lms: Annotated[Platform, Option("--lms", help="Platform the download comes from.")] = "auto",
+    lms: Annotated[Platform, Option("--lms", metavar="PLATFORM", help="Platform of the download: canvas, moodle, "
+                                    "blackboard, brightspace, gradescope or folder.")] = "auto",
     pattern: Annotated[str | None, Option(
         "--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)\.csv'.")] = None,
     attempts: Annotated[Literal["newest", "oldest"], Option(

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
@@ -40,7 +40,7 @@ def count_workers() -> int:
 
 def in_workers(
     work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float, cluster: Executor | None = None
-) -> Iterator[tuple[Task, Answer | Failed]]:
+) -> Generator[tuple[Task, Answer | Failed], None, None]:
     """Give each task with its answer, or `Failed`, in the order in which they are done.
 
     Parameters

@@ -33,8 +33,9 @@ def grade(
     rubric: Annotated[Path | None, Option(
         "--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")] = None,
     print_rubric: Annotated[Literal["simple", "full", "manual"] | None, Option(
-        "--print-rubric", help="Print a rubric to begin with; without one, full holds.")] = None,
-    lms: Annotated[Platform, Option("--lms", help="Platform the download comes from.")] = "auto",
+        "--print-rubric", help="Print a rubric to begin with; without --rubric, gyro uses full.")] = None,
+    lms: Annotated[Platform, Option("--lms", metavar="PLATFORM", help="Platform of the download: canvas, moodle, "
+                                    "blackboard, brightspace, gradescope or folder.")] = "auto",
     pattern: Annotated[str | None, Option(
         "--pattern", metavar="REGEX", help=r"Names of one's own, such as '(?P<student>\w+)\.csv'.")] = None,
     attempts: Annotated[Literal["newest", "oldest"], Option(
@@ -66,8 +67,8 @@ def grade(
 ) -> None:  # fmt: skip
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
-    A second run grades only what has changed, and says why. What you decide by hand is kept in desk.csv in the folder
-    of the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
+    A second run grades only what has changed, and says why. Write your own decisions into desk.csv in the folder of
+    the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
 
     Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
     desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
@@ -211,7 +212,7 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
         name = year.resolve().name
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
-            message = f'--previous "{year}" holds no log that could be compared'
+            message = f'--previous "{year}" contains no log that could be compared'
             hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
             refuse(diagnostics.OPTION_FILE_CANNOT_BE_READ, message, hint)
         found |= kept
@@ -247,7 +248,7 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, needed: Seq
     if out is not None:
         if out.resolve().is_relative_to(home):
             beside = os.path.relpath(home.parent / _usual_folder(home).name)
-            hint = f"write beside it: --out {shlex.quote(beside)}"
+            hint = f"write next to it: --out {shlex.quote(beside)}"
             refuse(diagnostics.GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
         return out
     if form == "text" or dry_run:

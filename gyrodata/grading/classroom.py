@@ -12,6 +12,7 @@ import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import closing
 from functools import cached_property, partial
 from importlib import import_module
 from pathlib import Path
@@ -233,26 +234,28 @@ def _entries(
         import_module("gyrodata.analysis")
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
-    for (item, reported), answer in in_workers(work, waiting, workers, options.limit, options.cluster):
-        if isinstance(answer, Failed):
-            grade = not_graded(item, rubric, f"{answer.why}; a person must look")
-            one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
-        else:
-            one, drawn = answer
-            # The figures are written first, so that everything in the journal exists.
-            for name, data in drawn.items():
-                folder = options.figures or Path()
-                with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                    disk.write_whole(figure_path(folder, item, name), [data], private=True)
-        before = known.get(item.student)
-        one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
-        entries[item.student] = one
-        if options.journal and options.keep:
-            with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                # The last line may have no end, if a run was stopped.
-                disk.add_to(journal, b"\n" + _line(one))
-        if options.progress is not None:
-            options.progress(len(entries))
+    # Closed at once if Ctrl-C stops this process, so that no worker goes on.
+    with closing(in_workers(work, waiting, workers, options.limit, options.cluster)) as answers:
+        for (item, reported), answer in answers:
+            if isinstance(answer, Failed):
+                grade = not_graded(item, rubric, f"{answer.why}; a person must look")
+                one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
+            else:
+                one, drawn = answer
+                # The figures are written first, so that everything in the journal exists.
+                for name, data in drawn.items():
+                    folder = options.figures or Path()
+                    with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                        disk.write_whole(figure_path(folder, item, name), [data], private=True)
+            before = known.get(item.student)
+            one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
+            entries[item.student] = one
+            if options.journal and options.keep:
+                with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                    # The last line may have no end, if a run was stopped.
+                    disk.add_to(journal, b"\n" + _line(one))
+            if options.progress is not None:
+                options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
     if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
         with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):

@@ -33,7 +33,7 @@ def seconds_of(text: str, key: str = "") -> float:
     match = _DURATION.fullmatch(text)
     if match is None:
         hint = f'write {key} = "15 min" or "36 h" or "2 days"'
-        raise UnfitError(f'{key} = "{text[:40]}" is no duration', hint, path=key)
+        raise UnfitError(f'{key} = "{text[:40]}" is not a duration', hint, path=key)
     return float(match[1]) * _SECONDS[match[2][0].lower()]
 
 
@@ -44,7 +44,7 @@ def points_of(value: str | float, whole: float, path: Path = ()) -> float:
     except UnitError:
         points = math.nan
     if not 0 <= points <= whole:
-        message = f"{path[-1]} = {value} is no share of {whole:g} points"
+        message = f"{path[-1]} = {value} is not a share of {whole:g} points"
         raise UnfitError(message, f'write at most {path[-1]} = "100 %"', path=path)
     return points
 

@@ -32,7 +32,7 @@ from gyrodata.toml_table import UnfitError, nearest
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
 WORDS = ("total", "bonus", "reported", "station", "partner", "flag", "comment", "hold", "excuse", "late", "log")
-"""What may be decided besides the points of a criterion."""
+"""The words of the desk, besides the ids of criteria."""
 
 FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 """How a flag is settled, and what is written between its students."""
@@ -160,7 +160,7 @@ def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], 
                         message = (
                             f'{one.what} of "{row["student"]}" is {one.value} here and {before.value} in line {at}'
                         )
-                        hint = "keep the line that holds, and remove the other"
+                        hint = "keep the line that is right, and remove the other"
                         raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
                     mine[key] = at, one
             except UnfitError as error:
@@ -185,7 +185,7 @@ def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tupl
             continue
         for column in cells:
             if column not in (*OTHERS, *known):
-                raise LookupError(f'"{column[:60]}" is no criterion of the rubric; {nearest(column, known)}')
+                raise LookupError(f'"{column[:60]}" is not a criterion of the rubric; {nearest(column, known)}')
         for column, what in known.items():
             if value := cells.get(column):
                 yield number, cells | {"what": what, "value": value}
@@ -202,7 +202,7 @@ def _decision(
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
     people, fault = sorted({_student(one, students) for one in names}), ""
     if what not in (*points, *WORDS, CORRECTED):
-        fault = f'"{row["what"][:60]}" is no criterion of the rubric, and nothing else that can be decided'
+        fault = f'"{row["what"][:60]}" is not a criterion of the rubric, nor a word of the desk'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
     elif what in BARE:
         value = ""
@@ -216,12 +216,12 @@ def _decision(
         fault = f'there is no file "{value[:60]}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
     elif what in points and value and not _is_points(value, points[what]):
-        fault = f'{what} = "{value[:60]}" is no number of points from 0 to {points[what]:g}'
+        fault = f'{what} = "{value[:60]}" is not a number of points from 0 to {points[what]:g}'
         hint = f"write a number, such as {points[what] / 2:g}"
     elif (
         what == "reported" and value and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit")
     ):
-        fault = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is no number"}'
+        fault = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is not a number"}'
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
     elif what == FLAG and value:
         value = value.casefold()
@@ -347,7 +347,7 @@ def offer_points(student: str, what: str, value: str, most: float, where: str, r
     """Offer points that were typed elsewhere; points that the desk would refuse are only mentioned."""
     if _is_points(value, most):
         return Offer(student, what, value, where, reason)
-    return Offer(student, what, "", f"{value} {where}, and is no number of points from 0 to {most:g}", reason)
+    return Offer(student, what, "", f"{value} {where}, and is not a number of points from 0 to {most:g}", reason)
 
 
 def in_general(why: str) -> str:

@@ -120,7 +120,7 @@ def find_offers(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) 
     offer, waits, total = ledger.Offer, found.desk.waits, exports.TOTAL
     changed = list(_changed_by_hand(found, folder))
     for student, value in (pair for sheet in filled.values() for pair in sheet.by_hand):
-        where, reason = "stands in the gradebook", "other points stand in the gradebook"
+        where, reason = "is in the gradebook", "other points are in the gradebook"
         changed.append(ledger.offer_points(student, total, value, found.rubric.points, where, reason))
     ungraded, looks, points = list[ledger.Offer](), list[ledger.Offer](), list[ledger.Offer]()
     for grade in found.grades:
@@ -309,7 +309,7 @@ def change_lines(changes: Sequence[exports.Change] | None, dry_run: bool) -> Ite
     """Say what changes in the table of grades."""
     kept = "" if dry_run else "; what it was is kept in published"
     if changes is None:
-        yield f"grades.csv is there and is no table of grades as gyro writes it{kept}"
+        yield f"grades.csv is not a table of grades as gyro writes it{kept}"
     elif changes:
         yield f"grades.csv {'would change' if dry_run else 'changes'} for {len(changes)}{kept}:"
         shown = changes if dry_run else changes[:SHOWN]

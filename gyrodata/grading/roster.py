@@ -72,8 +72,9 @@ class Roster(Struct, frozen=True):
 
 def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
-    found: set[str] = set()
-    unknown = []
+    found, unknown = set[str](), list[str]()
+    if re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
+        return found, unknown
     for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
         whole = next((meant[form] for form in forms_of(part) if form in meant), None)
         for name in [part] if whole is not None or "," not in part else part.split(","):
@@ -88,17 +89,17 @@ def partners_of(
 ) -> tuple[list[frozenset[str]], dict[str, str]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
-    Also returns what a person should look at, by student: names of partners that nobody has, or that several have.
+    Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
     """
     declared, looks = list[frozenset[str]](), dict[str, str]()
     named: dict[str, set[str]] = {}
     for grade in grades:
         person = roster.people.get(grade.student)
-        listed = students_of(person.partners, meant)[0] if person and person.partners else set()
-        declared += [frozenset((grade.student, *listed))] if listed else []
+        listed, unlisted = students_of(person.partners if person else "", meant)
         named[grade.student], unknown = students_of(grade.partner, meant)
-        if unknown:
-            looks[grade.student] = f"names a partner whom gyro cannot find, {listing(unknown, 3)}: see the log"
+        declared += [frozenset((grade.student, *listed))] if listed else []
+        if unknown := [*unlisted, *unknown]:
+            looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
     pairs = {
         frozenset((one, other)) for one, others in named.items() for other in others if one in named.get(other, ())
     }

@@ -159,7 +159,8 @@ class Promise:
         if "Traceback" in done.told or "Exception ignored" in done.told:
             yield f"a traceback: {done.told[-400:]}"
         if calls.way != "kill":
-            if done.code == 0 and "no feedback for" not in done.told:
+            # A log that cannot be read is not graded, with the reason.
+            if done.code == 0 and not re.search("no feedback for|cannot be read: Perm|cannot be read: Inp", done.told):
                 if other := [name for name in differing(found, self.after) if name not in LATER]:
                     yield f"exit code 0 with other files: {other}"
             elif done.code not in (0, 1, 2, 3):

@@ -239,7 +239,7 @@ CASES: list[Any] = [
     ("G764", "", {}, "give the class, a folder or a zip", "class", {}),
     ("G765", "class --rubric rubirc.toml", {"rubric.toml": RUBRIC}, "check its name", "class --rubric rubric.toml", {},
      ["10.00", "10.00", "9.00"]),
-    ("G766", "class -o class/g", {}, "write beside it: --out class-grades", "class --out class-grades", {}),
+    ("G766", "class -o class/g", {}, "write next to it: --out class-grades", "class --out class-grades", {}),
     ("G769", "class --cluster tcp://localhost:1", {}, "as tcp://HOST:8786", "class", {}),
     ("G771", "class", {DESK: "bob,total,12\n"}, "first line is student,what,value,by,why", "class",
      {DESK: "student,what,value,by,why\nbob,total,12\n"}, BOB),

@@ -156,12 +156,14 @@ def _without_reports(files: Listing) -> Listing:
 
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
     root, one = files.root.name, shown(min(files.sizes, default=""))
-    message = f'"{root}" holds no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
+    message = (
+        f'"{root}" contains no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
+    )
     hint = f"name them such as {PLATFORMS['folder' if lms == 'auto' else lms].sample}, or give a --pattern"
     if pattern is not None:
         message, hint = f'--pattern "{pattern}" fits no file of "{root}"', f"make it fit such a name: {one}"
     if not files.sizes:
-        message, hint = f'"{root}" holds no files', "give the folder or zip of the class"
+        message, hint = f'"{root}" contains no files', "give the folder or zip of the class"
     return InputError.of(diagnostics.NO_SUBMISSION, message, hint, root)
 
 

@@ -50,7 +50,7 @@ def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
 
 def _check_number(root: Path, number: int) -> None:
     if number > MOST_FILES:
-        message = f"holds more than {MOST_FILES} files: no class has so many"
+        message = f"contains more than {MOST_FILES} files, too many for a class"
         raise _refusal(diagnostics.TOO_MANY_FILES, root, message, "give the folder or zip of one assignment")
 
 
@@ -74,7 +74,7 @@ def list_files(root: Path) -> Listing:
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
-    """Read one file of a class, of at most so many bytes; ``//`` follows a zip in the class. Raises InputError."""
+    """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
     outer, _, inner = name.rpartition("//")
     try:
         if outer or (root.is_file() and not Path(name).is_absolute()):
@@ -185,7 +185,7 @@ def _contents(root: Path, name: str = "") -> tuple[zipfile.ZipFile, dict[str, zi
             files[inner] = info
     notes = []
     for inner in sorted(twice):
-        message, hint = f'the zip holds "{inner}" twice; the later one is read', "take one of the two out of the zip"
+        message, hint = f'the zip contains "{inner}" twice; the later one is read', "take one of the two out of the zip"
         notes.append(Diagnostic.of(diagnostics.FILE_LEFT_OUT, message, hint, root.name))
     sizes = {inner: info.file_size for inner, info in sorted(files.items())}
     return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))

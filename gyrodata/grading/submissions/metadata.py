@@ -70,7 +70,7 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
                 found[folder] = _about(folder, match[1], entry.submitters or [], _ruby_time(entry.created_at))
     except (RecursionError, msgspec.ValidationError, yaml.YAMLError, ValueError) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
-        raise ValueError(f"it is no such list: {why}") from None
+        raise ValueError(f"this is not the metadata of an export: {why}") from None
     if not found:
         raise ValueError("it lists no submission")
     return found
@@ -115,7 +115,7 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
         due = max(own) if own else live.assignment and live.assignment.due_date
         late = (live.created_at - due).total_seconds() if live.created_at and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
-        raise ValueError(f"it is no such JSON: {error}") from None
+        raise ValueError(f"this is not the metadata of a submission: {error}") from None
     people = [_Person(user.name or "", str(user.sid or ""), user.email or "") for user in live.users]
     stamp = live.created_at.isoformat(timespec="seconds") if live.created_at else None
     attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)

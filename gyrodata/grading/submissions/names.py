@@ -27,7 +27,7 @@ _MOST_RECEIPT = 200_000  # bytes
 _IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
 
 _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
-"""Endings of files in a flat folder that are no student's."""
+"""Endings of files in a flat folder that are not submissions."""
 
 
 def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]:

@@ -16,7 +16,7 @@ from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.archives import read_file
 from gyrodata.grading.submissions.student_files import Answers, read_answers
 
-_MOST_REPORT = 10_000_000  # bytes
+_MOST_REPORT = 30_000_000  # bytes
 
 
 class Submission(Struct, frozen=True, dict=True):

@@ -51,7 +51,7 @@ WHOLE = 0.005
 
 SOURCES: Mapping[str, SourceKind] = {
     "precession_rate": SourceKind("time", Uncertainty(0.0, 0.01), "1 % and rounding", words="precession rate"),
-    "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s a click) and rounding", words="stopwatch readings"),
+    "time": SourceKind("time", Uncertainty(0.14), "0.14 s (0.1 s per press) and rounding", words="stopwatch readings"),
     # One press is 0.11 s late, with a standard deviation of 0.07 s: "Manual timing in physics experiments: error and
     # uncertainty", Am. J. Phys. 87, 110 (2019). Two presses are late by the same time, which cancels. A hand that
     # releases the rod and starts the clock together is late at the end only. Half of all labs do either: 0.11 s/√2.

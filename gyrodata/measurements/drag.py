@@ -18,6 +18,9 @@ from gyrodata.physics import Floats
 NO_POWER_LAW = 0.3
 """Smallest standard uncertainty of the exponent: no real drag is exactly a power of the spin."""
 
+NO_LAW = 9.0
+"""With a larger reduced chi-square, the falls do not follow one law, and p keeps its expected value."""
+
 CERTAIN = 2.0
 """A fall of the spin below this many standard uncertainties is not used."""
 
@@ -79,4 +82,6 @@ def find_drag(falls: Sequence[tuple[float, float, float]], u_spin: float, u_expo
     misfit = float(np.sum(((found - rate * shape) / u) ** 2)) / max(len(u) - 2, 1)
     u_rate, u_bend = (np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))).tolist()
     u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
+    if misfit > NO_LAW:
+        bend, u_bend = 0.0, u_exponent
     return Drag(rate, u_rate, middle, 1 + bend, u_bend) if rate > CERTAIN * u_rate else None

@@ -28,6 +28,9 @@ _STEP = 0.3
 _X = np.arange(-260, 261) * _STEP
 """The points of the integrals."""
 
+_MANY = 1000
+"""Number of rods whose integrals are computed at once."""
+
 _TINY, _SPECK = 1e-300, 1e-60
 """A divisor instead of 0, and the smallest β [rad²/s²] and a [rad/s] that count."""
 
@@ -99,6 +102,11 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
 
 def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     """Compute the mean rate of precession: the azimuth swept in one nutation over its period [rad/s]."""
+    fields = np.broadcast_arrays(top.inertia, top.transverse_inertia, top.torque, spin, pitch)
+    if fields[0].ndim and len(fields[0]) > _MANY:
+        # In parts, because the integrands of all runs would need much memory.
+        parts = zip(*(np.array_split(one, len(one) // _MANY + 1) for one in fields), strict=True)
+        return np.concatenate([mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts])
     nod = _nod(top, spin, pitch)
     return nod.flip[..., 0] * (nod.rate(_X) * nod.weight).sum(axis=-1) / nod.weight.sum(axis=-1)
 

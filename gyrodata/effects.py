@@ -80,7 +80,7 @@ def _why(lab: Lab, name: str, case: EffectCase, bias: float | None) -> str:
         seen = "; kept because the single runs show it" if size < DROP_ONE and name in ("tilt", "release") else ""
         return f"{case.words}: {size:.2g} u{seen}"
     verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
-    more = "; read the spin at half time as well" if name == "decay_law" and size >= DROP_ONE else ""
+    more = "; read the spin at the midpoint as well" if name == "decay_law" and size >= DROP_ONE else ""
     return f"{case.words}: {size:.2g} u, {verdict}{more}"
 
 

@@ -143,9 +143,9 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
 
 
 def is_unmeasured(inertia: Estimate) -> bool:
-    """Return whether the interval of I_zz includes zero, or u is more than half of I_zz."""
+    """Return whether the interval of I_zz includes zero, or u is nearly as large as I_zz."""
     low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
-    return low <= 0 or (inertia.u or 0.0) > 0.5 * inertia.value
+    return low <= 0 or (inertia.u or 0.0) > 0.7 * inertia.value
 
 
 def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:

@@ -160,12 +160,12 @@ class Promise:
             yield f"a traceback: {done.told[-400:]}"
         if calls.way != "kill":
             # A log that cannot be read is not graded, with the reason.
-            if done.code == 0 and not re.search("no feedback for|cannot be read: Perm|cannot be read: Inp", done.told):
+            if done.code == 0 and not re.search("no feedback for|cannot be read: ", done.told):
                 if other := [name for name in differing(found, self.after) if name not in LATER]:
                     yield f"exit code 0 with other files: {other}"
             elif done.code not in (0, 1, 2, 3):
                 yield f"exit code {done.code}: {done.told[-300:]}"
-            elif not re.search(r"error G\d{3}: |no feedback for", done.told):
+            elif not re.search(r"error G\d{3}: |no feedback for|cannot be read: ", done.told):
                 yield f"no message: {done.told[-300:]!r}"
             rests = [name for name in found if ".gyro-" in name]
             if rests and not call.startswith(("unlink", "rmdir", "scandir", "open")):

@@ -335,7 +335,8 @@ def _of_mixture(weight: Floats, mean: Floats, u: Floats) -> Floats:
     close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
     steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
     for _turn in range(40):
-        away = (point[..., None] - centres) / size
+        # Far away the density is zero; the limit avoids an overflow of the square.
+        away = np.clip((point[..., None] - centres) / size, -40.0, 40.0)
         square = np.exp(-0.5 * away * away)
         off = _normal_below(away, square) @ weight - LEVELS
         np.copyto(low, point, where=off < 0)

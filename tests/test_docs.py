@@ -205,7 +205,8 @@ NEEDED = {"rod_length": "25 cm", "ball_diameter": "10.16 cm"}
 def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
     key, _, value = line.partition(": ")
     header, row = "mass [g],position [cm],spin [rpm],time [s],turns", "20.0,15.0,400,13.0,1/3"
-    assert read_log(f"{header}\n{row}\n".encode(), settings=NEEDED | {key: value}).ok
+    lines = "".join(f"# {name}: {text}\n" for name, text in (NEEDED | {key: value}).items())
+    assert read_log(f"{lines}{header}\n{row}\n".encode()).ok
 
 
 # --- every other number of the pages -----------------------------------------------------------------------------

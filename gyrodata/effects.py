@@ -206,7 +206,7 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     if simplest == fullest and measured.motion == "steady":
         return simplest
     try:
-        runs, fit = fitting.fit_model(measured, simplest)
+        runs, fit = fitting.fit_model(measured, simplest, widths=None if measured.motion is None else fitting.AS_STATED)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # It is unknown what could be left out.

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import astuple
 from gates.labs import INERTIA, Bench, draw, write
+from msgspec.structs import astuple
 
 import gyrodata
 from gyrodata.errors import Diagnostic, LogError

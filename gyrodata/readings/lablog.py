@@ -396,7 +396,7 @@ def read_options(
 def read_settings(
     metadata: Sequence[tuple[str, Text]], comments: Sequence[Text], options: Sequence[Given], faults: Faults, ask: bool
 ) -> Settings:
-    """Read all ``# key: value`` lines and options; later values replace earlier ones.
+    """Read all ``# key: value`` lines and options: lines replace the values of a file, and ``--set`` replaces both.
 
     With `ask`, a comma that may separate thousands is an error; without, it is a decimal comma as in the table.
     """
@@ -436,7 +436,9 @@ def read_settings(
         else:
             settings.metadata[key] = text.text
     for item in options:
-        _enter(settings, item, True, faults)
+        # The log itself knows its lab better than the file of the bench.
+        if item.key not in seen or not item.label.startswith("--config"):
+            _enter(settings, item, True, faults)
     return settings
 
 

@@ -57,3 +57,14 @@ def test_two_answers_that_differ_are_none() -> None:
     assert inertia is not None
     assert (inertia.value, inertia.fault) == (None, "given twice")
     assert all(place in (inertia.problem or "") for place in ("report.txt, line 1", "notes.md, line 2"))
+
+
+@pytest.mark.parametrize("below", ["u(I) = 0.05e-3 kg m^2", "u =\t0.05e-3\tkg m^2", "uncertainty: 0.05e-3 kg m^2"])
+def test_uncertainty_in_the_line_below_belongs_to_the_answer(below: str) -> None:
+    found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2\n{below}\n".encode())]).inertia
+    assert found is not None
+    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
+
+
+def test_two_numbers_after_one_name_are_not_read() -> None:
+    assert read_answers(None, [("report.txt", b"I zz  4.43e-3  0.05e-3  kg m^2\n")]).inertia is None

@@ -123,3 +123,18 @@ def test_row_that_is_struck_out_is_left_out_with_a_note():
     assert "line 3 left out (taken out with # or by striking it out)" in " ".join(
         d.message for d in readings.diagnostics
     )
+
+
+def test_sheet_of_a_plot_and_result_rows_are_left_out() -> None:
+    runs = [[20, 15, 406 + k, 13.06, "1/3"] for k in range(3)]
+    book = openpyxl.load_workbook(
+        io.BytesIO(workbook(HEAD, *runs, ["I_zz =", 0.0044, "kg m^2"], ["u =", 5e-5, "kg m^2"]))
+    )
+    for row in (["x", "y"], [1.5, 0.006], [3.0, 0.013]):
+        book.create_sheet("Plot") if "Plot" not in book.sheetnames else None
+        book["Plot"].append(row)
+    stream = io.BytesIO()
+    book.save(stream)
+    log = read_log(stream.getvalue())
+    assert (log.ok, len(log.runs)) == (True, 3)
+    assert "sheet Plot left out: it has no header of runs" in [one.message for one in log.diagnostics]

@@ -7,7 +7,7 @@ import io
 import re
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Literal
 
@@ -136,7 +136,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     `reports` are names and bytes of the other texts. Never raises: a value that cannot be read has a fault.
     """
     if log is not None and "inertia" in log.reported:
-        return Answers(log.reported["inertia"], (), log.name)
+        return Answers(_with_u_below(log.reported["inertia"], readings.split_lines(log.source_text)), (), log.name)
     found = [one for name, data in reports for one in _in_text(name, data)]
     if not found:
         return Answers()
@@ -166,11 +166,24 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, readings.Reported]]:
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", text).strip()
     found = []
-    for number, line in enumerate(readings.split_lines(text)[:_MOST_LINES], 1):
+    lines = readings.split_lines(text)[:_MOST_LINES]
+    for number, line in enumerate(lines, 1):
         # Without quotation marks around a value.
         answers = _find_inertia(re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line))
-        found += [(f"{name}, line {number}", readings.read_reported("inertia", one, number)) for one in answers]
+        for one in answers:
+            read = _with_u_below(readings.read_reported("inertia", one, number), lines)
+            found.append((f"{name}, line {number}", read))
     return found
+
+
+def _with_u_below(read: readings.Reported, lines: Sequence[str]) -> readings.Reported:
+    """Add the uncertainty that is in the line below an answer, such as ``u = 0.1e-3 kg m^2``."""
+    at = read.line or len(lines)
+    below = re.match(_U_BELOW, lines[at]) if read.u is None and at < len(lines) else None
+    if below is None:
+        return read
+    both = readings.read_reported("inertia", " ".join(re.split(r"[\s|]+", f"{read.text} ± {below[1]}")), read.line)
+    return both if both.fault is None and both.value == read.value else read
 
 
 def _read_docx(data: bytes) -> str:
@@ -215,6 +228,12 @@ _OF_OTHERS = (
 )
 """Words of values that are not the answer."""
 
+_U_BELOW = (
+    r"(?i)[\s|]*(?:u|Δ|δ|σ|delta|sigma|s\.?d\.?|unc\w*|errors?|unsicherheit|incertitude)"
+    r"(?:\s*(?:of|in|von|de)?[\s(_]*(?:I|J|I_?zz|inertia)\)?)?\s*[=:|][\s=|]*(\d.*)"
+)
+"""A line below the answer that contains its uncertainty."""
+
 _CUTS = r"[,;.)|]?\s+|[.,;|]*$"
 
 
@@ -241,6 +260,8 @@ def _find_inertia(line: str) -> list[str]:
         before = re.split(r"[.;!?]\s", plain[end:start])[-1]
         end = start + len(answer)
         after = re.split(r"[.,;]", plain[end:])[0]
+        if re.search(r"(?<![\w.,])\d\S*\s+$", before):
+            continue  # two numbers after one name: a person must look
         if not re.search(_OF_OTHERS, before) and not re.search(_OF_OTHERS, after) and _names_inertia(before):
             found.append(answer)
     if not found and (answer := _without_unit(line)):

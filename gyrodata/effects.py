@@ -183,9 +183,23 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
 
 def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    chosen = case.chosen if case.chosen.asked else choose_model(measured, "auto")
+    keeps = case.chosen.asked or (case.chosen == lab.chosen and _is_simple(lab))
+    chosen = case.chosen if keeps else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
+
+
+FAR_FROM_LIMIT = 0.35
+"""If the release is below this part of the limit `DROP_ONE`, no changed log needs it."""
+
+
+def _is_simple(lab: Lab) -> bool:
+    """Return whether a log, and each of its changes, is far from any effect that its model would need."""
+    level = lab.chosen == ChosenModel(tilted=False, released=False, asked=False) and not lab.measured.pitch.any()
+    if not level or earth_is_told(lab.measured):
+        return False
+    size = abs(float(lab.fit.response @ _by_release(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
+    return lab.measured.motion == "steady" or size < FAR_FROM_LIMIT * DROP_ONE * relative_u(lab.fit)
 
 
 ALWAYS_OUT = ("decay_law", "earth")

@@ -361,7 +361,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     panels = FIGURES[name].panels
     axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
     # About the width that the layout will give: the names of runs need it before the layout is known.
-    figure.subplots_adjust(right=0.68)
+    figure.subplots_adjust(right=0.97)
     for ax, draw in zip(axes, panels, strict=True):
         draw(ax, scene)
         for axis in (ax.xaxis, ax.yaxis):
@@ -374,7 +374,7 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
     shown = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(shown.values()), list(shown), loc="outside right upper", title=title)
+    figure.legend(list(shown.values()), list(shown), loc="outside lower left", ncols=2, title=title)
     return axes[0]
 
 

@@ -67,7 +67,9 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
             lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
-        grid = _without_other_sheets(_with_captions(grid, head), faults)
+        grid = _with_captions(grid, head)
+        if len(faults.sheets) > 1:
+            grid = _without_other_sheets(grid, faults)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
@@ -91,7 +93,7 @@ def _without_other_sheets(grid: Grid, faults: Faults) -> Grid:
         return any(len(found.intersection(roles.ROLES).difference(roles.TEXTS)) > 1 for found in heads)
 
     of_log = {number for number, rows in by_sheet.items() if is_log(rows)}
-    if len(by_sheet) < 2 or not of_log:
+    if not of_log:
         return grid
     fewest = min(max(map(_numbers, by_sheet[number])) for number in of_log)
     others = {n: rows for n, rows in by_sheet.items() if n not in of_log and max(map(_numbers, rows)) < fewest}

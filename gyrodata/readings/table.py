@@ -326,7 +326,8 @@ class TableReader:
                 self.columns[role] = column
         plan = [(i, *time) for i in range(len(self.rows)) for time in times if time[1].readings[i].text]
         rows = [i for i, *_ in plan] if times else [i for i, run in enumerate(is_run) if run]
-        columns = {role: column.select(rows) for role, column in self.columns.items()}
+        all_rows = rows == [*range(len(self.rows))]
+        columns = self.columns if all_rows else {role: column.select(rows) for role, column in self.columns.items()}
         columns = {role: column for role, column in columns.items() if any(one is not None for one in column.values)}
         if times:
             readings = [column.readings[i] for i, _, column in plan]
@@ -596,13 +597,8 @@ class TableReader:
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
-            row = self.rows[filled[0]]
-            faults.add(
-                "filled_down",
-                self.grid.cell(row, at).place,
-                role=role,
-                lines=self.faults.span([lines[i] for i in filled]),
-            )
+            place = self.grid.cell(self.rows[filled[0]], at).place
+            faults.add("filled_down", place, role=role, lines=self.faults.span([lines[i] for i in filled]))
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:

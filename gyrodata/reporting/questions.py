@@ -101,7 +101,10 @@ def others(n: Numbers) -> Section:
     # A shell would not read other names as one word.
     log = n.analysis.name if re.fullmatch(r"[\w.][\w.+/-]*", n.analysis.name) else "LOG"
     items = [
-        say(f"{asked}{_number(n, number)}: {{}}", Styled(f"gyro predict {part} --log {log}", "code"))
+        say(
+            f"{asked}{_number(n, number)}: {{}}",
+            Styled(f"gyro predict {part}" + f" --log {log}" * (part not in ("twist", "platform")), "code"),
+        )
         for part, (asked, number) in OTHERS.items()
     ]
     return Section("The other questions", (paragraph(words), Text(tuple(items), "list")), "others", True)

@@ -140,10 +140,12 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     found = [one for name, data in reports for one in _in_text(name, data)]
     if not found:
         return Answers()
-    # If several places give one value, the place with u is taken.
-    (place, first), *others = sorted(found, key=lambda one: (one[1].u is None, one[1].fault is not None))
+    if any(one.u is not None for _, one in found):
+        # A value with an uncertainty is the result; the others are steps on the way.
+        found = [(place, one) for place, one in found if one.u is not None]
+    (place, first), *others = sorted(found, key=lambda one: one[1].fault is not None)
     for other, reported in others:
-        if (reported.value, reported.u or first.u) != (first.value, first.u):
+        if (reported.value, reported.u) != (first.value, first.u):
             problem = f'two values are found: "{first.text}" in {place} and "{reported.text}" in {other}'
             first = readings.Reported("inertia", first.text, fault="given twice", problem=problem, line=first.line)
             break

@@ -115,6 +115,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
+    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = look_for_patterns(measured, fit)
     exponent = tables.overall_exponent(measured, kept) if whole else None
     seen = findings.Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole)

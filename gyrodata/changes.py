@@ -65,6 +65,8 @@ class Lab(Struct, frozen=True):
     fit: FitResult
     chosen: ChosenModel
     left_out: tuple[int, ...] = ()
+    release: float | None = None
+    """Size of the release in standard uncertainties of I_zz [1]; None if it is not computed."""
 
     @property
     def kept(self) -> list[int]:

@@ -116,11 +116,15 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
 def release_may_matter(lab: Lab) -> bool:
     """Return whether the size of the release is worth a fit; for a level rod it may be certainly small."""
-    if lab.measured.pitch.any() or lab.chosen.released:
-        return True
+    return bool(lab.measured.pitch.any()) or lab.chosen.released or not _release_size(lab) < 0.7 * DROP_ONE
+
+
+def _release_size(lab: Lab) -> float:
+    """Estimate the size of the release for a level rod, without a fit, in standard uncertainties of I_zz [1]."""
+    u = relative_u(lab.fit)
     # Runs that scatter more than stated may do so because of the release, which then widens u.
     size = abs(float(lab.fit.response @ _by_release(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
-    return not size < 0.7 * DROP_ONE * relative_u(lab.fit)
+    return size / u if u else math.inf
 
 
 STEEP, FALLEN = math.radians(45), math.radians(52)
@@ -174,32 +178,39 @@ class Outcome(Struct, frozen=True):
 
 def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
-    for change in changes.CHANGES:
-        if wanted in (change.use, change.name) and len(lab.measured.runs) <= changes.MOST_RUNS:
-            for case in change.cases(lab):
-                inertia = None if case.measured is None else _answer(lab, case, case.measured)
-                yield Outcome(change.name, change.words.format(case.words), inertia, case)
+    cases = [
+        (change, case)
+        for change in changes.CHANGES
+        if wanted in (change.use, change.name) and len(lab.measured.runs) <= changes.MOST_RUNS
+        for case in change.cases(lab)
+    ]
+    is_clear = bool(cases) and _is_clear(lab)
+    for change, case in cases:
+        inertia = None if case.measured is None else _answer(lab, case, case.measured, is_clear)
+        yield Outcome(change.name, change.words.format(case.words), inertia, case)
 
 
-def _answer(lab: Lab, case: Case, measured: Measurements) -> Estimate | None:
+def _answer(lab: Lab, case: Case, measured: Measurements, is_clear: bool) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    keeps = case.chosen.asked or (case.chosen == lab.chosen and _is_simple(lab))
+    keeps = case.chosen.asked or (is_clear and case.chosen == lab.chosen)
     chosen = case.chosen if keeps else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
 
 
-FAR_FROM_LIMIT = 0.35
-"""If the release is below this part of the limit `DROP_ONE`, no changed log needs it."""
+FAR_FROM_LIMIT = 2.0
+"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so in each changed log too."""
 
 
-def _is_simple(lab: Lab) -> bool:
-    """Return whether a log, and each of its changes, is far from any effect that its model would need."""
-    level = lab.chosen == ChosenModel(tilted=False, released=False, asked=False) and not lab.measured.pitch.any()
-    if not level or earth_is_told(lab.measured):
+def _is_clear(lab: Lab) -> bool:
+    """Return whether all changes of a log need the model of the log itself."""
+    if lab.chosen.tilted or lab.measured.pitch.any() or earth_is_told(lab.measured):
         return False
-    size = abs(float(lab.fit.response @ _by_release(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
-    return lab.measured.motion == "steady" or size < FAR_FROM_LIMIT * DROP_ONE * relative_u(lab.fit)
+    if lab.measured.motion == "steady":
+        return True
+    if lab.chosen.released:
+        return (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE
+    return (_release_size(lab) if lab.release is None else lab.release) < DROP_ONE / FAR_FROM_LIMIT
 
 
 ALWAYS_OUT = ("decay_law", "earth")
@@ -225,8 +236,7 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     except fitting.NoFit:
         # It is unknown what could be left out.
         return fullest
-    shows = release_may_matter(lab) or _seen_in_scatter(measured, lab.fit, "release")
-    released = fullest.released or (measured.motion is None and shows and _stays_up(lab))
+    released = fullest.released or (measured.motion is None and release_may_matter(lab) and _stays_up(lab))
     if simplest == fullest and not released:
         return simplest
     named = {"tilt": tilts, "release": released, "earth": told}
@@ -237,7 +247,10 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
     kept = _kept(known, dropped, relative_u(lab.fit)) | (set(may) - set(known))
-    kept |= {name for name in may if _seen_in_scatter(measured, lab.fit, name)}
+    # A release that the log does not state is assumed for its effect on I_zz only.
+    kept |= {
+        name for name in may if _seen_in_scatter(measured, lab.fit, name) and (name != "release" or fullest.released)
+    }
     chosen = ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
     steady = replace(chosen, released=False)
     if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):

@@ -92,12 +92,12 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         return []
     from gyrodata import motion
 
-    # The mean rate of the exact motion gives a better I_zz.
+    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would become smaller without limit.
     better = own
     for _turn in range(30):
         top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
         rate = motion.mean_precession_rate(top, spin, pitch)
-        better = np.abs(own * rate * better * spin / torque)
+        better = np.maximum(np.abs(own * rate * better * spin / torque), own / 10)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst = int(sag.argmax())

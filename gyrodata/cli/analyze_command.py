@@ -270,13 +270,16 @@ class _Outcome(Struct, frozen=True):
 def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Path | None) -> _Outcome:
     """Analyse one log, and write its report into a folder if there is one; `below` is the log's part of its path."""
     from gyrodata.analysis import analyze_readings
-    from gyrodata.reporting.files import report_files
 
     readings, document = None, DOCUMENTS.get(request.form, "")
     try:
         readings = request.read(**source_of(log, name))
         analysis = analyze_readings(readings, request.options)
-        files = report_files(analysis, request.figures, request.style, document) if folder is not None else {}
+        files = {}
+        if folder is not None:
+            from gyrodata.reporting.files import report_files
+
+            files = report_files(analysis, request.figures, request.style, document)
         text = _formatted(analysis, request, below, folder is not None)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)

@@ -125,14 +125,16 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
 
 def _with_captions(grid: Grid, head: Row) -> Grid:
     """Add the lines behind # that give a quantity without a column, such as "# each time is for one full turn"."""
+    heads = [row for row in grid.rows if _is_head(row)] or [head]
+    lacking = _lacking([parse_header(text) for row in heads for text in row.texts], grid)
+    if not lacking:
+        return grid
     said = [(f"# {text.text}", text.place.line) for text in grid.comments]
     said += [
         (f"# {key}: {text.text}", text.place.line)
         for key, text in grid.metadata
         if key.lower() not in roles.KEYS and not key.lower().startswith(roles.REPORTED)
     ]
-    heads = [row for row in grid.rows if _is_head(row)] or [head]
-    lacking = _lacking([parse_header(text) for row in heads for text in row.texts], grid)
     there = {row.line for row in grid.rows}
     captions = [Row(line, [text]) for text, line in said if line not in there]
     captions = [row for row in captions if lacking.intersection(_said(row))]
@@ -354,7 +356,9 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """Return what no column of a table contains, and no "# key: value" line of a grid: a caption may give it."""
     there = {role for header in headers for role in header.roles}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if there & {"angle", *roles.ONE_TURN} or any(turns_in(header.text) for header in headers):
+    if not there & {"turns", "angle", *roles.ONE_TURN} and any(turns_in(header.text) for header in headers):
+        there.add("turns")
+    if there & {"angle", *roles.ONE_TURN}:
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
@@ -388,7 +392,7 @@ class _Sheet:
         self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
         names = [name for row in grid.rows if _is_head(row) for name in row.texts]
-        self.any_timed = any(turns_in(name) or set(parse_header(name).roles) & {*roles.TIMINGS} for name in names)
+        self.any_timed = any(set(parse_header(name).roles) & {*roles.TIMINGS} or turns_in(name) for name in names)
         self.only_means = False
         self.told: set[str] = set()
         """Parts of a run in the first table."""
@@ -598,8 +602,9 @@ class _Sheet:
         there = {role for header in headers for role in header.roles}
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
             # A header may be split at its own comma: "period [s], 5 turns".
-            turns = turns_in(behind.text) if cell.text and (header.unit is None or other.unit is None) else ""
-            if turns and not any(row.texts[at] for row in table.rows):
+            if not cell.text or (header.unit and other.unit) or any(row.texts[at] for row in table.rows):
+                continue
+            if turns := turns_in(behind.text):
                 raise self.faults.refuse("header_split", behind, part=behind.text, header=cell.text, turns=turns)
         is_timed = not there.isdisjoint(roles.TIMINGS) and "spin_turns" not in there
         return table if is_timed else _with_differences(table, there, self.faults)

@@ -168,9 +168,12 @@ _MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*`\\{}", "") | {"ł": "l", "�
 @lru_cache(maxsize=8192)
 def squeeze(text: str) -> str:
     """Return the letters of a name, without accents, blanks, ``_``, ``-`` and dots; upper and lower case are kept."""
-    # A dot above means a rate ("φ̇"); other accents depend on the keyboard.
-    letters = unicodedata.normalize("NFD", units.fold_letters(text)).replace("\u0307", "dot")
-    return "".join("".join(c for c in letters if unicodedata.category(c) != "Mn").translate(_MARKS).split())
+    letters = text
+    if not text.isascii():
+        # A dot above means a rate ("φ̇"); other accents depend on the keyboard.
+        letters = unicodedata.normalize("NFD", units.fold_letters(text)).replace("\u0307", "dot")
+        letters = "".join(c for c in letters if unicodedata.category(c) != "Mn")
+    return "".join(letters.translate(_MARKS).split())
 
 
 def squeezed_words(text: str) -> set[str]:

@@ -842,7 +842,7 @@ def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
         words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
         words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
         note = ", ".join(row.texts[at] for at in words)
-        if roles.altered_role(note) and note not in notes:
+        if words and note not in notes and roles.altered_role(note):
             notes[note] = grid.cell(row, words[0])
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):

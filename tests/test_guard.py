@@ -117,7 +117,9 @@ def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: st
 
 
 def test_released_rods_that_no_inertia_explains_are_refused() -> None:
-    rows = "1222.15,91.98,198,0.0603,2.5\n1222.15,68.99,598,0.1957,2\n2411.85,91.98,615,0.0939,2.5\n3774.46,68.99,203,0.0105,1"
-    log = f"# transverse_inertia: 6e-3 kg*m^2\n# g: 9.803 m/s^2\nmass [g],position [cm],spin [rpm],time [s],turns\n{rows}\n"
+    rows = "1222.15,91.98,198,0.0603,2.5\n1222.15,68.99,598,0.1957,2\n"
+    rows += "2411.85,91.98,615,0.0939,2.5\n3774.46,68.99,203,0.0105,1"
+    head = "# transverse_inertia: 6e-3 kg*m^2\n# g: 9.803 m/s^2\n"
+    log = f"{head}mass [g],position [cm],spin [rpm],time [s],turns\n{rows}\n"
     with pytest.raises(LogError, match="G425"):
         gyrodata.analyze(log.encode(), model="released")

@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from gyrodata import effects, findings, fitting, tables
 from gyrodata.changes import Lab
-from gyrodata.diagnostics import NO_STEADY_PRECESSION, NO_TORQUE, TOO_MANY_SHARED_READINGS
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
@@ -104,8 +103,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     sizes = findings.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
-        words = "no run has a torque, so I_zz cannot be determined"
-        raise LogError([*found, readings.diagnose(NO_TORQUE, words, "add runs with a weight: mass and position")])
+        raise LogError([*found, readings.say("no_torque")])
     try:
         lab, outliers, no_odd_run = fit_runs(readings, measured, options.model, options.keep_flagged)
     except LogError as error:
@@ -200,10 +198,7 @@ def fit_runs(
     """
     shared = sum(source.shared_count for source in measured.sources)
     if shared * len(measured.runs) > LARGEST:
-        several = f"{shared} weights, positions and spins that several of them share"
-        words = f"{len(measured.runs)} runs with {several} are too many for one fit"
-        hint = "split the log, and analyse each part separately"
-        raise LogError([readings.diagnose(TOO_MANY_SHARED_READINGS, words, hint)])
+        raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
         fallen = findings.fall_findings(readings, measured)
         if fallen:
@@ -221,8 +216,7 @@ def fit_runs(
         fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
-            why = "eq. (8) has no real solution for a run: the rod is up and the spin too low to precess steadily"
-            raise LogError([readings.diagnose(NO_STEADY_PRECESSION, why, "check pitch, spin and transverse_inertia")])
+            raise LogError([readings.say("no_steady_precession")])
         says = np.array([i not in odd for i in range(len(measured.runs))])
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:

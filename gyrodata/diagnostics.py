@@ -44,6 +44,24 @@ def explanations() -> dict[str, Code]:
     return convert(texts, dict[str, Code])
 
 
+class Message(Struct, frozen=True):
+    """One message of `messages.toml`; names in braces are values that are filled in."""
+
+    code: str
+    """Severity and code: "warning G410"."""
+    message: str
+    hint: str = ""
+    doubt: str = ""
+    """Kind of doubt if the answer is not safe to quote: "ball", "size", …; else ""."""
+
+
+@cache
+def messages() -> dict[str, Message]:
+    """Read the messages about logs, by name."""
+    text = Path(__file__).with_name("messages.toml").read_text(encoding="utf-8")
+    return convert(tomllib.loads(text), dict[str, Message])
+
+
 def _code(severity: Severity, code: str) -> str:
     """Add a code to `SEVERITIES` and return it."""
     SEVERITIES[code] = severity

@@ -16,7 +16,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, effects, fitting, physics
-from gyrodata import diagnostics as codes
 from gyrodata.changes import Lab
 from gyrodata.effects import CLEARLY, DROP_ONE, FALLEN, STEEP, Effect
 from gyrodata.errors import Diagnostic
@@ -64,12 +63,9 @@ def count_findings(
         )
         for counts in answers
     )
-    first = min(groups[k][0] for k in answers[0])
     column = readings.columns.get("turns") or readings.columns.get("angle")
-    cell = (column.place(first), len(column.readings[first].text)) if column else ()
-    words = f"the weights contradict each other with the turns as written; the runs of {words}"
-    hint = "write the number of timed turns in each row: I_zz depends on which counts are correct"
-    return [readings.diagnose(codes.TURNS_OF_WEIGHTS_WRONG, words, hint, *cell)]
+    cell = column.cell(min(groups[k][0] for k in answers[0])) if column else None
+    return [readings.say("turns_of_weights_wrong", cell, counts=words)]
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -100,18 +96,13 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         better = np.maximum(np.abs(own * rate * better * spin / torque), own / 10)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
-    worst = int(sag.argmax())
-    run, rpm, steep = int(loaded[worst]), spin[worst] / RPM, int(np.sum(sag > STEEP))
+    worst, steep = int(sag.argmax()), int(np.sum(sag > STEEP))
+    run = int(loaded[worst])
     least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]) / RPM
-    fall = f"falls by about {math.degrees(sag[worst]):.0f} degrees and hits the cup"
-    words = f"run {measured.runs[run]}: a rod that is released at {rpm:.0f} rpm with {load_words(measured, run)} {fall}"
-    if steep > 1:
-        words += f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees"
-    hint = (
-        f"spin faster: at least {5 * math.ceil(least / 5)} rpm for this weight keeps the fall below 45 degrees; if the "
-        "rod was held until it precessed steadily, write # motion: steady; check the unit of the spin too"
-    )
-    return [readings.diagnose(codes.RELEASE_FALLS, words, hint, place_of(readings, run))]
+    more = f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""
+    fall = {"spin": spin[worst] / RPM, "sag": math.degrees(sag[worst]), "least": 5 * math.ceil(least / 5)}
+    words = {"run": measured.runs[run], "load": load_words(measured, run), "more": more}
+    return [readings.say("release_falls", place_of(readings, run), **words, **fall)]
 
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
@@ -139,7 +130,7 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
             "check for a wrong unit, a wrong count of turns, or exchanged weights; each weight alone gives "
             f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
         )
-    return readings.diagnose(codes.NO_INERTIA_FITS, f"no single I_zz fits these runs: {why}", hint)
+    return readings.say("no_inertia_fits", why=why, hint=hint)
 
 
 def is_unmeasured(inertia: Estimate) -> bool:
@@ -159,8 +150,7 @@ def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
     elif widest == "unexplained_scatter":
         hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
     fault = "includes zero" if low <= 0 else "is too wide"
-    words = f"I_zz is not measured: its 95 % interval, {low:.2g} to {high:.2g} kg·m², {fault}"
-    return readings.diagnose(codes.NOT_MEASURED, words, hint)
+    return readings.say("not_measured", low=low, high=high, fault=fault, hint=hint)
 
 
 def place_of(readings: Readings, run: int) -> Place | None:
@@ -219,21 +209,15 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     out = set(seen.lab.left_out)
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
         if outlier.index in out:
-            done = "it was left out"
+            done = "left out"
             hint = "correct the cell if you know the mistake, or repeat the run; --keep-flagged keeps the run"
         else:
-            done = (
-                f"it was kept; without the suspected outliers I_zz = {without.value:.4g} kg·m²"
-                if without
-                else "it was kept"
-            )
+            done = f"kept; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else "kept"
             hint = "repeat the run; if you know what went wrong, put # before its line to leave it out"
-        words = f"run {seen.measured.runs[outlier.index]}: {outlier_reason(seen.measured, outlier)}; {done}"
-        width = len(timing.readings[outlier.index].text)
-        yield readings.diagnose(codes.OUTLIER, words, hint, timing.place(outlier.index), width)
+        run, reason = seen.measured.runs[outlier.index], outlier_reason(seen.measured, outlier)
+        yield readings.say("outlier", timing.cell(outlier.index), run=run, reason=reason, done=done, hint=hint)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
-        more = f"{len(seen.outliers) - MOST_OF_ONE_CODE} more suspected outliers; the table of runs marks each of them"
-        yield readings.diagnose(codes.OUTLIER, more, "gyro analyze --format csv prints that table")
+        yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
 
 
 CONTRADICTING = 10.0
@@ -271,30 +255,18 @@ def _other_motion(seen: Seen) -> str:
 
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
-    say, measured, fit = seen.readings.diagnose, seen.measured, seen.fit
+    say, measured, fit = seen.readings.say, seen.measured, seen.fit
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    state_it = (
-        f"if your times really are this uncertain, add: # u_time: {fit.scatter * (measured.time_u or 0.14):.1g} s"
-    )
+    values = {"scatter": fit.scatter, "u_time": fit.scatter * (measured.time_u or 0.14)}
     if seen.contradicts_itself:
-        many = f"{fit.scatter:.3g} times as uncertain as stated, which was assumed"
-        words = f"the runs contradict each other: they agree only if every time is {many}"
-        hint = "check the runs for a wrong digit, unit or count of turns"
-        yield say(codes.RUNS_CONTRADICT_EACH_OTHER, words, hint, doubt="contradiction")
+        yield say("runs_contradict_each_other", scatter=fit.scatter)
     elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
-        words = f"the runs do not follow one line: they scatter {fit.scatter:.1f} times as much as stated"
-        hint = (
-            _other_motion(seen)
-            + f"check for a run with a wrong count of turns, a wrong weight or a misread time; {state_it}"
-        )
-        yield say(codes.SCATTER_TOO_LARGE, words, hint, doubt="scatter")
+        yield say("not_one_line", **values, motion=_other_motion(seen))
     elif seen.p is not None and seen.p < NO_ACCIDENT:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
-        words = f"the runs scatter {fit.scatter:.1f} times as much as {stated}; u already includes this"
-        hint = _other_motion(seen) + f"check for a wrong run or a late stopwatch; {state_it}"
-        yield say(codes.SCATTER_TOO_LARGE, words, hint)
+        yield say("scatter_too_large", **values, stated=stated, motion=_other_motion(seen))
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -308,23 +280,20 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
         return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
 
     for gone, rest, other in fitting.rivals(measured, seen.fit, left_out):
-        words = (
-            f"either {named(gone)} {'is' if len(gone) == 1 else 'are'} wrong, or {named(rest)} "
-            f"{'is' if len(rest) == 1 else 'are'}: the runs of {load_words(measured, gone[0])} contradict each other, "
-            f"and the other runs agree with both. I_zz = {seen.fit.inertia.value:.4g} kg·m² without {named(gone)}, as "
-            f"here, or {other.inertia.value:.4g} kg·m² without {named(rest)}"
+        yield seen.readings.say(
+            "either_run_wrong",
+            gone=named(gone),
+            gone_are="is" if len(gone) == 1 else "are",
+            rest=named(rest),
+            rest_are="is" if len(rest) == 1 else "are",
+            load=load_words(measured, gone[0]),
+            here=seen.fit.inertia.value,
+            there=other.inertia.value,
         )
-        hint = (
-            "repeat one of these runs and count its turns; then correct the turns of the runs that do not agree with "
-            "it, or put # before their lines"
-        )
-        yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
     gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), [])
     if gone and (poor := _poor_balance(measured, seen.fit)):
         # The runs do not say which of two weights is wrong; the balance does.
-        words = f"the runs of {load_words(measured, gone[0])} are left out, and in the fit of the others {poor}"
-        hint = "check the turns and the readings of each weight, not only of these"
-        yield seen.readings.diagnose(codes.EITHER_RUN_WRONG, words, hint, doubt="contradiction")
+        yield seen.readings.say("either_weight_wrong", load=load_words(measured, gone[0]), poor=poor)
 
 
 def _exponent(seen: Seen) -> Iterator[Diagnostic]:
@@ -338,12 +307,10 @@ def _exponent(seen: Seen) -> Iterator[Diagnostic]:
         return
     far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
     if abs(far) > OTHER_LAW:
-        power = f"the power {exponent.value:.2f}, {abs(far):.0f} u from 1"
-        words = f"the period is proportional to the spin to {power}"
         late = "a stopwatch that is late in every run, or wrong turns in the short runs"
         drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
-        hint = _other_motion(seen) + "check for " + (late if far < 0 else drag)
-        yield seen.readings.diagnose(codes.PERIOD_NOT_IN_PROPORTION, words, hint, doubt="exponent")
+        values = {"power": exponent.value, "far": abs(far), "cause": late if far < 0 else drag}
+        yield seen.readings.say("period_not_in_proportion", **values, motion=_other_motion(seen))
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
@@ -351,22 +318,10 @@ def _balance(seen: Seen) -> Iterator[Diagnostic]:
     measured, fit, test = seen.measured, seen.fit, seen.measured.balance_test_from
     if fit.contradicted_balance is not None:
         m0, allowed = 1e3 * fit.residual_torque.value, 1e3 * fit.contradicted_balance
-        words = f"the runs give M0 = {m0:.2g} mN·m, far from the {allowed:.2g} mN·m of {test}; gyro uses the runs"
-        yield seen.readings.diagnose(codes.BALANCE_TEST_CONTRADICTED, words, f"check {test}")
+        yield seen.readings.say("balance_test_contradicted", m0=m0, allowed=allowed, test=test)
     if measured.torque_unseen is None and not fitting.torques_differ(measured.torque):
-        words = "all torques are equal, so I_zz and the residual torque M0 cannot be separated"
-        lines = '"# balanced: yes" or "# balance_drift: 5 deg in 60 s at 400 rpm"'
-        yield seen.readings.diagnose(codes.SINGLE_TORQUE, words, f"add runs with another weight, or write {lines}")
+        yield seen.readings.say("single_torque")
 
-
-DIRECTION = (
-    "write ccw or cw, seen from above, in a column precession_sense: for the run without a weight, and for one with a "
-    "weight while the ball spins in the same direction; other rows may stay blank. Header and rows to copy:\n"
-    "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
-    "20.00,15.0,400,39.7,1,ccw\n"
-    "0,,400,180,1/20,ccw"
-)
-"""How to write the direction of a run without a weight."""
 
 WORTH = 0.95
 """gyro advises a change only if it reduces u of I_zz to at most this part of its value."""
@@ -379,11 +334,9 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     then = next((outcome.inertia for outcome in effects.answers(seen.lab, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
-    names, place = ", ".join(measured.runs[i] for i in bare), place_of(seen.readings, bare[0])
-    runs = f"run{'s' * (len(bare) > 1)} {names} without a weight"
-    gain = f"u of I_zz is {percent_u(now):.2g} % and would be about {percent_u(then):.2g} % with the direction"
-    words = f"{runs}: the direction of the precession is missing, so M0 may have either sign. {gain}"
-    yield seen.readings.diagnose(codes.DIRECTION_MISSING, words, DIRECTION.partition(". Header")[0], place)
+    runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
+    place, u = place_of(seen.readings, bare[0]), {"now": percent_u(now), "then": percent_u(then)}
+    yield seen.readings.say("direction_missing", place, runs=runs, **u)
 
 
 POOR_BALANCE = 0.2
@@ -414,10 +367,8 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     words, hint = pattern_words(first)
     hint = _other_motion(seen) + hint
     p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
-    words = f"{words} ({p}, after {len(seen.patterns)} tests)"
-    agrees = first.name == "agreement"
-    code, doubt = (codes.AGREES_TOO_WELL, "") if agrees else (codes.PATTERN_IN_RESIDUALS, "pattern")
-    yield seen.readings.diagnose(code, words, hint, doubt=doubt)
+    name = "agrees_too_well" if first.name == "agreement" else "pattern_in_residuals"
+    yield seen.readings.say(name, pattern=words, p=p, tests=len(seen.patterns), hint=hint)
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
@@ -429,11 +380,7 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
     missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
     hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
-    arm = "an arm not measured from the centre of the ball"
-    words = f"{poor}; possible causes: a hanger that is not in the masses, {arm}, or wrong turns of one weight"
-    line = 'write "# balanced: no" if the ball was not balanced'
-    hint = f"{hanger}check the turns of each weight, the origin of the positions, and g; {line}"
-    yield seen.readings.diagnose(codes.BALANCE_POOR, words, hint)
+    yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
 
 
 def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
@@ -445,10 +392,8 @@ def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
     share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
     far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
     for i in far if len(far) <= len(fall) / 4 else ():
-        fell = f"falls by {100 * (1 - end[i] / start[i]):.0f} %, over {FELL_MORE:g} times as fast as in the others"
-        words = f"run {measured.runs[i]}: the spin {fell}; likely causes: something rubs, or a reading is wrong"
-        hint = "check both readings of the spin, or repeat the run"
-        yield seen.readings.diagnose(codes.SPIN_FELL_ALONE, words, hint, spin_columns(seen.readings)[-1].place(i))
+        place, fell = spin_columns(seen.readings)[-1].place(i), 100 * (1 - end[i] / start[i])
+        yield seen.readings.say("spin_fell_alone", place, run=measured.runs[i], percent=fell, more=FELL_MORE)
 
 
 def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
@@ -459,14 +404,10 @@ def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
     torque, longest = seen.fit.inertia.value * drag.rate * drag.spin, int(np.argmax(measured.time))
     fall = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = fall**2 / 24
-    words = (
-        f"the spin falls by 1/e in {1 / drag.rate:.0f} s at {drag.spin / RPM:.0f} rpm, as by a drag torque of "
-        f"{1e3 * torque:.2g} mN·m. It falls by {100 * fall:.2g} % in the longest run, which changes I_zz by "
-        f"{100 * size:.1g} % if the spin is read at the midpoint"
-    )
+    values = {"time": 1 / drag.rate, "spin": drag.spin / RPM, "torque": 1e3 * torque}
     small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
     hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
-    yield seen.readings.diagnose(codes.SPIN_FALLS, words, hint)
+    yield seen.readings.say("spin_falls", **values, percent=100 * fall, size=100 * size, hint=hint)
 
 
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
@@ -476,13 +417,10 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
         mass, radius, height, time, friction = readings.falling_mass
         # The thread pulls with m (g − a), less the friction.
         found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
-        off = f"{100 * (found / inertia.value - 1):+.2g} % from the fit, whose u is {percent_u(inertia):.2g} %"
-        words = f"the falling mass gives I_zz = {found:.4g} kg·m²: {off}"
-        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+        off = 100 * (found / inertia.value - 1)
+        yield readings.say("falling_mass", inertia=found, off=off, u=percent_u(inertia))
     if measured.nutation_ratio is not None:
-        ratio = float(np.nanmedian(measured.nutation_ratio))
-        words = f"the periods of the nutation give I/I_zz = {ratio:.3g}, as the median of the runs"
-        yield readings.diagnose(codes.OTHER_MEASUREMENT, words, "")
+        yield readings.say("nutation", ratio=float(np.nanmedian(measured.nutation_ratio)))
 
 
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
@@ -504,14 +442,22 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
         # A spreadsheet removes zeros at the end of a number.
         how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
-        words = (
-            f'{role} "{reading.text}" can mean any value from {value - step / 2:.4g} to {high}: '
-            f"this rounding is {100 * rounding[1] ** 2:.0f} % of the variance. As written I_zz = "
-            f"({shown})e{power} kg·m²; as {value:.{digits}f} it would be {then}"
+        yield readings.say(
+            "digits_too_few",
+            column.cell(run),
+            role=role,
+            text=reading.text,
+            low=value - step / 2,
+            high=high,
+            percent=100 * rounding[1] ** 2,
+            now=shown,
+            then=then,
+            power=power,
+            example=f"{value:.{digits}f}",
+            how=how,
+            u=half,
+            unit=in_unit,
         )
-        line = f"# u_{role}: {half:.1g} {in_unit}"
-        hint = f"write every digit that was read, such as {value:.{digits}f}{how}, or state its uncertainty: {line}"
-        yield readings.diagnose(codes.DIGITS_TOO_FEW, words, hint, column.place(run), len(reading.text))
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
@@ -521,48 +467,32 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
     if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
         across = fitting.transverse_inertia(measured)
         size = 100 * guessed.u_inertia / abs(fit.inertia.value)
-        taken = f"{across.min():.2g} to {across.max():.2g} kg·m² ± 20 % is assumed (a ball with a light rod, the weight"
-        missing = "eq. (8) needs the moment of inertia across the rod, which is not given"
-        words = f"{missing}: {taken} on it), and its uncertainty is {size:.2g} % of I_zz"
-        line = f"# transverse_inertia: {np.median(across):.2g} kg*m^2"
-        hint = f"add a column transverse_inertia [kg*m^2], or one line with the measured value, such as {line}"
-        yield readings.diagnose(codes.TRANSVERSE_INERTIA_NOT_GIVEN, words, hint)
+        taken = {"low": across.min(), "high": across.max(), "middle": np.median(across)}
+        yield readings.say("transverse_inertia_not_given", **taken, percent=size)
     corrected = any(source.name == "release" for source in measured.sources)
     unused = ("u_pitch",) if corrected else ("u_pitch", "u_transverse_inertia")
     for key, place in readings.stated_at.items():
         if key in unused and "pitch" in readings.columns and not fit.adjusted.problem.tilted:
-            words = f"{key} has no effect: the tilt is so small that eq. (9), for a level rod, is used"
-            hint = "--model steady takes the tilt into account"
-            yield readings.diagnose(codes.UNCERTAINTY_NOT_USED, words, hint, place)
+            yield readings.say("u_of_pitch_not_used", place, key=key)
     held = next((effect for effect in seen.effects if effect.effect == "tachometer"), None)
     if held is not None and held.bias is not None and (held.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
-        off = f"{100 * abs(held.bias):.2g} % {'lower' if held.bias > 0 else 'higher'}"
-        words = f"if the tachometer stood still, and did not follow the tilted rod, I_zz is {off}"
-        hint = 'write "# tachometer: follows" or "# tachometer: still"'
-        yield readings.diagnose(codes.TACHOMETER_NOT_TOLD, words, hint)
+        direction = "lower" if held.bias > 0 else "higher"
+        yield readings.say("tachometer_not_told", off=100 * abs(held.bias), direction=direction)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
     if release is None or release.bias is None or measured.motion is not None or seen.lab.chosen.asked:
         return
-    off = f"{100 * abs(release.bias):.2g} % {'higher' if release.bias > 0 else 'lower'}"
+    off = {"off": 100 * abs(release.bias), "direction": "high" if release.bias > 0 else "low"}
     if release.kept:
-        words = (
-            "the log does not say how the rod was started: gyro assumes that it was released with a light push. If it "
-            f"was guided until it precessed steadily, I_zz is {off}"
-        )
-        yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
+        yield readings.say("release_assumed", **off)
     elif (release.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
-        off = f"{100 * abs(release.bias):.2g} % too {'high' if release.bias > 0 else 'low'}"
-        words = f"if the rod was released from rest, and not guided until it precessed steadily, I_zz is {off}"
-        yield readings.diagnose(codes.RELEASE_NOT_TOLD, words, 'write "# motion: released" or "# motion: steady"')
+        yield readings.say("release_not_told", **off)
 
 
 def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
     if exchanged(readings, measured):
         spin, time = readings.columns["spin"], readings.columns["time"]
-        words = f'the columns "{spin.header}" and "{time.header}" seem to be exchanged'
-        hint = 'exchange the two headers: write "time [s]" over the first and "spin [rpm]" over the second'
-        return [readings.diagnose(codes.COLUMNS_EXCHANGED, words, hint, spin.place(0), doubt="size")]
+        return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
     found = []
     for size in SIZES:
         far = far_off(readings, size)
@@ -580,9 +510,8 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
             hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
         else:
             hint = "check the unit, the column, and the typed digits"
-        words = f"{size.role} {value} is outside the range of this experiment, {low} to {high}"
-        cell = column.place(run), len(column.readings[run].text)
-        found.append(readings.diagnose(codes.SIZE_UNUSUAL, words, hint, *cell, doubt="size"))
+        values = {"role": size.role, "value": value, "low": low, "high": high, "hint": hint}
+        found.append(readings.say("size_unusual", column.cell(run), **values))
     return found
 
 
@@ -630,7 +559,7 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
         if not unit:
             hint = "check the unit in the header of each column; if it is right, leave it"
-        found[role] = readings.diagnose(codes.SIZE_NOT_USUAL, words, hint, column.place(0) if column else None)
+        found[role] = readings.say("size_not_usual", column.place(0) if column else None, question=words, hint=hint)
     return found.values()
 
 
@@ -647,19 +576,17 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
-        words = f"I_zz = {value:.4g} kg·m² is {part} the value for {body} in the log, {ball.inertia:.4g} kg·m²"
         slips = explaining_mistakes(readings, seen.measured, value, ball.inertia)
         if slips:
-            words += "; it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
+            cause = "it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
             hint = "; or else: ".join(kind.remedy for kind, _ in slips)
         else:
-            words += "; no common mistake explains this"
+            cause = "no common mistake explains this"
             hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
-        yield readings.diagnose(codes.BALL_DISAGREES, words, hint, doubt="ball")
+        sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
+        yield readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
     elif not seen.sizes and not low <= value <= high:
-        words = f"I_zz = {value:.3g} kg·m² is outside the range of this experiment, {low:g} to {high:g} kg·m²"
-        hint = "check the unit of each column, and the line Read as of the report: is this what you did?"
-        yield readings.diagnose(codes.INERTIA_UNUSUAL, words, hint, doubt="size")
+        yield readings.say("inertia_unusual", inertia=value, low=low, high=high)
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (

@@ -10,11 +10,10 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from gyrodata import diagnostics as codes
 from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import DIRECTION, WORTH, percent_u, place_of
+from gyrodata.findings import WORTH, percent_u, place_of
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
@@ -45,13 +44,10 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
     return analysis, (*analysis.diagnostics, *what_lacks(readings, analysis.measurements, analysis))
 
 
-PROCEDURE = (
-    codes.TOO_FEW_WEIGHTS, codes.TOO_FEW_RUNS, codes.SPINS_TOO_CLOSE, codes.NO_UNLOADED_RUN, codes.TIMES_TOO_SHORT,
-    codes.SPIN_FALLS_TOO_MUCH,
-)  # fmt: skip
+PROCEDURE = ("G451", "G452", "G453", "G454", "G455", "G456")
 """Steps of the procedure, each as the diagnostic that reports a missing step."""
 
-ADVICE = {*PROCEDURE, codes.DIGITS_TOO_FEW, codes.DIRECTION_MISSING, codes.SINGLE_TORQUE, codes.RELEASE_NOT_TOLD}
+ADVICE = {*PROCEDURE, "G407", "G414", "G418", "G426"}
 """Diagnostics about better measurements; the answer is correct without them."""
 
 
@@ -60,7 +56,7 @@ def what_lacks(
 ) -> list[Diagnostic]:
     """List the missing steps among those asked for; without an analysis, only those that need none."""
     found = list(_weights_and_spins(readings, measured))
-    if analysis and codes.NO_UNLOADED_RUN in asked:
+    if analysis and "G454" in asked:
         found += _unloaded(readings, analysis)
     found += _times_and_falls(readings, measured)
     return [one for one in found if one.code in asked]
@@ -73,8 +69,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
         torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
         one = len(groups) == 1
         why = "one point does not determine a line" if one else "a line through two points always fits"
-        words = f"{_counted(len(groups), 'torque')} ({torques} mN·m), and the lab sheet asks for three: {why}"
-        yield readings.diagnose(codes.TOO_FEW_WEIGHTS, words, "add runs with another weight")
+        yield readings.say("too_few_weights", torques=_counted(len(groups), "torque"), values=torques, why=why)
     for group in groups:
         name, place = load_words(measured, group[0]), place_of(readings, group[-1])
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
@@ -83,14 +78,12 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
             # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
             wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
-            words = f"{name}: {_counted(len(group), 'run')}, and the lab sheet asks for three spins"
-            hint = f"add {_counted(lacking, 'run')}, for example at {' and '.join(f'{rpm:.0f}' for rpm in wanted)} rpm"
-            yield readings.diagnose(codes.TOO_FEW_RUNS, words, hint, place)
+            runs = {"runs": _counted(len(group), "run"), "lacking": _counted(lacking, "run")}
+            wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
+            yield readings.say("too_few_runs", place, load=name, **runs, spins=wanted_rpm)
         elif spins[-1] < SPREAD * spins[0]:
-            only = f"from {have[0]:.0f} to {have[-1]:.0f} rpm only, a factor of {have[-1] / have[0]:.2f}"
-            words = f"{name}: the spins go {only}, which is too narrow to show how the period depends on the spin"
-            hint = "spread them, for example 200, 400 and 600 rpm"
-            yield readings.diagnose(codes.SPINS_TOO_CLOSE, words, hint, place)
+            spread = {"low": have[0], "high": have[-1], "factor": have[-1] / have[0]}
+            yield readings.say("spins_too_close", place, load=name, **spread)
 
 
 def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
@@ -101,13 +94,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     now = percent_u(analysis.fit.inertia)
     inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
-        gain = f"u of I_zz from {now:.2g} % to {then:.2g} %, because it measures the residual torque M0"
-        words = f"no run without a weight: adding one would reduce {gain}"
-        hint = (
-            "remove the weight, spin to about 400 rpm, and time a part of a turn (about 3 min), or write 0 turns if "
-            f"the rod does not move. Note the direction: {DIRECTION}"
-        )
-        yield readings.diagnose(codes.NO_UNLOADED_RUN, words, hint)
+        yield readings.say("no_unloaded_run", now=now, then=then)
 
 
 def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
@@ -116,10 +103,9 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
-        hand = f"in the shortest, {time:.3g} s, the 0.14 s of a hand are {100 * 0.14 / time:.2g} %"
-        words = f"{_counted(len(short), 'time')} under {SHORT:g} s ({_named(measured, short)}): {hand}"
-        hint, place = "time more of a turn, or a whole one", place_of(readings, worst)
-        yield readings.diagnose(codes.TIMES_TOO_SHORT, words, hint, place)
+        times, runs = _counted(len(short), "time"), _named(measured, short)
+        values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
+        yield readings.say("times_too_short", place_of(readings, worst), times=times, runs=runs, **values)
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = 1 - measured.spin_end / measured.spin_start
@@ -127,11 +113,9 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if len(far):
         worst = int(far[np.argmax(fall[far])])
         doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
-        most = f"by {100 * fall[worst]:.0f} % in run {measured.runs[worst]}"
-        law = f"where the unknown decay law changes I_zz by {100 * doubt:.2g} %"
-        words = f"the spin falls by more than 10 % in {_named(measured, far)}; {most}, {law}"
-        place = place_of(readings, worst)
-        yield readings.diagnose(codes.SPIN_FALLS_TOO_MUCH, words, "time a shorter part of a turn", place)
+        values = {"most": 100 * fall[worst], "run": measured.runs[worst], "size": 100 * doubt}
+        runs = _named(measured, far)
+        yield readings.say("spin_falls_too_much", place_of(readings, worst), runs=runs, **values)
 
 
 def _named(measured: Measurements, indices: Integers) -> str:

@@ -12,16 +12,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.diagnostics import (
-    DERIVED_COLUMN_DISAGREES,
-    GRAVITY_NOT_GIVEN,
-    PRECESSION_FASTER_THAN_SPIN,
-    ROD_STAYED,
-    ROWS_IDENTICAL,
-    SENSES_CONTRADICT_TORQUE,
-    SPIN_RISES,
-    UNCERTAINTY_NOT_USED,
-)
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
@@ -177,13 +167,7 @@ def measure(readings: Readings) -> Measurements:
     uses_force = not uses_weight and "force" in columns
     uses_torque = not uses_weight and not uses_force
     if uses_weight and latitude is None and "g" not in readings.constants:
-        diagnostics.append(
-            readings.diagnose(
-                GRAVITY_NOT_GIVEN,
-                f"g is not given: {physics.STANDARD_GRAVITY} m/s² is used",
-                "write the local value above the header: # g: 9.803 m/s^2, or # latitude: 52.5 deg",
-            )
-        )
+        diagnostics.append(readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY))
     mass = values_of(columns["mass"]) if uses_weight else nothing
     force = values_of(columns["force"]) if uses_force else nothing
     given_torque = values_of(columns["torque"]) if uses_torque else nothing
@@ -333,13 +317,7 @@ def _mean_spins(
         return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
     diagnostics.extend(
-        readings.diagnose(
-            SPIN_RISES,
-            f"run {readings.runs[i]}: the spin rises by {100 * (end[i] / start[i] - 1):.0f} % while it is timed",
-            "are start and end swapped?",
-            used[-1].place(i),
-            len(used[-1].readings[i].text),
-        )
+        readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=100 * (end[i] / start[i] - 1))
         for i in np.flatnonzero(end > start * 1.02).tolist()
     )
     return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
@@ -368,15 +346,7 @@ def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) ->
         written = -written
         # If the log does not state the direction of the spin, a clockwise spin reverses every run with a weight.
         if told_spin or opposed < np.sum(loaded):
-            diagnostics.append(
-                readings.diagnose(
-                    SENSES_CONTRADICT_TORQUE,
-                    "most written directions are opposite to the direction that the torque causes; gyro assumes that "
-                    "one of the two columns counts the other way round",
-                    "+1 (ccw) is right-handed about the rod, seen from its tip, and about the vertical, seen from "
-                    "above",
-                )
-            )
+            diagnostics.append(readings.say("senses_contradict_torque"))
     return cast(Floats, np.where(told, written, sign))
 
 
@@ -411,15 +381,8 @@ def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float |
     # Eq. (9): the torque is I_zz φ̇ψ̇.
     unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics, time, None)[0]
     best = int(unseen.argmin())
-    diagnostics.append(
-        readings.diagnose(
-            ROD_STAYED,
-            f"run {still.runs[best]}: without a weight the rod did not move in {time[best]:g} s, so M0 is 0 within "
-            f"about the torque that turns it by {360 * sighted[best]:.2g} degrees in that time",
-            "",
-            counts.place(best),
-        )
-    )
+    values = {"run": still.runs[best], "time": time[best], "degrees": 360 * sighted[best]}
+    diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))
     return float(unseen[best])
 
 
@@ -504,14 +467,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         else:
             why = _why_not_read(base, columns, timing)
         if why is not None and u != Uncertainty():
-            found.append(
-                readings.diagnose(
-                    UNCERTAINTY_NOT_USED,
-                    f"{key} has no effect here: {why}",
-                    f'delete the line "{key}", or add the quantity to which it belongs',
-                    place,
-                )
-            )
+            found.append(readings.say("uncertainty_not_used", place, key=key, why=why))
     return found
 
 
@@ -543,8 +499,7 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
     if math.exp(-power) > NO_ACCIDENT[pairs > 1]:
         return []
     shown = "; ".join(f"lines {' and '.join(map(str, lines))}" for lines in copied[:6]) + "; …" * (len(copied) > 6)
-    hint = "if a run was copied by mistake, delete one of them; a copied row makes u too small"
-    return [readings.diagnose(ROWS_IDENTICAL, f"{shown} are identical", hint, Place(copied[0][1], 1))]
+    return [readings.say("rows_identical", Place(copied[0][1], 1), lines=shown)]
 
 
 def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
@@ -576,16 +531,8 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
     if 2 * len(fast) <= len(measured.runs):
         return []
     column = spin_columns(readings)[0]
-    first = int(fast[0])
-    return [
-        readings.diagnose(
-            PRECESSION_FASTER_THAN_SPIN,
-            f'the precession is faster than the spin ("{column.header}") in {len(fast)} of {len(measured.runs)} runs',
-            "check if spin and precession are exchanged, or if a unit is wrong",
-            column.place(first),
-            len(column.readings[first].text),
-        )
-    ]
+    values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
+    return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
 
 
 def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
@@ -608,11 +555,6 @@ def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic
     used = readings.columns.get(column.role)
     if used is not None and used.header != column.header:
         hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
-    return readings.diagnose(
-        DERIVED_COLUMN_DISAGREES,
-        f'"{column.header}" is {ratio:.3g} times the value from the readings in run{"s" if len(off) > 1 else ""} '
-        f"{runs}; the readings are used",
-        hint,
-        column.place(first),
-        len(column.readings[first].text),
-    )
+    runs = f"run{'s' if len(off) > 1 else ''} {runs}"
+    cell = column.cell(first)
+    return readings.say("derived_column_disagrees", cell, header=column.header, ratio=ratio, runs=runs, hint=hint)

@@ -107,6 +107,11 @@ class Column(Struct, frozen=True, dict=True):
             return self.given
         return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
 
+    def cell(self, run: int) -> Text | None:
+        """Return the cell of a reading; None for a value from an option or a simulation."""
+        place = self.place(run)
+        return None if place is None else Text(self.readings[run].text, place)
+
 
 Fall = tuple[float, float, float]
 """Spin at the start and at the end [rad/s], and the time between both [s]."""
@@ -216,11 +221,9 @@ class Readings(Struct, frozen=True, dict=True):
         """Whether no error was found, so that every run has what the analysis needs."""
         return all(diagnostic.severity != "error" for diagnostic in self.diagnostics)
 
-    def diagnose(
-        self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1, doubt: str = ""
-    ) -> Diagnostic:
-        """Return a diagnostic of a place of this log, with the excerpt of its line."""
-        return replace(self._faults.make(code, message, hint, place, width), doubt=doubt)
+    def say(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
+        """Fill in a message of `messages.toml` about a place of this log."""
+        return self._faults.message(name, place, **values)
 
     @cached_property
     def _faults(self) -> Faults:
@@ -256,6 +259,16 @@ class Faults:
         letters = chr(64 + high) * (high > 0) + chr(65 + low)
         cell = f"{sheet}!{letters}{row}" if sheet and row else sheet
         return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
+
+    def message(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
+        """Fill in a message of `messages.toml`; the mark below the line is as wide as a cell."""
+        about = diagnostics.messages()[name]
+        width = len(place.text) if isinstance(place, Text) else 1
+        place = place.place if isinstance(place, Text) else place
+        made = self.make(
+            about.code.split()[1], about.message.format(**values), about.hint.format(**values), place, width
+        )
+        return replace(made, doubt=about.doubt)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message of `messages.toml` with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept.

@@ -207,7 +207,9 @@ def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
 
     def typed(row: Iterable[Any]) -> list[Any]:
         filled = [cell for cell in row if cell.value is not None]
-        values: list[Any] = ["#"] if filled and all(cell.font.strike for cell in filled) else []
+        if not filled:
+            return []
+        values: list[Any] = ["#"] if all(cell.font.strike for cell in filled) else []
         for cell in row:
             value = cell.value
             if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
@@ -251,6 +253,8 @@ def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
                 # One element can mean "this cell 16,384 times".
                 times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
                 cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
+            if not any(cells):  # a sheet ends with a million blank rows
+                cells = []
             times = int(row.get(_OPEN % ("table", "number-rows-repeated"), "1"))
             rows += [cells] * min(times, MAX_ROWS + 10 - len(rows))
         sheets[sheet.get(_OPEN % ("table", "name"), "")] = rows

@@ -1,7 +1,7 @@
-"""The names, codes and severities of all diagnostics. `diagnostics.toml` contains their texts.
+"""The codes and severities of all diagnostics. `diagnostics.toml` explains each code.
 
-gyro prints the code, such as G454, so that users can search for it; a code never changes. The source text uses the
-name.
+gyro prints the code, such as G454, so that users can search for it; a code never changes. `messages.toml` contains the
+messages about a log, each with its code; other messages use the names below.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from msgspec import Struct, convert
 Severity = Literal["error", "warning", "note"]
 
 SEVERITIES: dict[str, Severity] = {}
-"""Severity of each code."""
+"""Severity of each code with a name below."""
 
 
 class Code(Struct, frozen=True):
@@ -40,7 +40,7 @@ def explanations() -> dict[str, Code]:
     texts = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
     # This example needs more runs than a file of texts should contain.
     runs = (f"{20 + k // 2 / 100:.2f},15.0,400,{40 + k / 1000:.3f},1\n" for k in range(2600))
-    texts[TOO_MANY_SHARED_READINGS]["example"] += "".join(runs)
+    texts["G416"]["example"] += "".join(runs)
     return convert(texts, dict[str, Code])
 
 
@@ -60,6 +60,13 @@ def messages() -> dict[str, Message]:
     """Read the messages about logs, by name."""
     text = Path(__file__).with_name("messages.toml").read_text(encoding="utf-8")
     return convert(tomllib.loads(text), dict[str, Message])
+
+
+@cache
+def severities() -> dict[str, Severity]:
+    """List the severity of every code, in the order of the codes."""
+    of_logs = {one.code.split()[1]: one.code.split()[0] for one in messages().values()}
+    return convert(dict(sorted({**SEVERITIES, **of_logs}.items())), dict[str, Severity])
 
 
 def _code(severity: Severity, code: str) -> str:
@@ -140,58 +147,6 @@ LINE_READ_AS_KEY = _note("G310")
 POSITION_ORIGIN_UNKNOWN = _error("G340")
 POSITION_MOVED = _note("G341")
 TURNS_ROUNDED = _warning("G342")
-
-# what the readings say
-DERIVED_COLUMN_DISAGREES = _warning("G401")
-SENSES_CONTRADICT_TORQUE = _warning("G402")
-SPIN_RISES = _warning("G403")
-GRAVITY_NOT_GIVEN = _note("G404")
-PRECESSION_FASTER_THAN_SPIN = _warning("G405")
-UNCERTAINTY_NOT_USED = _warning("G406")
-DIGITS_TOO_FEW = _warning("G407")
-ROWS_IDENTICAL = _warning("G408")
-
-# what the fit says
-OUTLIER = _warning("G410")
-SCATTER_TOO_LARGE = _warning("G411")
-BALANCE_TEST_CONTRADICTED = _warning("G412")
-NO_TORQUE = _error("G413")
-SINGLE_TORQUE = _warning("G414")
-NO_STEADY_PRECESSION = _error("G415")
-TOO_MANY_SHARED_READINGS = _error("G416")
-TRANSVERSE_INERTIA_NOT_GIVEN = _warning("G417")
-RELEASE_NOT_TOLD = _note("G418")
-RUNS_CONTRADICT_EACH_OTHER = _warning("G419")
-TURNS_OF_WEIGHTS_WRONG = _error("G420")
-NO_INERTIA_FITS = _error("G421")
-RELEASE_FALLS = _error("G425")
-DIRECTION_MISSING = _warning("G426")
-ROD_STAYED = _note("G427")
-SPIN_FALLS = _note("G428")
-TACHOMETER_NOT_TOLD = _note("G429")
-PATTERN_IN_RESIDUALS = _warning("G431")
-AGREES_TOO_WELL = _note("G432")
-BALANCE_POOR = _warning("G433")
-SPIN_FELL_ALONE = _warning("G434")
-NOT_MEASURED = _error("G435")
-
-# values outside the range of this lab
-SIZE_UNUSUAL = _warning("G440")
-COLUMNS_EXCHANGED = _warning("G441")
-INERTIA_UNUSUAL = _warning("G442")
-BALL_DISAGREES = _warning("G443")
-SIZE_NOT_USUAL = _warning("G444")
-EITHER_RUN_WRONG = _warning("G445")
-PERIOD_NOT_IN_PROPORTION = _warning("G446")
-OTHER_MEASUREMENT = _note("G447")
-
-# the procedure
-TOO_FEW_WEIGHTS = _warning("G451")
-TOO_FEW_RUNS = _warning("G452")
-SPINS_TOO_CLOSE = _warning("G453")
-NO_UNLOADED_RUN = _warning("G454")
-TIMES_TOO_SHORT = _warning("G455")
-SPIN_FALLS_TOO_MUCH = _warning("G456")
 
 # options that go with a log
 OPTION_KEY_UNKNOWN = _error("G501")
@@ -281,6 +236,19 @@ DESK_LINE_CANNOT_BE_USED = _error("G773")
 DESK_LINES_CONTRADICT = _error("G774")
 DESK_NAME_SHARED = _error("G775")
 LOG_CONTRADICTS_RIGHT_ANSWER = _warning("G776")
+
+# of a log, for grading and the report
+DIGITS_TOO_FEW = "G407"
+OUTLIER = "G410"
+SINGLE_TORQUE = "G414"
+COLUMNS_EXCHANGED = "G441"
+SIZE_NOT_USUAL = "G444"
+TOO_FEW_WEIGHTS = "G451"
+TOO_FEW_RUNS = "G452"
+SPINS_TOO_CLOSE = "G453"
+NO_UNLOADED_RUN = "G454"
+TIMES_TOO_SHORT = "G455"
+SPIN_FALLS_TOO_MUCH = "G456"
 
 # gyro itself
 FAULT_OF_GYRO = _error("G901")

@@ -13,7 +13,7 @@ from typing import Any, TypedDict
 
 from msgspec import Struct, convert
 
-from gyrodata.diagnostics import SEVERITIES, Severity
+from gyrodata.diagnostics import Severity, severities
 
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Characters that reverse the direction of a line, or break it."""
@@ -70,7 +70,7 @@ class Diagnostic(Struct, frozen=True):
     Attributes
     ----------
     code : str
-        Stable code, a key of `SEVERITIES`.
+        Stable code, a key of `severities`.
     severity : {"error", "warning", "note"}
         An error means that the log cannot be analysed as it is.
     message : str
@@ -107,7 +107,7 @@ class Diagnostic(Struct, frozen=True):
     @classmethod
     def of(cls, code: str, message: str, *about: Any, **more: Any) -> Diagnostic:
         """Make a diagnostic with the severity of its code; the arguments after the message are those of the record."""
-        return cls(code, SEVERITIES[code], message, *about, **more)
+        return cls(code, severities()[code], message, *about, **more)
 
     def to_dict(self) -> DiagnosticJson:
         """Return the diagnostic as it is in JSON, without its excerpt."""

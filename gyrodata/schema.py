@@ -15,7 +15,7 @@ import msgspec
 from msgspec import Struct
 
 from gyrodata.coverage import SelfCheck
-from gyrodata.diagnostics import SEVERITIES, explanations
+from gyrodata.diagnostics import explanations, severities
 from gyrodata.grading.exports.class_json import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
 from gyrodata.prediction import Earth, Platform, Precession, Tip, Twist
@@ -61,7 +61,7 @@ def json_schema(name: str) -> dict[str, Any]:
 def diagnostics_table() -> list[dict[str, str]]:
     """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
     return [
-        {"code": code, "severity": SEVERITIES[code], "title": entry.title, "example": entry.example}
+        {"code": code, "severity": severities()[code], "title": entry.title, "example": entry.example}
         for code, entry in sorted(explanations().items())
     ]
 

@@ -8,7 +8,7 @@ import pytest
 from gates.labs import Bench, draw, write
 
 import gyrodata
-from gyrodata.diagnostics import SEVERITIES, explanations
+from gyrodata.diagnostics import explanations, severities
 from gyrodata.errors import LogError
 from gyrodata.tables import NamedFit
 
@@ -98,7 +98,7 @@ def test_the_example_of_each_code_raises_it(code: str) -> None:
         found = gyrodata.analyze(explanations()[code].example.encode()).diagnostics
     except LogError as error:
         found = error.diagnostics
-    assert {d.code: d.severity for d in found}.get(code) == SEVERITIES[code]
+    assert {d.code: d.severity for d in found}.get(code) == severities()[code]
 
 
 def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from gyrodata import diagnostics
+
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "gyrodata"
 ROOMS = """diagnostics docs vocabulary; errors units; disk toml_table workers quantities physics error_sources;
@@ -79,6 +81,16 @@ def test_each_message_of_the_reader_is_used() -> None:
     names = set(tomllib.loads((PACKAGE / "readings" / "messages.toml").read_text("utf-8")))
     assert set(re.findall(r'(?:faults\.add|refuse)\(\s*"(\w+)"', source)) <= names
     assert {name for name in names if f'"{name}"' not in source} == set()
+
+
+def test_each_message_about_a_log_is_used_and_each_used_message_exists() -> None:
+    source = "".join(path.read_text("utf-8") for path in PACKAGE.rglob("*.py"))
+    names = set(diagnostics.messages())
+    said = set(re.findall(r'\bsay\(\s*"(\w+)"', "".join(path.read_text("utf-8") for path in PACKAGE.glob("*.py"))))
+    assert said <= names
+    assert {name for name in names if f'"{name}"' not in source} == set()
+    codes = {one.code.split()[1]: one.code for one in diagnostics.messages().values()}
+    assert {one.code for one in diagnostics.messages().values()} == set(codes.values())
 
 
 HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties pydantic"

@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata import schema
 from gyrodata.cli import app
-from gyrodata.diagnostics import SEVERITIES, explanations
+from gyrodata.diagnostics import explanations, severities
 from gyrodata.errors import GyroError
 
 ROOT = Path(__file__).parent.parent
@@ -133,7 +133,7 @@ def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypat
     else:
         data = example.encode("latin-1" if code in ("G107", "G109") else "utf-8")
         told = json.loads(gyro("check", "-", "--format", "json", stdin=data).stdout)["diagnostics"]
-        assert {one["severity"] for one in told if one["code"] == code} == {SEVERITIES[code]}
+        assert {one["severity"] for one in told if one["code"] == code} == {severities()[code]}
 
 
 class TestFix:

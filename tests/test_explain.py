@@ -13,7 +13,7 @@ from typer.testing import CliRunner, Result
 import gyrodata
 from gyrodata.cli import app
 from gyrodata.cli.explain_command import COMMANDS
-from gyrodata.diagnostics import SEVERITIES, explanations
+from gyrodata.diagnostics import explanations, severities
 from gyrodata.readings.roles import KEYS
 
 SAMPLE = (Path(__file__).parents[1] / "sample_data" / "air_gyroscope.csv").read_text("utf-8")
@@ -28,7 +28,7 @@ def test_every_code_is_explained(code: str) -> None:
     entry, done = explanations()[code], explain(code.lower())
     assert done.exit_code == 0, done.output
     title, *parts = done.stdout.split("\n\n")
-    assert title == f"{code}, {SEVERITIES[code]}: {entry.title}"
+    assert title == f"{code}, {severities()[code]}: {entry.title}"
     heads = [part.partition(":\n  ")[0] for part in parts]
     reasons = ["What it means", "Why it matters"] if entry.why else []
     assert heads[: len(reasons) + 2] == [*reasons, "How to fix it", "Example"]
@@ -39,7 +39,7 @@ def test_every_code_is_explained(code: str) -> None:
 def test_errors_and_warnings_of_a_log_have_a_reason() -> None:
     reasons = {code for code, entry in explanations().items() if entry.means and entry.why}
     assert len(reasons) >= 90
-    assert {code for code, severity in SEVERITIES.items() if code < "G5" and severity != "note"} <= reasons
+    assert {code for code, severity in severities().items() if code < "G5" and severity != "note"} <= reasons
 
 
 TURNS = {"1/3": "1", "2/3": "2", "1": "3", "1/12": "1/4"}

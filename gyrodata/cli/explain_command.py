@@ -101,7 +101,7 @@ def _explanation(asked: str) -> str:
     if found in docs.PAGES:
         page = docs.page_text(found)
         return docs.for_terminal(page) if sys.stdout.isatty() else page
-    if found in diagnostics.SEVERITIES:
+    if found in diagnostics.severities():
         return _about_code(found)
     told = texts[words[found]].rstrip("\n") + "\n" if found in words else ""
     told += _about_key(found) if found in KEYS else ""
@@ -151,7 +151,7 @@ def _about_code(code: str) -> str:
         "gyro says about this log": str(raised or ""),
     }
     told = [f"{head}:\n{indent(text.rstrip(), '  ')}" for head, text in blocks.items() if text]
-    whole = "\n\n".join([f"{code}, {diagnostics.SEVERITIES[code]}: {entry.title}", *told])
+    whole = "\n\n".join([f"{code}, {diagnostics.severities()[code]}: {entry.title}", *told])
     return whole.translate(PICTURES) + "\n"
 
 

@@ -29,7 +29,7 @@ from test_options_hints import LOG, TRUTH, WITHOUT_TURNS, log
 from typer.testing import Result
 
 import gyrodata
-from gyrodata.diagnostics import SEVERITIES, explanations
+from gyrodata.diagnostics import explanations, severities
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading.rubric import read_rubric
@@ -40,7 +40,7 @@ from gyrodata.readings import read_log
 def hint_of(done: Result, code: str) -> str:
     """Give what is below the first message of a code."""
     lines = iter(done.stderr.splitlines())
-    assert any(re.search(rf"\b{SEVERITIES[code]} {code}: ", line) for line in lines), done.stderr
+    assert any(re.search(rf"\b{severities()[code]} {code}: ", line) for line in lines), done.stderr
     return "\n".join(line.strip() for line in itertools.takewhile(lambda one: one.startswith("   "), lines))
 
 

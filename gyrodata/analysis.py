@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import effects, findings, fitting, tables
+from gyrodata import effects, findings, fitting, mistakes, refusals, tables
 from gyrodata.changes import Lab
 from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
-from gyrodata.measurements import Measurements, measure
+from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOF_REASON, DOUBTS, Analysis, Doubt, Options, Result
@@ -100,7 +100,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    sizes = findings.size_findings(readings, measured)
+    measured = replace(measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured)))
+    sizes = mistakes.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         raise LogError([*found, readings.say("no_torque")])
@@ -200,7 +201,7 @@ def fit_runs(
     if shared * len(measured.runs) > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
-        fallen = findings.fall_findings(readings, measured)
+        fallen = refusals.fall_findings(readings, measured)
         if fallen:
             raise LogError(fallen)
     try:
@@ -226,13 +227,13 @@ def fit_runs(
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if fit.inertia.interval_95 is not None and findings.is_unmeasured(fit.inertia):
-            raise LogError([findings.not_measured(readings, fit)])
+        if fit.inertia.interval_95 is not None and refusals.is_unmeasured(fit.inertia):
+            raise LogError([refusals.not_measured(readings, fit)])
     except NoFit as reason:
-        miscounted = findings.count_findings(readings, measured)
-        raise LogError(miscounted or [findings.refusal(readings, measured, str(reason), keep_flagged)]) from None
+        miscounted = refusals.count_findings(readings, measured)
+        raise LogError(miscounted or [refusals.refusal(readings, measured, str(reason), keep_flagged)]) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
-        miscounted = findings.count_findings(readings, runs, fit, left_out)
+        miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
     # The deviation of a run that is left out is from the recommended fit, as in the table of runs.

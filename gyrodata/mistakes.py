@@ -15,10 +15,11 @@ import numpy as np
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
+from gyrodata.errors import Diagnostic
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
-from gyrodata.readings import Column, Readings, kind_of_role
-from gyrodata.units import parse_unit
+from gyrodata.readings import Column, Readings, kind_of_role, to_display
+from gyrodata.units import from_si, parse_unit
 
 
 class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
@@ -265,3 +266,30 @@ def exchanged(readings: Readings, measured: Measurements) -> bool:
     low, high = sizes["spin"].possible
     odd = any(not low <= abs(value or 0.0) <= high for value in spins.values)
     return _scatter(other) < (_scatter(each) + SCATTERS if odd else _scatter(each) / 4)
+
+
+def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
+    if exchanged(readings, measured):
+        spin, time = readings.columns["spin"], readings.columns["time"]
+        return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
+    found = []
+    for size in SIZES:
+        far = far_off(readings, size)
+        if far is None:
+            continue
+        run, unit = far
+        column, kind = readings.columns[size.role], kind_of_role(size.role)
+        own = column.unit or to_display(1.0, size.role)[1]
+        meant = None if unit else meant_in(readings, size, run)
+        sizes = abs(column.values[run] or 0.0), *size.possible, meant[1] if meant else 0.0
+        value, low, high, there = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
+        if unit:
+            hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
+        elif meant is not None:
+            hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
+        else:
+            hint = "check the unit, the column, and the typed digits"
+        values = {"role": size.role, "value": value, "low": low, "high": high, "hint": hint}
+        found.append(readings.say("size_unusual", column.cell(run), **values))
+    return found

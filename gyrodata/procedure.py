@@ -13,7 +13,7 @@ import numpy as np
 from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import WORTH, percent_u, place_of
+from gyrodata.findings import WORTH, percent_u
 from gyrodata.measurements import Measurements, measure, torque_groups
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
@@ -71,7 +71,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
         why = "one point does not determine a line" if one else "a line through two points always fits"
         yield readings.say("too_few_weights", torques=_counted(len(groups), "torque"), values=torques, why=why)
     for group in groups:
-        name, place = load_words(measured, group[0]), place_of(readings, group[-1])
+        name, place = load_words(measured, group[0]), readings.place(group[-1])
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
         have = spins / RPM
         if lacking > 0:
@@ -105,7 +105,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
         time = measured.time[worst]
         times, runs = _counted(len(short), "time"), _named(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
-        yield readings.say("times_too_short", place_of(readings, worst), times=times, runs=runs, **values)
+        yield readings.say("times_too_short", readings.place(worst), times=times, runs=runs, **values)
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = 1 - measured.spin_end / measured.spin_start
@@ -115,7 +115,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
         doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
         values = {"most": 100 * fall[worst], "run": measured.runs[worst], "size": 100 * doubt}
         runs = _named(measured, far)
-        yield readings.say("spin_falls_too_much", place_of(readings, worst), runs=runs, **values)
+        yield readings.say("spin_falls_too_much", readings.place(worst), runs=runs, **values)
 
 
 def _named(measured: Measurements, indices: Integers) -> str:

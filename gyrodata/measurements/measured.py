@@ -1,4 +1,4 @@
-"""Measured values of each run in SI, their uncertainty components, and contradictions within the log."""
+"""Measured values of each run in SI, and their uncertainty components."""
 
 from __future__ import annotations
 
@@ -18,14 +18,7 @@ from gyrodata.measurements import sources as parts
 from gyrodata.measurements.drag import Drag, find_drag
 from gyrodata.measurements.sources import Source, as_spin, spin_columns, values_of
 from gyrodata.physics import Floats
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
-from gyrodata.units import Uncertainty
-
-STEADIEST = 0.06
-"""Standard uncertainty of a time that the steadiest hand stops [s]."""
-
-NO_ACCIDENT = 0.05, 0.005
-"""Rows are called identical if chance makes as many with less than this probability: one pair, or several."""
+from gyrodata.readings import Column, Readings
 
 
 class Measurements(Struct, frozen=True, eq=False, dict=True):
@@ -151,10 +144,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
 def measure(readings: Readings) -> Measurements:
     """Compute the measured values of a log and their uncertainty components."""
-    if "torque" in readings.columns and "position" not in readings.columns:
-        # A mass without a position gives no torque: the log's own torque is used.
-        loads = {role: column for role, column in readings.columns.items() if role not in ("mass", "force")}
-        readings = replace(readings, columns=loads)
+    readings = without_loads(readings)
     diagnostics: list[Diagnostic] = []
     count = len(readings.runs)
     nothing = np.full(count, np.nan)
@@ -177,7 +167,8 @@ def measure(readings: Readings) -> Measurements:
         position = np.where(load == 0, 0.0, values_of(columns["position"]) if "position" in columns else nothing)
     torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
 
-    time, turns, timing = _timing(columns, count)
+    timing = timing_column(columns)
+    time, turns = _timing(timing, columns, count)
     drag = _drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
@@ -233,11 +224,15 @@ def measure(readings: Readings) -> Measurements:
         else None,
         drag=drag,
     )
-    diagnostics.extend(_find_contradictions(readings, measurements))
-    diagnostics.extend(_find_too_fast(readings, measurements))
-    diagnostics.extend(_find_unheard(readings, measurements, timing))
-    diagnostics.extend(_find_copies(readings, measurements, timing))
     return replace(measurements, diagnostics=tuple(diagnostics))
+
+
+def without_loads(readings: Readings) -> Readings:
+    """Return a log without its masses if it has torques and no positions: only the torques are then used."""
+    if "torque" not in readings.columns or "position" in readings.columns:
+        return readings
+    kept = {role: column for role, column in readings.columns.items() if role not in ("mass", "force")}
+    return replace(readings, columns=kept)
 
 
 def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats) -> Floats:
@@ -272,15 +267,20 @@ def torque_groups(measurements: Measurements) -> list[list[int]]:
     return measurements.by_torque
 
 
-def _timing(table: Mapping[str, Column], count: int) -> tuple[Floats, Floats, Column]:
-    """Return the interval [s] and the revolutions of each run, and the column of the timing."""
+def timing_column(table: Mapping[str, Column]) -> Column:
+    """Return the column of the timing: times with turns or angles, else periods, else rates of precession."""
     if "time" in table and ("turns" in table or "angle" in table):
+        return table["time"]
+    return table["precession_period"] if "precession_period" in table else table["precession_rate"]
+
+
+def _timing(timing: Column, table: Mapping[str, Column], count: int) -> tuple[Floats, Floats]:
+    """Return the interval [s] and the revolutions of each run."""
+    if timing.role == "time":
         turns = values_of(table["turns"]) if "turns" in table else values_of(table["angle"]) / (2 * np.pi)
-        return values_of(table["time"]), np.abs(turns), table["time"]
-    if "precession_period" in table:
-        return values_of(table["precession_period"]), np.ones(count), table["precession_period"]
-    rate = table["precession_rate"]
-    return 2 * np.pi / np.abs(values_of(rate)), np.ones(count), rate
+        return values_of(timing), np.abs(turns)
+    values = values_of(timing)
+    return values if timing.role == "precession_period" else 2 * np.pi / np.abs(values), np.ones(count)
 
 
 def _added(table: Mapping[str, Column], mass: Floats) -> Floats | float:
@@ -384,177 +384,3 @@ def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float |
     values = {"run": still.runs[best], "time": time[best], "degrees": 360 * sighted[best]}
     diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))
     return float(unseen[best])
-
-
-def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
-    rate = 2 * np.pi * measured.turns / measured.time
-    expected: dict[str, Callable[[], Floats]] = {
-        "precession_period": lambda: measured.time / measured.turns,
-        "precession_rate": lambda: rate,
-        "torque": lambda: np.abs(measured.torque),
-        "spin": lambda: measured.spin,
-        "spin_period": lambda: 2 * np.pi / measured.spin,
-        "inertia": lambda: np.abs(measured.torque) / (rate * measured.spin),
-        "mass": lambda: measured.mass,
-        "position": lambda: np.abs(measured.position),
-        "time": lambda: measured.time,
-        "turns": lambda: measured.turns,
-        "angle": lambda: 2 * np.pi * measured.turns,
-    }
-    found = []
-    # These columns are always the readings themselves.
-    own = {"mass", "position", "time"}
-    compared = [column for role, column in readings.columns.items() if role not in own]
-    for column in (*compared, *readings.others):
-        if column.role not in expected:
-            continue
-        with np.errstate(divide="ignore", invalid="ignore"):
-            finding = _compare(readings, column, expected[column.role]())
-        if finding is not None:
-            found.append(finding)
-    return found
-
-
-def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
-    """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
-    columns = readings.columns
-    load = next(role for role in ("mass", "force", "torque") if role in columns)
-    weighed, spins, ball = load == "mass", spin_columns(readings), {"ball_mass", "ball_diameter"}
-    placed = load != "torque" and "position" in columns
-    silent: dict[str, str | None] = {
-        "u_time_bias": "rates are given, not times of a stopwatch" if timing.role == "precession_rate" else None,
-        "u_mass_scale": None if weighed else f"the {load} is given, and no mass",
-        "u_g": None if weighed else f"the {load} is given, and no mass",
-        "u_position_zero": None if placed else "no position is read",
-        "u_spin_delay": _not_at_half_time(spins),
-        "u_decay_exponent": None
-        if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
-        else "the log does not show how the spin falls, or the spin is read three times in each run",
-        **dict.fromkeys(
-            ("u_ball_mass", "u_ball_diameter"),
-            None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
-        ),
-        "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
-    }
-    if readings.position_from == "surface":
-        silent["u_ball_diameter"] = None
-    read = {load, timing.role, *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
-    read |= {"position"} if load != "torque" else set()
-    read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
-    read |= {"weight_diameter"} if weighed else set()
-    read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
-    read |= {"pitch"}
-    if "pitch" in columns or readings.motion == "released":
-        read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
-    found = []
-    for key, place in readings.stated_at.items():
-        u = readings.uncertainties[key]
-        base = key.removeprefix("u_")
-        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
-        if key in SHARED_UNCERTAINTIES:
-            why = silent.get(key)
-        elif base in ("turns", "angle") and whole:
-            why = "whole turns end where they began, so no mark is sighted"
-        elif any(
-            as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
-            for role in read & set(columns)
-            if key in u_keys(role)
-        ):
-            why = None
-        elif base in read & set(columns):
-            why = f"every {base} has an uncertainty of its own"
-        else:
-            why = _why_not_read(base, columns, timing)
-        if why is not None and u != Uncertainty():
-            found.append(readings.say("uncertainty_not_used", place, key=key, why=why))
-    return found
-
-
-def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
-    """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
-    if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
-        return []
-    runs_of: dict[int, list[int]] = {}
-    for run, line in enumerate(measured.lines):
-        runs_of.setdefault(line, []).append(run)
-    alike: dict[object, dict[object, list[int]]] = {}
-    for line, runs in runs_of.items():
-        times = alike.setdefault(tuple(settings[run] for run in runs), {})
-        times.setdefault(tuple(timing.values[run] for run in runs), []).append(line)
-    copied = [lines for times in alike.values() for lines in times.values() if len(lines) > 1]
-    rows = [sum(map(len, times.values())) for times in alike.values()]
-    copies, pairs = sum(len(lines) - 1 for lines in copied), sum(n * (n - 1) // 2 for n in rows)
-    # Two readings of one time agree in their last digit with this chance, by the steadiest hand.
-    step = float(np.median(timing.steps))
-    u = next(float(np.median(source.absolute)) for source in measured.sources if source.name == "time")
-    chance = step / (2 * math.sqrt(math.pi) * math.hypot(min(u, STEADIEST), step / math.sqrt(12)) or 1.0)
-    if not copied or not step or copies <= pairs * chance or chance >= 1:
-        return []
-    # Chernoff's bound of the probability of this many among these pairs.
-    others = pairs - copies
-    power = copies * math.log(copies / (pairs * chance))
-    power += others * math.log(others / (pairs * (1 - chance))) if others else 0.0
-    if math.exp(-power) > NO_ACCIDENT[pairs > 1]:
-        return []
-    shown = "; ".join(f"lines {' and '.join(map(str, lines))}" for lines in copied[:6]) + "; …" * (len(copied) > 6)
-    return [readings.say("rows_identical", Place(copied[0][1], 1), lines=shown)]
-
-
-def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
-    """Return the reason why a late reading of the spin is not an error source; None if it is one."""
-    if len(spins) > 1:
-        return "the spin is read more than once in each run"
-    return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"
-
-
-def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:
-    """Return the reason why the readings of a role, or their uncertainties, are not used."""
-    if role == "inertia":
-        return "I_zz is the result, and so is its uncertainty"
-    if role in ("turns", "angle"):
-        if timing.role != "time":
-            return f"the log contains the {timing.role.replace('_', ' ')}, so no angle is sighted"
-        return "the log also states the other one of u_turns and u_angle"
-    if role == "transverse_inertia" and role in columns:
-        return "the rod is level and steady, so the transverse inertia does not matter"
-    if role in columns:
-        return f"{role} is only compared with the readings"
-    return f"there is no {role} in this log"
-
-
-def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Warn if most runs precess faster than they spin: two columns are exchanged, or a unit is wrong."""
-    with np.errstate(divide="ignore", over="ignore"):
-        fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
-    if 2 * len(fast) <= len(measured.runs):
-        return []
-    column = spin_columns(readings)[0]
-    values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
-    return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
-
-
-def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
-    """Create a finding for a column, at its first row that deviates by more than 5 % and two last digits."""
-    with np.errstate(invalid="ignore"):
-        gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
-        wrong = gap > np.maximum(0.05 * np.abs(expected), 2 * np.array(column.steps))
-    if not wrong.any():
-        return None
-    # A reading that is used for several runs is compared once.
-    there = np.flatnonzero(np.isfinite(gap))
-    _, at = np.unique(np.array(column.spots)[there], return_index=True)
-    off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
-    if not off:
-        return None
-    first = off[0]
-    ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
-    runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
-    hint = "check the turns, the units and the arithmetic of this column"
-    used = readings.columns.get(column.role)
-    if used is not None and used.header != column.header:
-        hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
-    runs = f"run{'s' if len(off) > 1 else ''} {runs}"
-    cell = column.cell(first)
-    return readings.say("derived_column_disagrees", cell, header=column.header, ratio=ratio, runs=runs, hint=hint)

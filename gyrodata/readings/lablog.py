@@ -221,6 +221,10 @@ class Readings(Struct, frozen=True, dict=True):
         """Whether no error was found, so that every run has what the analysis needs."""
         return all(diagnostic.severity != "error" for diagnostic in self.diagnostics)
 
+    def place(self, run: int) -> Place | None:
+        """Return the place of a run's time, period or rate."""
+        return next(self.columns[role].place(run) for role in roles.TIMINGS if role in self.columns)
+
     def say(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
         """Fill in a message of `messages.toml` about a place of this log."""
         return self._faults.message(name, place, **values)

@@ -1,0 +1,142 @@
+"""Why a log has no answer: wrong counts of turns, a rod that falls, no common I_zz, or a useless interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from gyrodata import fitting, physics
+from gyrodata.effects import CLEARLY, FALLEN, STEEP
+from gyrodata.errors import Diagnostic
+from gyrodata.fitting import Estimate, FitResult
+from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.physics import RPM
+from gyrodata.readings import Readings
+from gyrodata.tables import load_words, turn_words
+
+
+def count_findings(
+    readings: Readings, measured: Measurements, fit: FitResult | None = None, left_out: Collection[int] = ()
+) -> list[Diagnostic]:
+    """Name the torques whose turns must be wrong, because all torques agree with other counts.
+
+    `fit` is the fit with the written counts and without the runs that are left out; None if that fit failed.
+    """
+    groups = torque_groups(measured)
+
+    def believed(counts: dict[int, float]) -> bool:
+        """Return whether the times are much more likely with other counts."""
+        if fit is None:
+            return True
+        turns = measured.turns.copy()
+        for k, count in counts.items():
+            turns[groups[k]] = count
+        try:
+            other = fitting.fit(replace(measured, turns=turns), tilted=fit.adjusted.problem.tilted, left_out=left_out)
+        except fitting.NoFit:
+            return False
+        return other.log_evidence - fit.log_evidence > CLEARLY
+
+    answers = [counts for counts in fitting.explaining_counts(measured) if believed(counts)]
+    if not answers:
+        return []
+    words = "; or else those of ".join(
+        ", those of ".join(
+            f"{load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
+            f"not {turn_words(measured.turns[groups[k][0]]).split(' ')[0]}"
+            for k, turns in counts.items()
+        )
+        for counts in answers
+    )
+    column = readings.columns.get("turns") or readings.columns.get("angle")
+    cell = column.cell(min(groups[k][0] for k in answers[0])) if column else None
+    return [readings.say("turns_of_weights_wrong", cell, counts=words)]
+
+
+def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Name the released run with the largest sag, if the sag is too large for a fit."""
+    loaded = np.flatnonzero(measured.torque)
+    torque, spin, pitch = measured.torque[loaded], measured.spin[loaded], measured.pitch[loaded]
+    load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
+
+    def across(inertia: Any) -> Any:
+        given = measured.transverse_inertia
+        return fitting.DEFAULT_TRANSVERSE_RATIO * inertia + load if given is None else given[loaded]
+
+    # If a rod falls far, eq. (9) gives a too large I_zz, and therefore a too small sag. The lower quartile of the runs
+    # is nearest to the truth, and one wrong run does not change it.
+    own = np.abs(torque / measured.product[loaded])
+    inertia = np.sort(own)[(len(own) + 1) // 4]
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    # An I that is far from I_zz shows a wrong unit, which `refusal` names.
+    if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
+        return []
+    from gyrodata import motion
+
+    # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would become smaller without limit.
+    better = own
+    for _turn in range(30):
+        top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
+        rate = motion.mean_precession_rate(top, spin, pitch)
+        better = np.maximum(np.abs(own * rate * better * spin / torque), own / 10)
+    inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
+    sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
+    worst, steep = int(sag.argmax()), int(np.sum(sag > STEEP))
+    run = int(loaded[worst])
+    least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]) / RPM
+    more = f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""
+    fall = {"spin": spin[worst] / RPM, "sag": math.degrees(sag[worst]), "least": 5 * math.ceil(least / 5)}
+    words = {"run": measured.runs[run], "load": load_words(measured, run), "more": more}
+    return [readings.say("release_falls", readings.place(run), **words, **fall)]
+
+
+def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
+    """Make the error of a log without an answer: the reason, and what to check."""
+    groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
+    single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
+    low, high = min(values[0] for values in single), max(values[-1] for values in single)
+    across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)
+    if keep_flagged:
+        hint = "omit --keep-flagged, so that a run that does not agree with the others is left out"
+    elif across and not low / 3 < across < 10 * high:
+        hint = (
+            f"transverse_inertia is {across:.2g} kg·m², and each run gives an I_zz of {low:.2g} to {high:.2g} kg·m², "
+            "which is far from it: check for a wrong unit of time, spin, mass or position"
+        )
+    elif high < 1.5 * low:
+        hint = (
+            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so check the uncertainties: "
+            "state those of your stopwatch and tachometer, for example # u_time: 0.14 s and # u_spin: 0.2 %"
+        )
+    else:
+        middle = [values[len(values) // 2] for values in single]
+        shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
+        hint = (
+            "check for a wrong unit, a wrong count of turns, or exchanged weights; each weight alone gives "
+            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
+        )
+    return readings.say("no_inertia_fits", why=why, hint=hint)
+
+
+def is_unmeasured(inertia: Estimate) -> bool:
+    """Return whether the interval of I_zz includes zero, or u is nearly as large as I_zz."""
+    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
+    return low <= 0 or (inertia.u or 0.0) > 0.7 * inertia.value
+
+
+def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
+    """Report that the interval of I_zz is too wide, and why."""
+    assert fit.inertia.interval_95 is not None
+    low, high = fit.inertia.interval_95
+    widest = fit.budget[0].source if fit.budget else "time"
+    hint = f"the largest part comes from u_{widest}: check its value in the log"
+    if widest == "residual_torque":
+        hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
+    elif widest == "unexplained_scatter":
+        hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
+    fault = "includes zero" if low <= 0 else "is too wide"
+    return readings.say("not_measured", low=low, high=high, fault=fault, hint=hint)

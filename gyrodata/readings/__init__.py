@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from msgspec.structs import asdict, replace
+from msgspec.structs import replace
 
 from gyrodata.readings import lablog, layout, roles, table
 from gyrodata.readings import source as sources
@@ -92,11 +92,18 @@ def read_log(
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
     table.warn_of_notes(grid, faults)
     grid, falls = layout.split_spin_down(grid)
-    given.spin_down = (*given.spin_down, *falls)
-    whole = {key: value for key, value in asdict(given).items() if key in Readings.__struct_fields__}
-    whole["stated_at"] = {key: item.place for key, item in given.given_uncertainties.items()}
+    given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = Readings(
-        faults.name, grid.sha256, (), (), (), {}, **whole, source_text="\n".join(faults.lines), sheets=faults.sheets
+        faults.name,
+        grid.sha256,
+        constants=given.constants,
+        uncertainties=given.uncertainties,
+        stated_at={key: item.place for key, item in given.given_uncertainties.items()},
+        metadata=given.metadata,
+        reported=given.reported,
+        source_text="\n".join(faults.lines),
+        sheets=faults.sheets,
+        **given.fields,
     )
     found = layout.find_layout(grid, faults)
     if found is None:

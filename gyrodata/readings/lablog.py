@@ -180,10 +180,10 @@ class Readings(Struct, frozen=True, dict=True):
 
     name: str
     sha256: str
-    runs: tuple[str, ...]
-    lines: tuple[int, ...]
-    notes: tuple[str, ...]
-    columns: Mapping[str, Column]
+    runs: tuple[str, ...] = ()
+    lines: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
+    columns: Mapping[str, Column] = field(default_factory=dict)
     others: tuple[Column, ...] = ()
     constants: Mapping[str, float] = field(default_factory=dict)
     uncertainties: Mapping[str, Uncertainty] = field(default_factory=dict)
@@ -365,14 +365,8 @@ class Settings(Struct):
     constants: dict[str, float] = field(default_factory=dict)
     uncertainties: dict[str, Uncertainty] = field(default_factory=dict)
     given_uncertainties: dict[str, Given] = field(default_factory=dict)
-    balance_tilt: tuple[float, ...] | None = None
-    balance_drift: tuple[float, ...] | None = None
-    spin_down: tuple[Fall, ...] = ()
-    falling_mass: tuple[float, ...] = ()
-    tachometer: str | None = None
-    motion: str | None = None
-    balanced: bool | None = None
-    position_from: str | None = None
+    fields: dict[str, Any] = field(default_factory=dict)
+    """Other fields of `Readings`, such as ``motion`` and ``spin_down``."""
     steps: dict[str, float] = field(default_factory=dict)
     """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
@@ -501,39 +495,70 @@ _WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
     "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
     "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
     "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
+    "question_numbers": (roles.YES_OR_NO, 'write "no" to omit the numbers of the questions in the report'),
 }
 """Keys of words: the meaning of each word, and the hint for any other word."""
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
-_BALANCE = {
-    "balance_tilt": (r"(.+?)\s+in\s+(.+)", "3 deg in 10 s"),
-    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", "5 deg in 60 s at 400 rpm"),
+
+
+_SEVERAL = {
+    "balance_tilt": (r"(.+?)\s+in\s+(.+)", ("angle", "time"), "3 deg in 10 s"),
+    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", ("angle", "time", "rate"), "5 deg in 60 s at 400 rpm"),
+    "spin_down": (r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", ("rate", "rate", "time"), "612 rpm to 540 rpm in 120 s"),
+    "falling_mass": (
+        r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?",
+        ("mass", "length", "length", "time", "mass"),
+        "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g",
+    ),
 }
-"""How the tests of the balance are written, with a sample."""
+"""Keys of several quantities: how they are written, the kind of each, and a sample."""
+
+
+def _read_several(key: str, text: str) -> tuple[float, ...]:
+    """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
+    pattern, kinds, sample = _SEVERAL[key]
+    match, hint = re.fullmatch(pattern, text), f'write it like "{sample}"'
+    if match is None:
+        raise UnitError("is not understood", hint)
+    try:
+        numbers = tuple(map(quantities.parse_quantity, match.groups("0 g"), kinds))
+    except UnitError as error:
+        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
+    if key == "falling_mass":
+        if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
+            raise UnitError("contains a value that is impossible", hint)
+        return numbers
+    for kind, number in zip(kinds, numbers, strict=True):
+        role, size = "spin" if kind == "rate" else kind, number if kind == "time" else abs(number)
+        if (fault := roles.check_value(role, size)[0]) and (number or kind != "angle"):
+            raise UnitError(fault, hint)
+    if key != "spin_down":
+        return numbers
+    start, end, seconds = abs(numbers[0]), abs(numbers[1]), numbers[2]
+    if end > 1.02 * start:
+        raise UnitError("says that the spin rises", "exchange start and end if they are swapped")
+    return start, end, seconds
 
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     key, text = item.key, item.text.strip()
     try:
-        if key in _BALANCE:
-            setattr(settings, key, _read_balance(key, text))
-        elif key == "spin_down":
+        if key == "spin_down":
+            falls = (_read_several(key, part.strip()) for part in text.split(";") if part.strip())
             # Several lines are several falls.
-            settings.spin_down = (*settings.spin_down, *read_spin_down(text))
-        elif key == "falling_mass":
-            settings.falling_mass = _read_falling_mass(text)
+            settings.fields[key] = (*settings.fields.get(key, ()), *falls)
+        elif key in _SEVERAL:
+            settings.fields[key] = _read_several(key, text)
         elif key in _WORDS:
             words, hint = _WORDS[key]
             if text.lower() not in words:
                 raise UnitError("is none of the words that can be read here", hint)
-            setattr(settings, key, words[text.lower()])
-        elif key == "question_numbers":
-            if text.lower() not in roles.YES_OR_NO:
-                raise UnitError(
-                    "is neither yes nor no", 'write "no" to omit the numbers of the questions in the report'
-                )
-            settings.metadata[key] = "yes" if roles.YES_OR_NO[text.lower()] else "no"
+            if key == "question_numbers":
+                settings.metadata[key] = "yes" if words[text.lower()] else "no"
+            else:
+                settings.fields[key] = words[text.lower()]
         elif key in roles.UNCERTAINTIES:
             settings.uncertainties[key] = read_uncertainty(key, text, ask)
             settings.given_uncertainties[key] = item
@@ -594,64 +619,3 @@ def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
     if key in OF_NOTHING and uncertainty.relative:
         raise UnitError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
     return uncertainty
-
-
-def _read_falling_mass(text: str) -> tuple[float, ...]:
-    """Read mass [kg], radius [m], height [m], time [s], and the mass that balances the friction [kg]."""
-    match = re.fullmatch(r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?", text)
-    hint = 'write it like "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g"'
-    if match is None:
-        raise UnitError("is not understood", hint)
-    texts = [text or "0 g" for text in match.groups()]
-    try:
-        numbers = tuple(map(quantities.parse_quantity, texts, ("mass", "length", "length", "time", "mass")))
-    except UnitError as error:
-        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
-    if min(numbers[:4]) <= 0 or not 0 <= numbers[4] < numbers[0]:
-        raise UnitError("contains a value that is impossible", hint)
-    return numbers
-
-
-def _read_balance(key: str, text: str) -> tuple[float, ...]:
-    """Read an angle, the time in which the rod turned through it, and for a drift the spin [rad, s, rad/s]."""
-    pattern, sample = _BALANCE[key]
-    match, hint = re.fullmatch(pattern, text), f'write it like "{sample}"'
-    if match is None:
-        raise UnitError("is not understood", hint)
-    try:
-        numbers = tuple(map(quantities.parse_quantity, match.groups(), ("angle", "time", "rate")))
-    except UnitError as error:
-        raise UnitError(f"is not understood: {error}", error.hint or hint) from None
-    for role, number in zip(("angle", "time", "spin"), numbers, strict=False):
-        fault, _ = roles.check_value(role, number if role == "time" or number == 0 else abs(number))
-        if fault and (number or role != "angle"):
-            raise UnitError(fault, hint)
-    return numbers
-
-
-def read_spin_down(text: str) -> tuple[Fall, ...]:
-    """Read one or several falls, such as "612 rpm to 540 rpm in 120 s", with semicolons between them.
-
-    Raises
-    ------
-    UnitError
-        If the text cannot be read.
-    """
-    found, hint = [], 'write it like "612 rpm to 540 rpm in 120 s"'
-    for part in filter(None, map(str.strip, text.split(";"))):
-        match = re.fullmatch(r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", part)
-        if match is None:
-            raise UnitError("cannot be read", hint)
-        try:
-            start, end, seconds = map(quantities.parse_quantity, match.groups(), ("rate", "rate", "time"))
-        except UnitError as error:
-            raise UnitError(f"cannot be read: {error}", error.hint or hint) from None
-        if not (seconds > 0 and start and end):
-            raise UnitError("contains a spin or a time that is not above zero", hint)
-        fault, about = roles.check_value("spin", start)
-        if fault:
-            raise UnitError(fault, about)
-        if abs(end) > 1.02 * abs(start):
-            raise UnitError("says that the spin rises", "exchange start and end if they are swapped")
-        found.append((abs(start), abs(end), seconds))
-    return tuple(found)

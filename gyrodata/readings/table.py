@@ -348,7 +348,7 @@ class TableReader:
             notes=tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows),
             columns=columns,
             others=tuple(others),
-            position_from=self.settings.position_from,
+            position_from=self.settings.fields.get("position_from"),
             origin_u=origin_u,
             unread=self._note_unused(columns, rows),
         )
@@ -648,13 +648,13 @@ class TableReader:
 
         The function returns the standard uncertainty of the distance between the two [m].
         """
-        position, stated = columns.get("position"), self.settings.position_from
+        position, stated = columns.get("position"), self.settings.fields.get("position_from")
         if position is None:
             return 0.0
         origin = stated or ("" if position.header.startswith(("#", "--")) else roles.origin_in(position.header))
         if origin in ("", "centre"):
             return 0.0
-        self.settings.position_from = origin
+        self.settings.fields["position_from"] = origin
         key, share, sample, what = roles.ORIGIN_LENGTHS[origin]
         length = self.settings.constants.get(key)
         if length is None:

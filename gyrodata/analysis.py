@@ -104,7 +104,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     sizes = mistakes.size_findings(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
-        raise LogError([*found, readings.say("no_torque")])
+        raise LogError([*found, readings.say("all_torques_zero")])
     try:
         lab, outliers, no_odd_run = fit_runs(readings, measured, options.model, options.keep_flagged)
     except LogError as error:

@@ -9,10 +9,9 @@ import difflib
 import math
 import os
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -239,11 +238,6 @@ def split_lines(text: str) -> list[str]:
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
-@cache
-def _messages() -> dict[str, dict[str, str]]:
-    return tomllib.loads(Path(__file__).with_name("messages.toml").read_text(encoding="utf-8"))
-
-
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
@@ -265,28 +259,23 @@ class Faults:
         return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
 
     def message(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
-        """Fill in a message of `messages.toml`; the mark below the line is as wide as a cell."""
-        about = diagnostics.messages()[name]
-        width = len(place.text) if isinstance(place, Text) else 1
-        place = place.place if isinstance(place, Text) else place
-        made = self.make(
-            about.code.split()[1], about.message.format(**values), about.hint.format(**values), place, width
-        )
-        return replace(made, doubt=about.doubt)
-
-    def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
-        """Add a message of `messages.toml` with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept.
+        """Fill in a message of `messages.toml`.
 
         The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
         """
-        about = _messages()[name]
-        code = values.get("code") or getattr(diagnostics, about["code"])
-        self._count[code] += 1
-        if self._count[code] <= MOST_OF_ONE_CODE:
-            width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
-            place = place.place if isinstance(place, Text) else place
-            message, hint = about["message"].format(**values), about.get("hint", "").format(**values)
-            self.found.append(self.make(code, message, hint, place, max(1, width)))
+        about = diagnostics.messages()[name]
+        code = values.get("code") or about.code.split()[1]
+        width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
+        place = place.place if isinstance(place, Text) else place
+        words, hint = about.message.format(**values), about.hint.format(**values)
+        return replace(self.make(code, words, hint, place, max(1, width)), doubt=about.doubt)
+
+    def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
+        """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept."""
+        made = self.message(name, place, **values)
+        self._count[made.code] += 1
+        if self._count[made.code] <= MOST_OF_ONE_CODE:
+            self.found.append(made)
 
     def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
         """Return the error to raise for an input that is not a log, with all that was found before."""

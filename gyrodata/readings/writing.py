@@ -117,23 +117,25 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     return head, columns
 
 
+_SEVERAL = {
+    "balance_tilt": "{!r} rad in {!r} s",
+    "balance_drift": "{!r} rad in {!r} s at {!r} rad/s",
+    "falling_mass": "{!r} kg at {!r} m, {!r} m in {!r} s, friction {!r} kg",
+}
+"""How the lines of several quantities are written."""
+
+
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
     lines |= {f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
     lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
-    if readings.balance_tilt is not None:
-        lines["balance_tilt"] = "{!r} rad in {!r} s".format(*readings.balance_tilt)
-    if readings.balance_drift is not None:
-        lines["balance_drift"] = "{!r} rad in {!r} s at {!r} rad/s".format(*readings.balance_drift)
+    lines |= {key: text.format(*getattr(readings, key)) for key, text in _SEVERAL.items() if getattr(readings, key)}
     if readings.spin_down:
-        lines["spin_down"] = "; ".join(
-            "{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down
-        )
+        falls = ("{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down)
+        lines["spin_down"] = "; ".join(falls)
     words = {None: None, True: "yes", False: "no"}
-    if readings.falling_mass:
-        lines["falling_mass"] = "{!r} kg at {!r} m, {!r} m in {!r} s, friction {!r} kg".format(*readings.falling_mass)
     lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.

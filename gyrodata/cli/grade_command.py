@@ -31,7 +31,8 @@ Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "brightsp
 def grade(
     path: Annotated[Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")] = None,
     rubric: Annotated[Path | None, Option(
-        "--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")] = None,
+        "--rubric", metavar="FILE", help="TOML file, or simple, full or manual; to change one, "
+                                          "begin with --print-rubric.")] = None,
     print_rubric: Annotated[Literal["simple", "full", "manual"] | None, Option(
         "--print-rubric", help="Print a rubric to begin with; without --rubric, gyro uses full.")] = None,
     lms: Annotated[Platform, Option("--lms", metavar="PLATFORM", help="Platform of the download: canvas, moodle, "
@@ -133,7 +134,11 @@ def grade(
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
                 filled = output.fill_gradebook(*book, grades.grades, grades.ids, ours)
             if not quiet:
-                tell(*output.summary(grades), *output.change_lines(changes, dry_run), *output.filled_lines(filled))
+                tell(
+                    *output.summary(grades),
+                    *output.change_lines(changes, dry_run),
+                    *output.filled_lines(filled, dry_run),
+                )
             if target is not None:
                 waiting = output.write_results(grades, target, filled)
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
@@ -184,8 +189,9 @@ def _rubric(path: Path | None) -> tuple[bytes, str]:
     """Read the text and the name of the rubric."""
     from gyrodata.grading.rubric import BUILT_IN, default_rubric_text
 
-    if path is None or (str(path) in BUILT_IN and not path.exists()):
-        return default_rubric_text("full" if path is None else str(path)).encode(), "built-in rubric"
+    kind = "full" if path is None else str(path)
+    if path is None or (kind in BUILT_IN and not path.exists()):
+        return default_rubric_text(kind).encode(), f"built-in rubric {kind}"
     return _read(path), path.name
 
 
@@ -208,8 +214,8 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
     found: dict[str, Fingerprint] = {}
     for year in years:
-        entries = read_journal(year / JOURNAL)[0].items()
-        name = year.resolve().name
+        path, name = year / JOURNAL, year.resolve().name
+        entries = read_journal(_read(path) if path.exists() else b"")[0].items()
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             message = f'--previous "{year}" contains no log that could be compared'

@@ -170,12 +170,10 @@ class Entry(Struct, frozen=True, kw_only=True):
     seen: Mapping[str, str] = {}  # for each line of the desk, the digest of the submission for which it was written
 
 
-def read_journal(path: Path) -> tuple[dict[str, Entry], int]:
+def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
     entries: dict[str, Entry] = {}
     damaged = 0
-    with disk.telling(path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        data = path.read_bytes() if path.exists() else b""
     for line in filter(None, data.splitlines()):
         try:
             entry = from_json(line, Entry)
@@ -213,7 +211,8 @@ def _entries(
     Also returns why entries are made, and the number of damaged lines.
     """
     journal = options.journal or Path()
-    known, damaged = read_journal(journal) if options.journal else ({}, 0)
+    with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
     entries: dict[str, Entry] = {}
     again: dict[str, str] = {}
     waiting: list[tuple[Submission, str]] = []

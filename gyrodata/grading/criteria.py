@@ -234,8 +234,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if reference is None:
         reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
         return mark(criterion, reason, pending.detail, None)
-    width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
-    zeta = abs(value - reference.inertia) / width
+    zeta = reference.zeta(value, u)
     undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
     far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"

@@ -8,7 +8,6 @@ cannot be judged has no points, which is not the same as zero, and the grade is 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, TypeVar
 
@@ -251,9 +250,8 @@ def _settle_one(grade: Grade, rubric: Rubric, references: References, scatters: 
     """Judge the criteria that need a reference or the scatter of the class, and add up the points again."""
     if not grade.own:
         return grade
-    station = grade.station or "all"
-    reference = references.get(station) or references.get("all")
-    scatter = scatters.get(station) or scatters.get("all")
+    reference = yardsticks.of_station(references, grade.station)
+    scatter = yardsticks.of_station(scatters, grade.station)
     marks = []
     for criterion, one in zip(rubric.criteria, grade.marks, strict=True):
         if criterion.check == "reference":
@@ -288,23 +286,18 @@ def reconsider(
     """
     from gyrodata.analysis import analyze_readings
 
-    reference = references.get(grade.station or "all") or references.get("all")
+    reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return grade
     inertia, value, d = grade.inertia, grade.reported_inertia, grade.d or 0.0
     share = (grade.inertia_u or 0.0) / abs(inertia)
-
-    def away(value: float, share: float) -> float:
-        u = math.hypot(share * value, reference.u) or 1e-9 * reference.inertia
-        return abs(value - reference.inertia) / u
-
     wrong_log = (
         value is not None
         and d > FAR
-        and away(value, min(share, yardsticks.COARSEST)) <= AGREES
+        and reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
         and abs(inertia - reference.inertia) > MUCH * abs(value - reference.inertia)
     )
-    far = away(inertia, share)
+    far = reference.zeta(inertia, share * inertia)
     if not wrong_log and (far <= LOOKED_AT or grade.slips or d > FAR):
         return grade
     try:

@@ -164,11 +164,11 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> str:
     """Write everything but the feedback, and keep a table that a person changed; say how many lines are open."""
-    names, files = feedback_names(found), {}
-    for item in found.submissions.items:
-        # The log is listed only if it is the only file.
-        others = [name for name in item.members if name != item.log_name] or item.members
-        files[item.student] = ", ".join(PurePosixPath(name).name for name in others)
+    names = feedback_names(found)
+    files = {
+        item.student: ", ".join(PurePosixPath(name).name for name in item.beside_log)
+        for item in found.submissions.items
+    }
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         _keep_table(folder, found.table.encode("utf-8", "replace"))
         offers = find_offers(found, folder, filled)
@@ -207,7 +207,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     taken: set[str] = set()
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
-        plain = "/".join(file_name(part, room=32) for part in item.feedback_name("").split("/"))
+        plain = "/".join(file_name(part, room=32) for part in item.feedback_name.split("/"))
         name, number = plain, 1
         while name.casefold() in taken:
             number += 1
@@ -320,10 +320,12 @@ def change_lines(changes: Sequence[exports.Change] | None, dry_run: bool) -> Ite
         yield "grades.csv would not change, or is not there yet"
 
 
-def filled_lines(filled: Mapping[str, Filled]) -> Iterator[str]:
+def filled_lines(filled: Mapping[str, Filled], dry_run: bool) -> Iterator[str]:
     """List the new and old entries of a gradebook, and the students without an entry."""
     for name, sheet in filled.items():
-        yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"
+        yield f"{name} {'would be' if dry_run else 'is'} filled for {len(sheet.filled)}, not for {len(sheet.skipped)}"
+        if sheet.changed:
+            yield f"  {count_text(len(sheet.changed), 'cell')} had something else:"
         yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)
         skipped = [(why, who) for who, why in sheet.skipped]
         yield from (f"  {why}: {names}" for why, _, names in _grouped(skipped, 10))

@@ -111,7 +111,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
     try:
         rows = [cells for _, cells in read_list(data, name)]
-    except csv.Error as error:
+    except (csv.Error, LookupError) as error:
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)

@@ -167,10 +167,19 @@ class Reference(Struct, frozen=True, dict=True):
         """The value and its origin."""
         return f"{inertia_text(self.inertia, self.u or None)} ({self.source})"
 
+    def zeta(self, value: float, u: float) -> float:
+        """Return the distance of a value with its u [kg*m^2] from the reference, over the u of both [1]."""
+        return abs(value - self.inertia) / (math.hypot(u, self.u) or 1e-9 * abs(self.inertia))
+
 
 def station_key(text: str) -> str:
     """Write the name of a station in one form: "Bench A" in a log is "bench a" in a rubric."""
     return " ".join(text.split()).casefold()
+
+
+def of_station(table: Mapping[str, Log], station: str | None) -> Log | None:
+    """Return the entry of a station, or else that of all stations."""
+    return table.get(station or "all", table.get("all"))
 
 
 def in_order(station: str) -> str:

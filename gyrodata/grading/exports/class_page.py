@@ -54,8 +54,8 @@ def class_page(
         if folder is None or not item.source.is_dir():
             return []
         base = Path(os.path.relpath(item.source, folder)).as_posix()
-        names = [name for name in item.members if name != item.log_name] or item.members
-        return [(PurePosixPath(name).name, quote(f"{base}/{name}".encode("utf-8", "replace"))) for name in names]
+        paths = {name: quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log}
+        return [(PurePosixPath(name).name, path) for name, path in paths.items()]
 
     content = {
         "found": found,

@@ -22,7 +22,7 @@ from msgspec import Struct
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
-from gyrodata.grading.ledger import TODO, read_number
+from gyrodata.grading.ledger import read_number
 from gyrodata.grading.platforms import PLATFORMS, Book
 from gyrodata.readings import listing
 
@@ -86,7 +86,7 @@ def fill_book(
             there = read_number(before)
             same = graded and there == points
             if not same and there is not None and known is not None and two_decimals(there) not in known:
-                skipped.append((student, f"has {before}, set by hand, which is kept: see {TODO}"))
+                skipped.append((student, f"has {before}, set by hand, which is kept"))
                 by_hand.append((student, two_decimals(there)))
                 continue
             why = layout.why_refused(row, points) if graded else ""

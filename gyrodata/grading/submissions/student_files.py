@@ -17,6 +17,7 @@ from gyrodata import quantities, readings, units
 from gyrodata.diagnostics import ANSWER_ELSEWHERE
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.readings.roles import name_roles
+from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.values import size_text
 
 TABLES = (".csv", ".tsv")  # endings of tables
@@ -198,10 +199,7 @@ def _read_docx(data: bytes) -> str:
 
 def _read_workbook(data: bytes) -> str:
     """Read the rows of all sheets of a workbook, cells separated by ``|``."""
-    import openpyxl
-
-    sheets = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets
-    rows = (row for sheet in sheets for row in sheet.iter_rows(max_row=_MOST_LINES, max_col=30, values_only=True))
+    rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
     return "\n".join(" | ".join(str(cell) for cell in row if cell is not None) for row in rows)
 
 

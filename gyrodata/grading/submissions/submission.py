@@ -83,10 +83,16 @@ class Submission(Struct, frozen=True, dict=True):
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 
-    def feedback_name(self, ending: str) -> str:
-        """Name a feedback file with this ending, such as ``.html``, in the zip that the platform accepts."""
+    @property
+    def beside_log(self) -> list[str]:
+        """The files for a person to look into: all but the log, or the log if it is the only one."""
+        return [name for name in self.members if name != self.log_name] or list(self.members)
+
+    @property
+    def feedback_name(self) -> str:
+        """Name of a feedback file, without ending, in the zip that the platform accepts."""
         in_folder = self.ids.get("folder") == shown(self.feedback_stem)
-        return f"{self.feedback_stem}/feedback{ending}" if in_folder else f"{self.feedback_stem}{ending}"
+        return f"{self.feedback_stem}/feedback" if in_folder else self.feedback_stem
 
     @cached_property
     def digest(self) -> str:

@@ -71,8 +71,8 @@ def grade(
     A second run grades only what has changed, and says why. Write your own decisions into desk.csv in the folder of
     the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
 
-    Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
-    desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
+    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
     if print_rubric:
         from gyrodata.grading.rubric import default_rubric_text
@@ -122,7 +122,7 @@ def grade(
         figures=target / output.FIGURES if target is not None and figures else None,
         progress=None if quiet else progress_bar(len(found.items), time.monotonic, "graded "),
     )
-    years, lost = _earlier(previous or []), list[str]()
+    years = _earlier(previous or [])
     with ExitStack() as at_work:
         if target is not None:
             with telling(target, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
@@ -142,15 +142,14 @@ def grade(
             if target is not None:
                 waiting = output.write_results(grades, target, filled)
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
-                lost, changed = output.write_feedback(grades, target, options.figures, bar)
-                tell(*lost, *changed)
+                tell(*output.write_feedback(grades, target, options.figures, bar))
                 if not quiet:
                     tell(f"grades: {target / output.TABLE}{waiting}", f"class: {target / 'class.html'}")
         except KeyboardInterrupt:
             kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
             raise typer.Exit(130) from None
-    from gyrodata.grading.exports.class_json import grade_lines, grades_document
+    from gyrodata.grading.exports import grade_lines, grades_document
 
     if form in ("text", "csv"):
         write_out(grades.summary if form == "text" else grades.table)
@@ -158,7 +157,7 @@ def grade(
         json = grades_document(grades, changes if dry_run else None) if form == "json" else grade_lines(grades)
         for part in json:
             write_out(part)
-    raise typer.Exit(1 if (grades.count("not graded") or lost) and not exit_zero else 0)
+    raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
 
 
 def autograde(

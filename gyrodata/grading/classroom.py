@@ -294,18 +294,6 @@ def figure_path(folder: Path, item: Submission, name: str) -> Path:
 # --- a class that has been graded --------------------------------------------------------------------------
 
 
-class CriterionFigures(Struct, frozen=True):
-    """The results of a class in one criterion."""
-
-    id: str
-    title: str
-    out_of: float
-    judged: int  # students whose points are known
-    full: int  # students with all points
-    none: int  # students with no points
-    mean: float | None  # mean points; None if nobody's points are known
-
-
 class ClassGrades(Struct, frozen=True, dict=True):
     """All results of a run."""
 
@@ -350,16 +338,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found: dict[str, list[str]] = {}
-        for grade in self.grades:
-            for slip in grade.slips:
-                found.setdefault(slip.kind, []).append(grade.student)
+        found = exports.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
     def table(self) -> str:
         """``grades.csv``."""
-        return exports.grades_csv(self.grades, self.flags, self.roster.absent)
+        return exports.grades_csv(self)
 
     @cached_property
     def summary(self) -> str:
@@ -405,11 +390,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
                 found[student] = (*found.get(student, ()), flag)
         return found
 
-    def criteria(self) -> Iterator[CriterionFigures]:
+    def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
             points = [grade.marks[at].points for grade in self.grades]
             judged = [value for value in points if value is not None]
             full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
-            yield CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)
+            yield exports.CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)

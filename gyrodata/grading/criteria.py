@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import statistics
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
@@ -83,7 +85,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
         if reported is not None:
             reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
         return mark(criterion, reason, {}, share)
-    return KINDS[criterion.check].judge(criterion, evidence)
+    return JUDGES[criterion.check](criterion, evidence)
 
 
 def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan) -> Mark:
@@ -319,54 +321,28 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
 # --- all criteria -------------------------------------------------------------------------------------------
 
 
-class Kind(NamedTuple):
-    """What all criteria with the same check have in common."""
+class Kind(Struct, frozen=True):
+    """What all criteria with the same check have in common; `criteria.toml` explains the fields."""
 
-    judge: Callable[[Criterion, Evidence], Mark]
     title: str
-    full: str  # default condition for all points
-    zero: str  # default condition for no points
-    keys: tuple[str, ...] = ("full", "zero")  # keys that such a criterion may have besides id, check, points and title
-    variables: tuple[str, ...] = ()  # other variables that a condition may contain
+    full: str
+    zero: str
+    keys: tuple[str, ...] = ("full", "zero")
+    variables: tuple[str, ...] = ()
 
+
+_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+KINDS = convert(_WORDS["kinds"], dict[str, Kind])
+"""By the word after check in a rubric."""
+MEANINGS: Mapping[str, str] = _WORDS["meanings"]
+"""Meaning of each variable in a condition, for students."""
+
+JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
+    "log": _log, "procedure": _procedure, "own_data": _own_data, "reference": _reference, "uncertainty": _uncertainty,
+    "units": _units, "constancy": _constancy, "files": _files, "manual": _manual,
+}  # fmt: skip
 
 OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz
-
-KINDS: dict[str, Kind] = {
-    "log": Kind(_log, "The log can be read", "warnings <= 0", "warnings >= 4"),
-    "procedure": Kind(
-        _procedure, "The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")
-    ),
-    "own_data": Kind(
-        _own_data, "I_zz follows from your own runs", "d <= 0.6", "d >= 3", ("full", "zero", "slip"), ("percent",)
-    ),
-    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 3", "z >= 5", variables=("percent",)),
-    "uncertainty": Kind(
-        _uncertainty, "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", variables=("stated",)
-    ),
-    "units": Kind(_units, "Unit and digits", "faults <= 0", "faults >= 2"),
-    "constancy": Kind(
-        _constancy, "φ̇ψ̇ is constant for each torque", "p >= 0.001", "p <= 0.000001", variables=("spread",)
-    ),
-    "files": Kind(_files, "A plot is handed in", "files >= 1", "files <= 0"),
-    "manual": Kind(_manual, "Judged by a person", "", "", ()),
-}
-"""By the word after check in a rubric."""
-
-MEANINGS = {
-    "warnings": "the number of things to correct",
-    "missing": "the number of things that are missing",
-    "d": "the distance from the nearest fit of your own runs, in units of its u",
-    "z": "the distance from the reference, in standard uncertainties",
-    "percent": "the distance in percent",
-    "stated": "1 if an uncertainty is stated, else 0",
-    "files": "the number of pictures and PDFs next to the log",
-    "ratio": "your u over that of your fits",
-    "faults": "the number of faults",
-    "p": "the probability of such a scatter by chance",
-    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
-}
-"""Meaning of each variable in a condition, for students."""
 
 ASKS = {
     "weights": diagnostics.TOO_FEW_WEIGHTS,

@@ -23,7 +23,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
 from gyrodata.grading.ledger import read_number
-from gyrodata.grading.platforms import PLATFORMS, Book
+from gyrodata.grading.submissions.names import PLATFORMS, Book
 from gyrodata.readings import listing
 
 Ids = Mapping[str, Mapping[str, str]]

@@ -22,17 +22,8 @@ from gyrodata.reporting.values import size_text
 
 TABLES = (".csv", ".tsv")  # endings of tables
 PERHAPS_TABLES = (".txt", ".dat", ".xlsx", ".log", ".md")  # endings of logs that are read if there is no table
-TEXTS = (
-    ".txt",
-    ".md",
-    ".html",
-    ".htm",
-    ".text",
-    ".toml",
-    ".docx",
-    ".xlsx",
-    ".tex",
-)  # files that may contain the answer
+# Endings of files that may contain the answer.
+TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".xlsx", ".tex")
 
 Attempts = Literal["newest", "oldest"]
 
@@ -159,8 +150,11 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, readings.Reported]]:
     try:
         if ending(name) == ".docx":
             text = _read_docx(data)
+        elif ending(name) == ".xlsx":
+            rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
+            text = "\n".join(" | ".join(str(cell) for cell in row if cell is not None) for row in rows)
         else:
-            text = _read_workbook(data) if ending(name) == ".xlsx" else readings.decode(data, readings.Faults(name))[0]
+            text = readings.decode(data, readings.Faults(name))[0]
     except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
         return []
     if ending(name) in (".html", ".htm", ".docx"):
@@ -168,15 +162,14 @@ def _in_text(name: str, data: bytes) -> list[tuple[str, readings.Reported]]:
         text = html.unescape(re.sub(r"<[^<>]*>", "", parted)).replace("\u00a0", " ")
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", text).strip()
-    found = []
     lines = readings.split_lines(text)[:_MOST_LINES]
-    for number, line in enumerate(lines, 1):
-        # Without quotation marks around a value.
-        answers = _find_inertia(re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line))
-        for one in answers:
-            read = _with_u_below(readings.read_reported("inertia", one, number), lines)
-            found.append((f"{name}, line {number}", read))
-    return found
+    # Without quotation marks around a value.
+    bare = (re.sub(r"(?<!\d)[\"']|[\"'](?!\d)", " ", line) for line in lines)
+    return [
+        (f"{name}, line {number}", _with_u_below(readings.read_reported("inertia", one, number), lines))
+        for number, line in enumerate(bare, 1)
+        for one in _find_inertia(line)
+    ]
 
 
 def _with_u_below(read: readings.Reported, lines: Sequence[str]) -> readings.Reported:
@@ -195,12 +188,6 @@ def _read_docx(data: bytes) -> str:
         text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
     text = re.sub(r"</w:p>\s*</w:tc>|<w:tab\b[^<>]*>", " | ", text)
     return re.sub(r"</w:p>|<w:br\b[^<>]*>", "<br>", text)
-
-
-def _read_workbook(data: bytes) -> str:
-    """Read the rows of all sheets of a workbook, cells separated by ``|``."""
-    rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
-    return "\n".join(" | ".join(str(cell) for cell in row if cell is not None) for row in rows)
 
 
 _LATEX = (

@@ -15,8 +15,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.late import points_of
-from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
+from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 

@@ -27,12 +27,11 @@ from gyrodata.diagnostics import (
 )
 from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, InputError, LogError, shown
 from gyrodata.fitting import times_stated
-from gyrodata.grading import criteria, slips, yardsticks
+from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.slips import Slip
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
@@ -101,7 +100,7 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     out_of: float
     marks: tuple[Mark, ...] = ()
     """One for each criterion, in the rubric's order; points null: it could not be judged, which is not zero."""
-    slips: tuple[Slip, ...] = ()  # common mistakes that explain the report, the most likely first
+    slips: tuple[yardsticks.Slip, ...] = ()  # common mistakes that explain the report, the most likely first
     look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
     section: str = ""  # of the roster
@@ -180,7 +179,7 @@ def grade_submission(
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         if mistake is not None:
-            readings = slips.corrected(readings, mistake)
+            readings = yardsticks.corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
@@ -206,7 +205,7 @@ def grade_submission(
     )
     if answers.inertia is not None and (value := answers.inertia.value) is not None:
         step = answers.inertia.step or 0.0
-        explained = slips.find_slips(value, step, own, readings, analysis.measurements)
+        explained = yardsticks.find_slips(value, step, own, readings, analysis.measurements)
         matched = yardsticks.nearest(own.values, value)
         if explained:
             matched = next(one for one in own.values if one.name == explained[0].fit)
@@ -329,8 +328,10 @@ def reconsider(
             )
         return replace(grade, marks=marks, look=(*grade.look, told))
     # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
-    odd = {kind.kind: slips.unusual(slips.corrected(readings, kind)) for kind in kinds}
-    likely = sorted((kind for kind in kinds if odd[kind.kind] <= slips.unusual(readings)), key=lambda k: odd[k.kind])
+    odd = {kind.kind: yardsticks.unusual(yardsticks.corrected(readings, kind)) for kind in kinds}
+    likely = sorted(
+        (kind for kind in kinds if odd[kind.kind] <= yardsticks.unusual(readings)), key=lambda k: odd[k.kind]
+    )
     factor = inertia / expected
     unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
     if grade.slips:
@@ -369,7 +370,7 @@ def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
     found = []
     # Two mistakes with the same factor cost the same: nothing needs a decision.
-    if any(abs(slip.factor / evidence.factor - 1) > slips.SAME for slip in evidence.slips):
+    if any(abs(slip.factor / evidence.factor - 1) > yardsticks.SAME for slip in evidence.slips):
         words = " or ".join(slip.words for slip in evidence.slips)
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
     spread = criteria.spread_of(evidence.analysis) or 0.0

@@ -46,8 +46,8 @@ def grades_csv(found: ClassGrades) -> str:
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
     columns = list(rows[first.student])
-    lines = [possible, *(rows[student] for student in sorted(rows))]
-    return csv_lines([columns, *([csv_cell(line.get(column)) for column in columns] for line in lines)])
+    head = [columns, [possible.get(column, "") for column in columns]]
+    return csv_lines([*head, *([csv_cell(rows[one].get(column)) for column in columns] for one in sorted(rows))])
 
 
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:

@@ -106,17 +106,6 @@ def feedback_comment(grade: Grade) -> str:
     return environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
 
 
-def _verdict(grade: Grade) -> str:
-    """Say in one line what a grade came to."""
-    got = f"{points_text(grade.points)} of {points_text(grade.out_of)} points"
-    if grade.status == "so far":
-        waits = ", ".join(f"{shown(one.title)} ({points_text(one.out_of)})" for one in grade.marks if one.waits)
-        return f"{got} so far; to come: {waits}."
-    if grade.status == "not graded":
-        return "Not graded yet. You have not lost points; an instructor will review it."
-    return {"graded": f"{got}.", "on hold": "Your grade is on hold.", "excused": "You are excused."}[grade.status]
-
-
 def _hands(grade: Grade) -> list[str]:
     """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
     told = []
@@ -130,36 +119,23 @@ def _hands(grade: Grade) -> list[str]:
 
 
 def _content(grade: Grade) -> dict[str, Any]:
-    """Return the functions that write numbers in the templates."""
+    """Return what the templates of the feedback need."""
     if grade.status in ("on hold", "excused"):
         # No points are given, and none are shown.
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
+    words: Any = environment().get_template("words.jinja").module
+    short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
     costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
     return {
         "grade": grade,
+        "short": short,
         "told": [one for one in grade.diagnostics if one["severity"] != "note"],
         "slip_cost": costs[0] if costs else None,
-        "lead": _lead(grade),
-        "verdict": _verdict(grade),
+        "lead": words.lead(grade, short).strip(),
+        "verdict": words.verdict(grade).strip(),
         "hands": _hands(grade),
         "judged": any(one.points is not None for one in grade.marks),
     }
-
-
-def _lead(grade: Grade) -> str:
-    """Return one friendly line that is true of these marks."""
-    short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
-    if any(one.what == "total" for one in grade.by_hand):
-        return "A person has set the total."
-    if not short:
-        return "Full marks: log, value and uncertainty are all consistent. Well done."
-    if grade.slips:
-        return "There is one mistake between your runs and your answer: see below."
-    if len(short) == 1:
-        one = short[0]
-        points = f"{points_text(one.points)} of {points_text(one.out_of)}"
-        return f'Only one criterion lost points: "{shown(one.title)}" ({points}).'
-    return "The table shows the findings and the points."
 
 
 # --- the page of a class -----------------------------------------------------------------------------------

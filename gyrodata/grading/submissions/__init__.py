@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.submissions import names, student_files
+from gyrodata.grading.submissions import names, submission
 from gyrodata.grading.submissions.archives import Listing, list_files, list_inner, read_file
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import listing
@@ -24,7 +24,7 @@ __all__ = ["Submission", "Submissions", "find_submissions", "submission_of"]
 
 
 def find_submissions(
-    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: student_files.Attempts = "newest"
+    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: submission.Attempts = "newest"
 ) -> Submissions:
     r"""Find the submissions of a class.
 
@@ -166,14 +166,14 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
 
 
 def _joined(
-    files: Listing, parts: Mapping[str, Submission], attempts: student_files.Attempts = "newest"
+    files: Listing, parts: Mapping[str, Submission], attempts: submission.Attempts = "newest"
 ) -> tuple[Submission, str]:
     """Join the files of one attempt into a submission; also return a note on the choice of the log."""
     first = next(iter(parts.values()))
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
     sizes, damaged = dict(files.sizes), ""
     for name, file in list(own.items()):
-        if student_files.ending(file) == ".zip":
+        if submission.ending(file) == ".zip":
             try:
                 inner = list_inner(files.root, name)
             except InputError as error:
@@ -181,10 +181,10 @@ def _joined(
             else:
                 sizes |= inner
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
-    log, words = student_files.choose_log(own, sizes, partial(read_file, files.root), attempts)
+    log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name in sizes and student_files.is_text(own.get(name, ".txt"))}
+    texts = {name for name in {**parts, **own} if name in sizes and submission.is_text(own.get(name, ".txt"))}
     made = replace(
         first,
         ids=named.ids,

@@ -37,7 +37,7 @@ JOURNAL = "journal.ndjson"  # in the folder of the grades
 
 FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
 
-NOBODY = Roster()
+EVERYBODY = Roster()
 
 
 class GradingOptions(Struct, frozen=True):
@@ -93,7 +93,7 @@ def grade_class(
     options: GradingOptions | None = None,
     previous: Mapping[str, Fingerprint] = {},
     desk: Desk = NO_DESK,
-    roster: Roster = NOBODY,
+    roster: Roster = EVERYBODY,
 ) -> ClassGrades:
     """Grade a class.
 
@@ -124,7 +124,10 @@ def grade_class(
     left = tuple(one for one in roster.absent if one.student not in absent)
     roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
-    placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
+    placed = [
+        roster.named(replace(one.grade, fingerprint=None), desk.value(student, "station"))
+        for student, one in made.items()
+    ]
     settled, references, scatters = settle(placed, rubric)
     settled = tuple(
         reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
@@ -311,7 +314,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     figures: Mapping[str, Mapping[str, str]]
     """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person
-    roster: Roster = NOBODY
+    roster: Roster = EVERYBODY
     partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
     scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
     compared: Mapping[str, Fingerprint] = {}  # the logs of the flagged pairs, by key

@@ -16,15 +16,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
-from gyrodata import mistakes
-from gyrodata.diagnostics import (
-    ANSWER_ELSEWHERE,
-    ANSWER_MISSING,
-    ANSWER_READ,
-    COLUMNS_EXCHANGED,
-    NO_SUBMISSION,
-    OUTLIER,
-)
+from gyrodata import diagnostics, mistakes
 from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, InputError, LogError, shown
 from gyrodata.fitting import times_stated
 from gyrodata.grading import criteria, yardsticks
@@ -185,14 +177,14 @@ def grade_submission(
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
-        if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
+        if mistake is None and any(one.code == diagnostics.COLUMNS_EXCHANGED for one in found):
             again = grade_submission(submission, rubric, reported, mistakes.known_mistakes()["exchanged"])
             if again.d is not None and again.d <= FAR:
                 return again
         return not_graded(submission, rubric, _why_not(error), found)
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
-    lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
+    lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     own = yardsticks.own_runs(analysis, rubric.accept)
     evidence = Evidence(
         rubric=rubric,
@@ -392,9 +384,7 @@ def station_of(readings: Readings) -> str | None:
 # --- not graded ---------------------------------------------------------------------------------------------
 
 
-def not_graded(
-    submission: Submission, rubric: Rubric, why: str | None, diagnostics: Iterable[Diagnostic] = ()
-) -> Grade:
+def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: Iterable[Diagnostic] = ()) -> Grade:
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
     stamps = submission.late, submission.late_seconds, submission.submitted
@@ -411,7 +401,7 @@ def not_graded(
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
-        diagnostics=tuple(diagnostic.to_dict() for diagnostic in diagnostics),
+        diagnostics=tuple(diagnostic.to_dict() for diagnostic in found),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
@@ -442,7 +432,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     submission, told = submission_of(paths)
     if submission.problem is not None:
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
-        raise InputError.of(NO_SUBMISSION, submission.problem, hint, paths[0].name)
+        raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
     reported, station = answers.inertia or ReportedValue("inertia", ""), station_of(readings)
     one = HandIn(
@@ -450,8 +440,8 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         line=reported.line, station=station
     )  # fmt: skip
     # The place of the answer is reported once.
-    others = [found for found in answers.diagnostics if found.code != ANSWER_ELSEWHERE]
-    code, file, hint = ANSWER_READ, one.file or "", ""
+    others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
+    code, file, hint = diagnostics.ANSWER_READ, one.file or "", ""
     if one.inertia is not None:
         message = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {one.file}"
         message += f", line {one.line}" if one.line else ""
@@ -460,7 +450,11 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     else:
         log = shown(PurePosixPath(submission.log_file or "").name)
         hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-        code, file, message = ANSWER_MISSING, one.file or log, f"the answer cannot be read: {reported.problem}"
+        code, file, message = (
+            diagnostics.ANSWER_MISSING,
+            one.file or log,
+            f"the answer cannot be read: {reported.problem}",
+        )
         if answers.inertia is None:
             read = [name for name in (submission.log_name, *submission.report_names) if name]
             unread = [name for name in submission.members if name not in read]

@@ -24,7 +24,6 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
-from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
@@ -78,11 +77,6 @@ class Desk(Struct, frozen=True):
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
         """Return the digest of the submission for which each line was written: that of the first run with the line."""
         return {key: before.get(key, grade.digest) for key in map(repr, self.lines.get(grade.student, ()))}
-
-    def with_station(self, grade: Grade) -> Grade:
-        """Replace the station of a grade."""
-        station = self.value(grade.student, "station")
-        return grade if station is None else replace(grade, station=station_key(station))
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""

@@ -37,18 +37,19 @@ class Person(NamedTuple):
     ids: tuple[str, ...]  # all ids and addresses of the row
 
 
+NOBODY = Person("", "", "", "", "", ())
+
+
 class Roster(Struct, frozen=True):
     """All rows."""
 
     people: Mapping[str, Person] = {}  # students with a submission, by key
     absent: tuple[Person, ...] = ()  # students without one
 
-    def named(self, grade: Grade) -> Grade:
-        """Add the name and section of the student to a grade, and the station if the log states none."""
-        person = self.people.get(grade.student)
-        if person is None:
-            return grade
-        station = grade.station or station_key(person.station) or None
+    def named(self, grade: Grade, station: str | None) -> Grade:
+        """Add the name and section of the student to a grade; `station` is what the desk says, before log and roster."""
+        person = self.people.get(grade.student, NOBODY)
+        station = station_key(station or "") or grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
@@ -94,8 +95,7 @@ def partners_of(
     declared, looks = list[frozenset[str]](), dict[str, str]()
     named: dict[str, set[str]] = {}
     for grade in grades:
-        person = roster.people.get(grade.student)
-        listed, unlisted = students_of(person.partners if person else "", meant)
+        listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
         named[grade.student], unknown = students_of(grade.partner, meant)
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:

@@ -85,9 +85,8 @@ class TomlFile:
                 message = f'"{field[2]}" is missing'
                 return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, message, _how([*keys, field[2]], known))
             # A key that is there already is not proposed: it would then be there twice.
-            close = difflib.get_close_matches(field[2].lower(), [one for one in known if one not in value], n=1)
             where = f" in [{'.'.join(keys)}]" if path else ""
-            hint = f"did you mean {close[0]}?" if close else "take it out"
+            hint = nearest(field[2], [one for one in known if one not in value], "take it out")
             return self.fault(RUBRIC_KEY_UNKNOWN, (*path, field[2]), f'"{field[2][:60]}" is not known{where}', hint)
         code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(keys, known) if place else getattr(kind, "HINT", "")
         if isinstance(value, str) and message.startswith("Invalid enum"):
@@ -118,10 +117,10 @@ class TomlFile:
         return InputError([Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width)])
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Propose the known word that is probably meant, or list them all."""
-    close = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.6)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Propose the known word that is probably meant; else say what to do `otherwise`, or list all words."""
+    close = difflib.get_close_matches(word.lower(), list(known), n=1)
+    return f"did you mean {close[0]}?" if close else otherwise or f"known here: {', '.join(known)}"
 
 
 def samples_of(kind: type) -> dict[str, list[str]]:

@@ -450,11 +450,8 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     else:
         log = shown(PurePosixPath(submission.log_file or "").name)
         hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-        code, file, message = (
-            diagnostics.ANSWER_MISSING,
-            one.file or log,
-            f"the answer cannot be read: {reported.problem}",
-        )
+        code, file = diagnostics.ANSWER_MISSING, one.file or log
+        message = f"the answer cannot be read: {reported.problem}"
         if answers.inertia is None:
             read = [name for name in (submission.log_name, *submission.report_names) if name]
             unread = [name for name in submission.members if name not in read]

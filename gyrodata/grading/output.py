@@ -299,7 +299,8 @@ def change_lines(changes: Sequence[exports.Change] | None, dry_run: bool) -> Ite
 def filled_lines(filled: Mapping[str, Filled], dry_run: bool) -> Iterator[str]:
     """List the new and old entries of a gradebook, and the students without an entry."""
     for name, sheet in filled.items():
-        yield f"{name} {'would be' if dry_run else 'is'} filled for {len(sheet.filled)}, not for {len(sheet.skipped)}"
+        without = {who for who, _ in sheet.skipped}.difference(sheet.filled)
+        yield f"{name} {'would be' if dry_run else 'is'} filled for {len(sheet.filled)}, not for {len(without)}"
         if sheet.changed:
             yield f"  {count_text(len(sheet.changed), 'cell')} had something else:"
         yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)

@@ -47,7 +47,7 @@ class Roster(Struct, frozen=True):
     absent: tuple[Person, ...] = ()  # students without one
 
     def named(self, grade: Grade, station: str | None) -> Grade:
-        """Add the name and section of the student to a grade; `station` is what the desk says, before log and roster."""
+        """Add the student's name and section to a grade; a `station` of the desk goes before that of log and roster."""
         person = self.people.get(grade.student, NOBODY)
         station = station_key(station or "") or grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)

@@ -185,11 +185,10 @@ zero = "d >= 3"
 """
 
 
-TIER = "until = '1 day'\ndeduct = '10 %'"
 MORE = [
     ("G723", "RUBRIC", "", "write schema = 1", ""),
     ("G723", "", "[[late]]\ngrace = '1 h'", "headed [late]", "[late]\ngrace = '1 h'"),
-    ("G723", "", f"[late.tier]\n{TIER}", "headed [[late.tier]]", f"[[late.tier]]\n{TIER}"),
+    ("G723", "", "[late.tier]\nuntil='1 h'\ndeduct=0", "headed [[late.tier]]", "[[late.tier]]\nuntil='1 h'\ndeduct=0"),
     ("G723", "", "[bench]\nu_time = 0.3", "write u_time as a text", "[bench]\nu_time = '0.3 s'"),
 ]
 

@@ -60,7 +60,7 @@ def find_submissions(
 
     running = lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
     if pattern is None and running and (root / "submission").is_dir():
-        # An autograder of Gradescope that runs has one submission next to its names.
+        # An autograder of Gradescope that runs has one submission next to its metadata.
         one = Submission("submission", "submission", {}, root / "submission", feedback_stem="submission")
         files, seen, described = list_files(one.source), "gradescope", names.LIVE
         named: names.Named = {**{name: replace(one, log_file=name) for name in files.sizes}, "submission/": one}

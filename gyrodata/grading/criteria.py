@@ -64,11 +64,6 @@ class Evidence(Struct, frozen=True, kw_only=True):
         return self.slips[0].factor if self.slips else 1.0
 
     @property
-    def correction(self) -> float:
-        """The factor, if own_data charges for the mistake and the reference judges the corrected value; else 1."""
-        return self.factor if any(one.check == "own_data" for one in self.rubric.criteria) else 1.0
-
-    @property
     def given(self) -> tuple[Reported, float, OwnValue]:
         """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
         assert self.reported is not None and self.reported.value is not None and self.matched is not None  # noqa: PT018
@@ -219,7 +214,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.given
-    factor = evidence.correction
+    # The corrected value is judged if own_data charges for the mistake.
+    factor = evidence.factor if any(one.check == "own_data" for one in evidence.rubric.criteria) else 1.0
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
     # that say nothing about I_zz would agree with any value.

@@ -240,7 +240,7 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], 
         references = yardsticks.class_references(
             (one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None
         )
-    if rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria):
+    if "from" in rubric.bench and any(criterion.check == "constancy" for criterion in rubric.criteria):
         scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
     return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
 

@@ -119,20 +119,14 @@ class OwnRuns(Struct, frozen=True, dict=True):
 def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
     measured = analysis.measurements
-    every = np.ones(len(measured.runs), dtype=bool)
     kept = np.array([not run.left_out for run in analysis.run_table])
-    sets = [("", kept)]
-    if not kept.all():
-        sets.append(("all", every))
-    loaded = kept & (measured.torque != 0)
-    if not np.array_equal(loaded, kept):
-        sets.append(("loaded", loaded))
+    sets = {"": kept, "all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
     inertia = analysis.inertia
     share = (inertia.u or 0.0) / abs(inertia.value)
     return OwnRuns(
         product=analysis.fit.sense * np.abs(measured.product),
         torque=measured.torque,
-        sets=tuple(sets),
+        sets=tuple((name, used) for name, used in sets.items() if not name or not np.array_equal(used, kept)),
         accept=tuple(accept),
         recommended=OwnValue("recommended", inertia.value, inertia.u or None),
         yardstick=min(max(share, FINEST), COARSEST),

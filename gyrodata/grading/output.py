@@ -7,7 +7,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import chain, combinations, count
 from pathlib import Path, PurePosixPath
 
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
@@ -200,12 +200,9 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
         plain = "/".join(file_name(part, room=32) for part in item.feedback_name.split("/"))
-        name, number = plain, 1
-        while name.casefold() in taken:
-            number += 1
-            name = f"{plain}-{number}"
-        taken.add(name.casefold())
-        names[item.student] = name
+        forms = chain([plain], (f"{plain}-{number}" for number in count(2)))
+        names[item.student] = next(one for one in forms if one.casefold() not in taken)
+        taken.add(names[item.student].casefold())
     return names
 
 

@@ -1,4 +1,4 @@
-"""Compute the values that a reported I_zz is compared with: fits of the student's own runs, and a reference.
+"""Compute what a reported I_zz is compared with: fits of the student's own runs, known slips, and a reference.
 
 There is more than one correct way to evaluate a student's runs: a line without or with an intercept, the mean of
 M/(φ̇ψ̇), or the fit of gyro; with all runs, without outliers, or without the unloaded run. Each is computed here, also

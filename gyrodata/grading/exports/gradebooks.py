@@ -214,8 +214,7 @@ class _Moodle:
         self.top, self.grade, self.most = top, top - 1, sheet.value(self.rows[0], top)
         # The last column contains comments if its cells are not dates.
         last = len(self.head) - 1
-        texts = values.get(last, {""})
-        is_comment = last > top + 2 and any(not text or text.startswith("<") for text in texts)
+        is_comment = last > top + 2 and any(not text or text.startswith("<") for text in values[last])
         self.comment = last if is_comment else None
         if "Feedback comments" in self.head:
             self.comment = self.head.index("Feedback comments")

@@ -18,7 +18,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, readings, units
-from gyrodata.diagnostics import ANSWER_ELSEWHERE
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.archives import read_file
 from gyrodata.readings.roles import name_roles
@@ -250,7 +249,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
             problem = f'two values are found: "{first.text}" in {place} and "{reported.text}" in {other}'
             first = readings.Reported("inertia", first.text, fault="given twice", problem=problem, line=first.line)
             break
-    note = Diagnostic.of(ANSWER_ELSEWHERE, f'I_zz is read from {place}: "{first.text}"')
+    note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {place}: "{first.text}"')
     return Answers(first, (note,), place.rpartition(", line ")[0])
 
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from gyrodata.coverage import SelfCheck
 from gyrodata.diagnostics import explanations, severities
-from gyrodata.grading.exports.class_json import GradesDocument
+from gyrodata.grading.exports import GradesDocument
 from gyrodata.grading.rubric import rubric_shape
 from gyrodata.prediction import Earth, Platform, Precession, Tip, Twist
 from gyrodata.results import AnalysisDocument, CheckDocument

@@ -69,23 +69,27 @@ class TomlFile:
     def _explained(self, error: ValidationError, kind: type, path: Path) -> InputError:
         """Write what is wrong and what to write, from the words of msgspec and the JSON Schema of the record."""
         message, _, place = str(error).partition(" - at `$")
-        steps = re.findall(r"\[(\d+)\]|\.(\w+)", place)
-        path = (*path, *(int(number) if number else key for number, key in steps))
+        for number, key in re.findall(r"\[(\d+|\.\.\.)\]|\.(\w+)", place):
+            if number == "...":  # some key of a table of texts: the first one without a text
+                texts = self._value(path)
+                path = (*path, min(texts, key=lambda one: (isinstance(texts[one], str), isinstance(texts[one], dict))))
+            else:
+                path = (*path, int(number) if number else key)
         if isinstance(unfit := error.__cause__, UnfitError):
             return self.fault(unfit.code, (*path, *unfit.path), str(unfit), unfit.hint)
         value, known = self._value(path), samples_of(kind)
-        key = next((part for part in reversed(path) if isinstance(part, str)), "")
+        keys = [part for part in path if isinstance(part, str)]
+        key = keys[-1] if keys else ""
         if field := re.search(r"(missing required|unknown) field `(.+)`", message):
             if field[1] != "unknown":
                 message = f'"{field[2]}" is missing'
-                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, message, _how(field[2], known))
+                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, message, _how([*keys, field[2]], known))
             # A key that is there already is not proposed: it would then be there twice.
-            close = difflib.get_close_matches(field[2].lower(), [one for one in known if one not in value], n=1)
-            where = f" in [{'.'.join(part for part in path if isinstance(part, str))}]" if path else ""
-            hint = f"did you mean {close[0]}?" if close else "take it out"
+            where = f" in [{'.'.join(keys)}]" if path else ""
+            hint = nearest(field[2], [one for one in known if one not in value], "take it out")
             return self.fault(RUBRIC_KEY_UNKNOWN, (*path, field[2]), f'"{field[2][:60]}" is not known{where}', hint)
-        code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(key, known) if steps else getattr(kind, "HINT", "")
-        if isinstance(value, str) and message.startswith("Invalid"):
+        code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(keys, known) if place else getattr(kind, "HINT", "")
+        if isinstance(value, str) and message.startswith("Invalid enum"):
             words = [json.loads(word) for word in known.get(key, ())]
             code = CRITERION_KIND_UNKNOWN if key == "check" else code
             hint = nearest(value, words[0] if words and isinstance(words[0], list) else words)
@@ -95,7 +99,7 @@ class TomlFile:
     def fault(self, code: str, path: Path, message: str, hint: str = "") -> InputError:
         """Make the error of the key at `path`, or of the nearest table around it that has a line of its own."""
         spot, start = (1, 1, 1), 0
-        for name, number in zip(path, (*path[1:], 0), strict=True):
+        for name, number in zip(path, (*path, 0)[1:], strict=True):
             rest, word = self.text[start:], re.escape(str(name))
             own = re.split(r"\n(?=[ \t]*\[)", rest, maxsplit=1)[0]
             marks = list(re.finditer(rf"(?m)^([ \t]*)(\[+[^\]#\n]*(?<![\w-]){word}(?![\w-])[^\]\n]*\]+)", rest))
@@ -113,27 +117,38 @@ class TomlFile:
         return InputError([Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width)])
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Propose the known word that is probably meant, or list them all."""
-    close = difflib.get_close_matches(word.lower(), list(known), n=1, cutoff=0.6)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+def nearest(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Propose the known word that is probably meant; else say what to do `otherwise`, or list all words."""
+    close = difflib.get_close_matches(word.lower(), list(known), n=1)
+    return f"did you mean {close[0]}?" if close else otherwise or f"known here: {', '.join(known)}"
 
 
 def samples_of(kind: type) -> dict[str, list[str]]:
-    """Give, by the keys of a record and of all records in it, the words or examples that can be written there."""
+    """Give, by the keys of a record and of all records in it, the words or examples that can be written there.
+
+    A table has its head without a name: "[]", or "[[]]" if there may be several.
+    """
     found: dict[str, dict[str, None]] = {}
     for table in schema(kind)["$defs"].values():
         for key, shape in table.get("properties", {}).items():
             words = shape.get("items", {}).get("enum")
             for part in ({"enum": [words]} if words else shape, *shape.get("anyOf", ())):
-                samples = map(json.dumps, part.get("enum", part.get("examples", ())))
+                samples = [json.dumps(one) for one in part.get("enum", part.get("examples", ()))]
+                if "$ref" in part.get("items", {}):
+                    samples = ["[[]]"]
+                elif "$ref" in part or part.get("type") == "object":
+                    samples = ["[]"]
                 found.setdefault(key, {}).update(dict.fromkeys(samples))
     return {key: list(samples) for key, samples in found.items()}
 
 
-def _how(key: str, known: dict[str, list[str]]) -> str:
-    """Write how to write a key."""
-    if not known.get(key):
-        return f"write a table, headed [[{key}]]"
+def _how(keys: list[str], known: dict[str, list[str]]) -> str:
+    """Write how to write the last of the keys that lead to it."""
+    key = keys[-1]
+    samples = known.get(key, ['"class"'] if key == "from" else [])
+    if not samples:
+        return f"write {key} as a text in quotation marks, with its unit if it has one"
+    if samples[0] in ("[]", "[[]]"):
+        return f"write a table, headed {samples[0].replace('[]', '[' + '.'.join(keys) + ']')}"
     # Times have no quotation marks.
-    return re.sub(r'"(\d{4}-\d\d-\d\dT.*?)"', r"\1", f"write {key} = {' or '.join(known[key])}")
+    return re.sub(r'"(\d{4}-\d\d-\d\dT.*?)"', r"\1", f"write {key} = {' or '.join(samples)}")

@@ -22,7 +22,7 @@ from gyrodata import changes, docs, effects, findings, motion, physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
 from gyrodata.grading.criteria import KINDS
-from gyrodata.grading.platforms import PLATFORMS
+from gyrodata.grading.submissions.names import PLATFORMS
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
 from gyrodata.readings import read_log
 from gyrodata.readings.roles import parse_header

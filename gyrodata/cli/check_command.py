@@ -118,7 +118,7 @@ def check(
         refuse(diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN, message, "save the log first: gyro check --fix log.csv")
     worst = 0
     if hand_in:
-        from gyrodata.grading.hand_in import read_hand_in
+        from gyrodata.grading.grade import read_hand_in
 
         _, worst = _check_one(names_of(logs)[0], lambda: read_hand_in([Path(log) for log in logs]), form, strict)
         logs = []

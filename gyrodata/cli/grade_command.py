@@ -31,7 +31,8 @@ Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "brightsp
 def grade(
     path: Annotated[Path | None, Argument(metavar="PATH", help="Folder or zip of the class.")] = None,
     rubric: Annotated[Path | None, Option(
-        "--rubric", metavar="FILE", help="TOML file; begin with --print-rubric.")] = None,
+        "--rubric", metavar="FILE", help="TOML file, or simple, full or manual; to change one, "
+                                          "begin with --print-rubric.")] = None,
     print_rubric: Annotated[Literal["simple", "full", "manual"] | None, Option(
         "--print-rubric", help="Print a rubric to begin with; without --rubric, gyro uses full.")] = None,
     lms: Annotated[Platform, Option("--lms", metavar="PLATFORM", help="Platform of the download: canvas, moodle, "
@@ -70,8 +71,8 @@ def grade(
     A second run grades only what has changed, and says why. Write your own decisions into desk.csv in the folder of
     the grades, with the columns student,what,value,by,why; desk-todo.csv there has lines to copy.
 
-    Exit codes: 0 done; 1 done, with submissions that could not be graded or got no feedback; 2 usage, a rubric or
-    desk.csv with a mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
+    Exit codes: 0 done; 1 done, with submissions that could not be graded; 2 usage, a rubric or desk.csv with a
+    mistake, or a class that cannot be read; 130 stopped by Ctrl-C.
     """
     if print_rubric:
         from gyrodata.grading.rubric import default_rubric_text
@@ -121,7 +122,7 @@ def grade(
         figures=target / output.FIGURES if target is not None and figures else None,
         progress=None if quiet else progress_bar(len(found.items), time.monotonic, "graded "),
     )
-    years, lost = _earlier(previous or []), list[str]()
+    years = _earlier(previous or [])
     with ExitStack() as at_work:
         if target is not None:
             with telling(target, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
@@ -133,19 +134,22 @@ def grade(
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
                 filled = output.fill_gradebook(*book, grades.grades, grades.ids, ours)
             if not quiet:
-                tell(*output.summary(grades), *output.change_lines(changes, dry_run), *output.filled_lines(filled))
+                tell(
+                    *output.summary(grades),
+                    *output.change_lines(changes, dry_run),
+                    *output.filled_lines(filled, dry_run),
+                )
             if target is not None:
                 waiting = output.write_results(grades, target, filled)
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
-                lost, changed = output.write_feedback(grades, target, options.figures, bar)
-                tell(*lost, *changed)
+                tell(*output.write_feedback(grades, target, options.figures, bar))
                 if not quiet:
                     tell(f"grades: {target / output.TABLE}{waiting}", f"class: {target / 'class.html'}")
         except KeyboardInterrupt:
             kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
             raise typer.Exit(130) from None
-    from gyrodata.grading.exports.class_json import grade_lines, grades_document
+    from gyrodata.grading.exports import grade_lines, grades_document
 
     if form in ("text", "csv"):
         write_out(grades.summary if form == "text" else grades.table)
@@ -153,7 +157,7 @@ def grade(
         json = grades_document(grades, changes if dry_run else None) if form == "json" else grade_lines(grades)
         for part in json:
             write_out(part)
-    raise typer.Exit(1 if (grades.count("not graded") or lost) and not exit_zero else 0)
+    raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
 
 
 def autograde(
@@ -184,8 +188,9 @@ def _rubric(path: Path | None) -> tuple[bytes, str]:
     """Read the text and the name of the rubric."""
     from gyrodata.grading.rubric import BUILT_IN, default_rubric_text
 
-    if path is None or (str(path) in BUILT_IN and not path.exists()):
-        return default_rubric_text("full" if path is None else str(path)).encode(), "built-in rubric"
+    kind = "full" if path is None else str(path)
+    if path is None or (kind in BUILT_IN and not path.exists()):
+        return default_rubric_text(kind).encode(), f"built-in rubric {kind}"
     return _read(path), path.name
 
 
@@ -208,8 +213,8 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
 
     found: dict[str, Fingerprint] = {}
     for year in years:
-        entries = read_journal(year / JOURNAL)[0].items()
-        name = year.resolve().name
+        path, name = year / JOURNAL, year.resolve().name
+        entries = read_journal(_read(path) if path.exists() else b"")[0].items()
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
             message = f'--previous "{year}" contains no log that could be compared'

@@ -37,7 +37,7 @@ JOURNAL = "journal.ndjson"  # in the folder of the grades
 
 FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
 
-NOBODY = Roster()
+EVERYBODY = Roster()
 
 
 class GradingOptions(Struct, frozen=True):
@@ -93,7 +93,7 @@ def grade_class(
     options: GradingOptions | None = None,
     previous: Mapping[str, Fingerprint] = {},
     desk: Desk = NO_DESK,
-    roster: Roster = NOBODY,
+    roster: Roster = EVERYBODY,
 ) -> ClassGrades:
     """Grade a class.
 
@@ -124,7 +124,10 @@ def grade_class(
     left = tuple(one for one in roster.absent if one.student not in absent)
     roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
-    placed = [desk.with_station(roster.named(replace(one.grade, fingerprint=None))) for one in made.values()]
+    placed = [
+        roster.named(replace(one.grade, fingerprint=None), desk.value(student, "station"))
+        for student, one in made.items()
+    ]
     settled, references, scatters = settle(placed, rubric)
     settled = tuple(
         reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
@@ -170,12 +173,10 @@ class Entry(Struct, frozen=True, kw_only=True):
     seen: Mapping[str, str] = {}  # for each line of the desk, the digest of the submission for which it was written
 
 
-def read_journal(path: Path) -> tuple[dict[str, Entry], int]:
+def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
     entries: dict[str, Entry] = {}
     damaged = 0
-    with disk.telling(path.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        data = path.read_bytes() if path.exists() else b""
     for line in filter(None, data.splitlines()):
         try:
             entry = from_json(line, Entry)
@@ -213,7 +214,8 @@ def _entries(
     Also returns why entries are made, and the number of damaged lines.
     """
     journal = options.journal or Path()
-    known, damaged = read_journal(journal) if options.journal else ({}, 0)
+    with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+        known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
     entries: dict[str, Entry] = {}
     again: dict[str, str] = {}
     waiting: list[tuple[Submission, str]] = []
@@ -295,18 +297,6 @@ def figure_path(folder: Path, item: Submission, name: str) -> Path:
 # --- a class that has been graded --------------------------------------------------------------------------
 
 
-class CriterionFigures(Struct, frozen=True):
-    """The results of a class in one criterion."""
-
-    id: str
-    title: str
-    out_of: float
-    judged: int  # students whose points are known
-    full: int  # students with all points
-    none: int  # students with no points
-    mean: float | None  # mean points; None if nobody's points are known
-
-
 class ClassGrades(Struct, frozen=True, dict=True):
     """All results of a run."""
 
@@ -324,7 +314,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     figures: Mapping[str, Mapping[str, str]]
     """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person
-    roster: Roster = NOBODY
+    roster: Roster = EVERYBODY
     partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
     scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
     compared: Mapping[str, Fingerprint] = {}  # the logs of the flagged pairs, by key
@@ -351,16 +341,13 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found: dict[str, list[str]] = {}
-        for grade in self.grades:
-            for slip in grade.slips:
-                found.setdefault(slip.kind, []).append(grade.student)
+        found = exports.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
     def table(self) -> str:
         """``grades.csv``."""
-        return exports.grades_csv(self.grades, self.flags, self.roster.absent)
+        return exports.grades_csv(self)
 
     @cached_property
     def summary(self) -> str:
@@ -406,11 +393,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
                 found[student] = (*found.get(student, ()), flag)
         return found
 
-    def criteria(self) -> Iterator[CriterionFigures]:
+    def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
             points = [grade.marks[at].points for grade in self.grades]
             judged = [value for value in points if value is not None]
             full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
-            yield CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)
+            yield exports.CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 import statistics
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from msgspec import Struct, convert
 
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.late import points_of
-from gyrodata.grading.slips import Slip
-from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, fit_words
+from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
@@ -63,11 +64,6 @@ class Evidence(Struct, frozen=True, kw_only=True):
         return self.slips[0].factor if self.slips else 1.0
 
     @property
-    def correction(self) -> float:
-        """The factor, if own_data charges for the mistake and the reference judges the corrected value; else 1."""
-        return self.factor if any(one.check == "own_data" for one in self.rubric.criteria) else 1.0
-
-    @property
     def given(self) -> tuple[Reported, float, OwnValue]:
         """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
         assert self.reported is not None and self.reported.value is not None and self.matched is not None  # noqa: PT018
@@ -83,7 +79,7 @@ def judge(criterion: Criterion, evidence: Evidence) -> Mark:
         if reported is not None:
             reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
         return mark(criterion, reason, {}, share)
-    return KINDS[criterion.check].judge(criterion, evidence)
+    return JUDGES[criterion.check](criterion, evidence)
 
 
 def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan) -> Mark:
@@ -218,7 +214,8 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.given
-    factor = evidence.correction
+    # The corrected value is judged if own_data charges for the mistake.
+    factor = evidence.factor if any(one.check == "own_data" for one in evidence.rubric.criteria) else 1.0
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
     # that say nothing about I_zz would agree with any value.
@@ -234,8 +231,7 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if reference is None:
         reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
         return mark(criterion, reason, pending.detail, None)
-    width = math.hypot(u, reference.u) or abs(reference.inertia) * 1e-9
-    zeta = abs(value - reference.inertia) / width
+    zeta = reference.zeta(value, u)
     undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
     far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
@@ -286,12 +282,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, _ = evidence.given
     faults = [reported.problem] if reported.problem else []
-    u_digits = reported.u_digits or 0
-    if reported.u and reported.u_step:
-        # ± 0.102 with k = 2 is u = 0.051.
-        u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
-    if u_digits > 2:
-        faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
+    if (reported.u_digits or 0) > 2:
+        faults.append(f"the uncertainty has {reported.u_digits} digits; one or two are enough")
     low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
         # A ± that was divided by its k has as many digits as before; its last place is at most that of the first digit
@@ -320,54 +312,28 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
 # --- all criteria -------------------------------------------------------------------------------------------
 
 
-class Kind(NamedTuple):
-    """What all criteria with the same check have in common."""
+class Kind(Struct, frozen=True):
+    """What all criteria with the same check have in common; `criteria.toml` explains the fields."""
 
-    judge: Callable[[Criterion, Evidence], Mark]
     title: str
-    full: str  # default condition for all points
-    zero: str  # default condition for no points
-    keys: tuple[str, ...] = ("full", "zero")  # keys that such a criterion may have besides id, check, points and title
-    variables: tuple[str, ...] = ()  # other variables that a condition may contain
+    full: str
+    zero: str
+    keys: tuple[str, ...] = ("full", "zero")
+    variables: tuple[str, ...] = ()
 
+
+_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+KINDS = convert(_WORDS["kinds"], dict[str, Kind])
+"""By the word after check in a rubric."""
+MEANINGS: Mapping[str, str] = _WORDS["meanings"]
+"""Meaning of each variable in a condition, for students."""
+
+JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
+    "log": _log, "procedure": _procedure, "own_data": _own_data, "reference": _reference, "uncertainty": _uncertainty,
+    "units": _units, "constancy": _constancy, "files": _files, "manual": _manual,
+}  # fmt: skip
 
 OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz
-
-KINDS: dict[str, Kind] = {
-    "log": Kind(_log, "The log can be read", "warnings <= 0", "warnings >= 4"),
-    "procedure": Kind(
-        _procedure, "The procedure is complete", "missing <= 0", "missing >= 3", ("full", "zero", "asks")
-    ),
-    "own_data": Kind(
-        _own_data, "I_zz follows from your own runs", "d <= 0.6", "d >= 3", ("full", "zero", "slip"), ("percent",)
-    ),
-    "reference": Kind(_reference, "I_zz agrees with the reference", "z <= 3", "z >= 5", variables=("percent",)),
-    "uncertainty": Kind(
-        _uncertainty, "The uncertainty is realistic", "ratio in 0.5..2", "ratio outside 0.2..5", variables=("stated",)
-    ),
-    "units": Kind(_units, "Unit and digits", "faults <= 0", "faults >= 2"),
-    "constancy": Kind(
-        _constancy, "φ̇ψ̇ is constant for each torque", "p >= 0.001", "p <= 0.000001", variables=("spread",)
-    ),
-    "files": Kind(_files, "A plot is handed in", "files >= 1", "files <= 0"),
-    "manual": Kind(_manual, "Judged by a person", "", "", ()),
-}
-"""By the word after check in a rubric."""
-
-MEANINGS = {
-    "warnings": "the number of things to correct",
-    "missing": "the number of things that are missing",
-    "d": "the distance from the nearest fit of your own runs, in units of its u",
-    "z": "the distance from the reference, in standard uncertainties",
-    "percent": "the distance in percent",
-    "stated": "1 if an uncertainty is stated, else 0",
-    "files": "the number of pictures and PDFs next to the log",
-    "ratio": "your u over that of your fits",
-    "faults": "the number of faults",
-    "p": "the probability of such a scatter by chance",
-    "spread": "the largest scatter at one torque, as a share of φ̇ψ̇",
-}
-"""Meaning of each variable in a condition, for students."""
 
 ASKS = {
     "weights": diagnostics.TOO_FEW_WEIGHTS,

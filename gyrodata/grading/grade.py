@@ -8,30 +8,28 @@ cannot be judged has no points, which is not the same as zero, and the grade is 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Annotated, Literal, TypedDict, TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Literal, TypedDict, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
-from gyrodata import mistakes
-from gyrodata.diagnostics import COLUMNS_EXCHANGED, OUTLIER
-from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, LogError
+from gyrodata import diagnostics, mistakes
+from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, InputError, LogError, shown
 from gyrodata.fitting import times_stated
-from gyrodata.grading import criteria, slips, yardsticks
+from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import Rubric
-from gyrodata.grading.slips import Slip
+from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.mistakes import Mistake
-from gyrodata.readings import Readings, read_reported
-from gyrodata.reporting.values import factor_text
-
-if TYPE_CHECKING:
-    from gyrodata.grading.submissions import Submission
+from gyrodata.readings import Readings, listing, read_reported
+from gyrodata.readings import Reported as ReportedValue
+from gyrodata.reporting.values import factor_text, inertia_text
+from gyrodata.results import HandIn
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
 
@@ -94,7 +92,7 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     out_of: float
     marks: tuple[Mark, ...] = ()
     """One for each criterion, in the rubric's order; points null: it could not be judged, which is not zero."""
-    slips: tuple[Slip, ...] = ()  # common mistakes that explain the report, the most likely first
+    slips: tuple[yardsticks.Slip, ...] = ()  # common mistakes that explain the report, the most likely first
     look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
     section: str = ""  # of the roster
@@ -173,20 +171,20 @@ def grade_submission(
         if reported is not None:
             answers = replace(answers, inertia=read_reported("inertia", reported))
         if mistake is not None:
-            readings = slips.corrected(readings, mistake)
+            readings = yardsticks.corrected(readings, mistake)
         analysis = analyze_readings(readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
-        if mistake is None and any(one.code == COLUMNS_EXCHANGED for one in found):
+        if mistake is None and any(one.code == diagnostics.COLUMNS_EXCHANGED for one in found):
             again = grade_submission(submission, rubric, reported, mistakes.known_mistakes()["exchanged"])
             if again.d is not None and again.d <= FAR:
                 return again
         return not_graded(submission, rubric, _why_not(error), found)
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
-    lacks += [one for one in analysis.diagnostics if one.code == OUTLIER]
+    lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     own = yardsticks.own_runs(analysis, rubric.accept)
     evidence = Evidence(
         rubric=rubric,
@@ -199,7 +197,7 @@ def grade_submission(
     )
     if answers.inertia is not None and (value := answers.inertia.value) is not None:
         step = answers.inertia.step or 0.0
-        explained = slips.find_slips(value, step, own, readings, analysis.measurements)
+        explained = yardsticks.find_slips(value, step, own, readings, analysis.measurements)
         matched = yardsticks.nearest(own.values, value)
         if explained:
             matched = next(one for one in own.values if one.name == explained[0].fit)
@@ -242,7 +240,7 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], 
         references = yardsticks.class_references(
             (one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None
         )
-    if rubric.class_scatter and any(criterion.check == "constancy" for criterion in rubric.criteria):
+    if "from" in rubric.bench and any(criterion.check == "constancy" for criterion in rubric.criteria):
         scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
     return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
 
@@ -251,9 +249,8 @@ def _settle_one(grade: Grade, rubric: Rubric, references: References, scatters: 
     """Judge the criteria that need a reference or the scatter of the class, and add up the points again."""
     if not grade.own:
         return grade
-    station = grade.station or "all"
-    reference = references.get(station) or references.get("all")
-    scatter = scatters.get(station) or scatters.get("all")
+    reference = yardsticks.of_station(references, grade.station)
+    scatter = yardsticks.of_station(scatters, grade.station)
     marks = []
     for criterion, one in zip(rubric.criteria, grade.marks, strict=True):
         if criterion.check == "reference":
@@ -288,23 +285,18 @@ def reconsider(
     """
     from gyrodata.analysis import analyze_readings
 
-    reference = references.get(grade.station or "all") or references.get("all")
+    reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return grade
     inertia, value, d = grade.inertia, grade.reported_inertia, grade.d or 0.0
     share = (grade.inertia_u or 0.0) / abs(inertia)
-
-    def away(value: float, share: float) -> float:
-        u = math.hypot(share * value, reference.u) or 1e-9 * reference.inertia
-        return abs(value - reference.inertia) / u
-
     wrong_log = (
         value is not None
         and d > FAR
-        and away(value, min(share, yardsticks.COARSEST)) <= AGREES
+        and reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
         and abs(inertia - reference.inertia) > MUCH * abs(value - reference.inertia)
     )
-    far = away(inertia, share)
+    far = reference.zeta(inertia, share * inertia)
     if not wrong_log and (far <= LOOKED_AT or grade.slips or d > FAR):
         return grade
     try:
@@ -328,8 +320,10 @@ def reconsider(
             )
         return replace(grade, marks=marks, look=(*grade.look, told))
     # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
-    odd = {kind.kind: slips.unusual(slips.corrected(readings, kind)) for kind in kinds}
-    likely = sorted((kind for kind in kinds if odd[kind.kind] <= slips.unusual(readings)), key=lambda k: odd[k.kind])
+    odd = {kind.kind: yardsticks.unusual(yardsticks.corrected(readings, kind)) for kind in kinds}
+    likely = sorted(
+        (kind for kind in kinds if odd[kind.kind] <= yardsticks.unusual(readings)), key=lambda k: odd[k.kind]
+    )
     factor = inertia / expected
     unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
     if grade.slips:
@@ -368,7 +362,7 @@ def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
     found = []
     # Two mistakes with the same factor cost the same: nothing needs a decision.
-    if any(abs(slip.factor / evidence.factor - 1) > slips.SAME for slip in evidence.slips):
+    if any(abs(slip.factor / evidence.factor - 1) > yardsticks.SAME for slip in evidence.slips):
         words = " or ".join(slip.words for slip in evidence.slips)
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
     spread = criteria.spread_of(evidence.analysis) or 0.0
@@ -390,9 +384,7 @@ def station_of(readings: Readings) -> str | None:
 # --- not graded ---------------------------------------------------------------------------------------------
 
 
-def not_graded(
-    submission: Submission, rubric: Rubric, why: str | None, diagnostics: Iterable[Diagnostic] = ()
-) -> Grade:
+def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: Iterable[Diagnostic] = ()) -> Grade:
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
     keys = {"student": submission.student, "name": submission.name, **submission.ids}
     stamps = submission.late, submission.late_seconds, submission.submitted
@@ -409,7 +401,7 @@ def not_graded(
         late_seconds=late.seconds,
         late_deduction=late.deduct,
         late_reason=late.reason,
-        diagnostics=tuple(diagnostic.to_dict() for diagnostic in diagnostics),
+        diagnostics=tuple(diagnostic.to_dict() for diagnostic in found),
         title=rubric.title,
         rubric=rubric.digest,
         digest=submission.digest,
@@ -430,3 +422,43 @@ def _why_not(error: Exception) -> str:
         more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
         told += f": {where}{faults[0].message}{more}"
     return told
+
+
+# --- ``gyro check --hand-in`` -------------------------------------------------------------------------------
+
+
+def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
+    """Read a student's files, or folder or zip, as `grade_submission` does, and report the answer in it."""
+    submission, told = submission_of(paths)
+    if submission.problem is not None:
+        hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
+        raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
+    readings, answers = submission.read()
+    reported, station = answers.inertia or ReportedValue("inertia", ""), station_of(readings)
+    one = HandIn(
+        text=reported.text or None, inertia=reported.value, u=reported.u, file=answers.file or None,
+        line=reported.line, station=station
+    )  # fmt: skip
+    # The place of the answer is reported once.
+    others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
+    code, file, hint = diagnostics.ANSWER_READ, one.file or "", ""
+    if one.inertia is not None:
+        message = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {one.file}"
+        message += f", line {one.line}" if one.line else ""
+        parts = ("no uncertainty is found with it" if one.u is None else "", reported.problem)
+        message = "; ".join([message, *filter(None, parts), *([f"station: {station}"] if station else [])])
+    else:
+        log = shown(PurePosixPath(submission.log_file or "").name)
+        hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        code, file = diagnostics.ANSWER_MISSING, one.file or log
+        message = f"the answer cannot be read: {reported.problem}"
+        if answers.inertia is None:
+            read = [name for name in (submission.log_name, *submission.report_names) if name]
+            unread = [name for name in submission.members if name not in read]
+            names, others_named = (
+                listing(sorted(shown(PurePosixPath(name).name) for name in some)) for some in (read, unread)
+            )
+            message = f"no I_zz is found in {names}{f'; not read: {others_named}' if unread else ''}"
+        elif one.file == log:
+            hint += ", and take its other lines with an I_zz out"
+    return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file, one.line))

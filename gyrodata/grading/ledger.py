@@ -9,8 +9,8 @@ import csv
 import difflib
 import hashlib
 import io
+import math
 import re
-import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import permutations, zip_longest
 from pathlib import Path
@@ -24,8 +24,8 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
-from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import Faults, decode, listing, read_reported
+from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
 
@@ -77,11 +77,6 @@ class Desk(Struct, frozen=True):
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
         """Return the digest of the submission for which each line was written: that of the first run with the line."""
         return {key: before.get(key, grade.digest) for key in map(repr, self.lines.get(grade.student, ()))}
-
-    def with_station(self, grade: Grade) -> Grade:
-        """Replace the station of a grade."""
-        station = self.value(grade.student, "station")
-        return grade if station is None else replace(grade, station=station_key(station))
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
@@ -207,7 +202,8 @@ def _decision(
     elif what in BARE:
         value = ""
     elif what in points and value.startswith(("+", "-")):
-        fault, hint = f"{what} = {value[:60]} has a sign", f"to add points to the total, write bonus,{value[1:60]}"
+        fault = f"{what} = {value[:60]} has a sign"
+        hint = f"to change the total by this number, write bonus,{value[:60].removeprefix('+')}"
     elif what == "bonus" and value and read_number(value) is None:
         fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
     elif what == "late" and value and not _is_points(value, points["total"]):
@@ -265,9 +261,10 @@ def read_number(text: str) -> float | None:
     """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
     *whole, last = re.split("[.,]", text)
     try:
-        return float(f"{''.join(whole)}.{last}" if whole else last)
+        number = float(f"{''.join(whole)}.{last}" if whole else last)
     except ValueError:
         return None
+    return number if math.isfinite(number) and "_" not in text else None
 
 
 def _is_points(text: str, most: float) -> bool:
@@ -284,13 +281,10 @@ def same_value(one: str, other: str) -> bool:
 def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
     """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters."""
     if data.startswith(b"PK"):
-        import openpyxl
-
         try:
-            sheet = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets[0]
-            text = csv_lines([csv_cell(cell) for cell in row] for row in sheet.iter_rows(values_only=True))
-        except (zipfile.BadZipFile, ValueError, OSError, KeyError, IndexError):
-            raise LookupError("it is not a workbook") from None
+            text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
+        except ValueError as error:
+            raise LookupError(str(error)) from None
     else:
         text = decode(data, Faults(name))[0]
     for number, cells in csv_table(text, *needed) if text.strip() else ():

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import chain, combinations, count
 from pathlib import Path, PurePosixPath
 
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
@@ -16,9 +15,8 @@ from gyrodata.disk import file_name, new_file, telling, write_whole
 from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
-from gyrodata.grading.exports.class_json import grades_document
-from gyrodata.grading.exports.class_page import class_page
 from gyrodata.grading.exports.gradebooks import Filled, Ours, fill_book, platform_of
+from gyrodata.grading.exports.pages import class_page, feedback_comment, feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade
 from gyrodata.readings import listing
 from gyrodata.reporting.values import count_text
@@ -37,8 +35,6 @@ def fill_gradebook(
     ours: Ours | None = None,
 ) -> dict[str, Filled]:
     """Fill the gradebook of a platform as `fill_book` does; return it by the name of the file to write."""
-    from gyrodata.grading.feedback import feedback_comment
-
     lms, comments = platform_of(data, name), {grade.student: feedback_comment(grade) for grade in grades}
     sheet = fill_book(lms, data, name, grades, assignment=assignment, comments=comments, ids=ids, ours=ours)
     # Blackboard's sheet with tabs ends in .xls.
@@ -46,11 +42,7 @@ def fill_gradebook(
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
-# ``grades-DIGEST-by-hand-DIGEST.csv`` for each that a person changed, with the digest of the table before -------
-
-
-def _published(folder: Path, *digests: str) -> Path:
-    return folder / PUBLISHED / f"grades-{'-by-hand-'.join(digests)}.csv"
+# ``by-hand-DIGEST.csv`` for each that a person changed ----------------------------------------------------------
 
 
 def _digest(data: bytes) -> str:
@@ -59,6 +51,10 @@ def _digest(data: bytes) -> str:
 
 def _read(path: Path) -> dict[str, dict[str, str]]:
     return exports.read_table(path.read_bytes().decode("utf-8-sig", "replace")) or {}
+
+
+def _tables_from_here(folder: Path) -> list[dict[str, dict[str, str]]]:
+    return [_read(path) for path in sorted((folder / PUBLISHED).glob("grades-????????????.csv"))]
 
 
 def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] | None:
@@ -71,7 +67,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] |
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
-    tables = [_read(path) for path in sorted((folder / PUBLISHED).glob("grades-????????????.csv"))]
+    tables = _tables_from_here(folder)
     return {
         student: None
         if desk.decides(student, exports.TOTAL)
@@ -82,33 +78,32 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
 
 def _keep_table(folder: Path, table: bytes) -> None:
     """Keep the table that is to be written, and the table that is there if a person changed it."""
-    newest, kept = folder / PUBLISHED / "newest.txt", {_published(folder, _digest(table)): table}
-    before = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else None
-    if before is not None and not _published(folder, _digest(before)).is_file():
-        base = newest.read_text("ascii", "replace").strip() if newest.is_file() else ""
-        kept = {_published(folder, base or "0", _digest(before)): before} | kept
-    for path, data in (kept | {newest: f"{_digest(table)}\n".encode()}).items():
+    kept, old = {f"grades-{_digest(table)}.csv": table}, folder / TABLE
+    if old.is_file():
+        before = old.read_bytes()
+        if not (folder / PUBLISHED / f"grades-{_digest(before)}.csv").is_file():
+            kept = {f"by-hand-{_digest(before)}.csv": before} | kept
+    for name, data in kept.items():
+        path = folder / PUBLISHED / name
         if not path.is_file() or path.read_bytes() != data:
             write_whole(path, [data], private=True, sync=True)
 
 
 def _changed_by_hand(found: ClassGrades, folder: Path) -> Iterator[ledger.Offer]:
-    """Offer the cells that a person changed in a table, if the new table does not agree with them."""
-    now = exports.read_table(found.table) or {}
+    """Offer the cells that a person changed in a table, if no table of gyro, old or new, agrees with them."""
+    tables = [*_tables_from_here(folder), exports.read_table(found.table) or {}]
     most = {exports.TOTAL: found.rubric.points} | {one.id: one.points for one in found.rubric.criteria}
-    for path in sorted((folder / PUBLISHED).glob("grades-*-by-hand-*.csv")):
-        base = _published(folder, path.name.split("-")[1])
-        old = _read(base) if base.is_file() else {}
-        for student, row in _read(path).items() if old else ():
-            before, after = old.get(student, {}), now.get(student, {})
+    for path in sorted((folder / PUBLISHED).glob("*by-hand-*.csv")):
+        for student, row in _read(path).items():
+            rows = [table[student] for table in tables if student in table]
             for column, value in row.items():
-                known = (before.get(column, ""), after.get(column, ""))
+                known = [one.get(column, "") for one in rows]
                 where, reason = f"{column} was set by hand in {TABLE}", f"{TABLE} was changed by hand"
                 if not value or student not in found.names or any(ledger.same_value(value, one) for one in known):
                     continue
                 if column in most:
                     yield ledger.offer_points(student, column, value, most[column], where, reason)
-                elif column not in before:
+                elif not any(column in one for one in rows):
                     yield ledger.Offer(student, "comment", value, where, reason)
 
 
@@ -164,11 +159,11 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
 
 def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]) -> str:
     """Write everything but the feedback, and keep a table that a person changed; say how many lines are open."""
-    names, files = feedback_names(found), {}
-    for item in found.submissions.items:
-        # The log is listed only if it is the only file.
-        others = [name for name in item.members if name != item.log_name] or item.members
-        files[item.student] = ", ".join(PurePosixPath(name).name for name in others)
+    names = feedback_names(found)
+    files = {
+        item.student: ", ".join(PurePosixPath(name).name for name in item.beside_log)
+        for item in found.submissions.items
+    }
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         _keep_table(folder, found.table.encode("utf-8", "replace"))
         offers = find_offers(found, folder, filled)
@@ -179,7 +174,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
             "class.html": [
                 class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files, folder)
             ],
-            "grades.json": grades_document(found),
+            "grades.json": exports.grades_document(found),
         }
         for name, parts in texts.items():
             data = (part.encode("utf-8", "replace") for part in parts)
@@ -194,9 +189,6 @@ def write_results(found: ClassGrades, folder: Path, filled: Mapping[str, Filled]
 
 FEEDBACK, ARCHIVE, ENDINGS = "feedback", "feedback.zip", (".html", ".md")
 
-_FOR_ALL = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE, errno.ENOMEM)
-"""Errors that do not depend on the name of a file, such as a full disk."""
-
 
 def feedback_names(found: ClassGrades) -> dict[str, str]:
     """Name the feedback of each student below `FEEDBACK`, without ending; equal names get a number.
@@ -207,27 +199,22 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     taken: set[str] = set()
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
-        plain = "/".join(file_name(part, room=32) for part in item.feedback_name("").split("/"))
-        name, number = plain, 1
-        while name.casefold() in taken:
-            number += 1
-            name = f"{plain}-{number}"
-        taken.add(name.casefold())
-        names[item.student] = name
+        plain = "/".join(file_name(part, room=32) for part in item.feedback_name.split("/"))
+        forms = chain([plain], (f"{plain}-{number}" for number in count(2)))
+        names[item.student] = next(one for one in forms if one.casefold() not in taken)
+        taken.add(names[item.student].casefold())
     return names
 
 
 def write_feedback(
     found: ClassGrades, folder: Path, figures: Path | None, progress: Callable[[int], None] | None = None
-) -> tuple[list[str], list[str]]:
+) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
-    `figures` is the folder with the figures of each student, None if none are drawn. Returns lines about students
-    without feedback, such as one whose name no system can write, and about pages that a person had changed.
+    `figures` is the folder with the figures of each student, None if none are drawn. Returns lines about pages that a
+    person had changed.
     """
-    from gyrodata.grading.feedback import feedback_html, feedback_markdown
-
-    names, lost, changed, written = feedback_names(found), list[str](), list[str](), list[str]()
+    names, changed = feedback_names(found), list[str]()
     before: dict[str, int] | None = {}
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         try:
@@ -237,32 +224,26 @@ def write_feedback(
             before = {}
         except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
             before = None  # any page may have been changed
-        for grade, item in zip(found.grades, found.submissions.items, strict=True):
+        for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
             name, drawn = names[grade.student], found.figures.get(grade.student, {}) if figures else {}
-            try:
-                pictures = {
-                    one: (figure_path(figures or Path(), item, one).read_bytes(), words) for one, words in drawn.items()
-                }
-                texts = feedback_html(grade, pictures), feedback_markdown(grade)
-                for ending, text in zip(ENDINGS, texts, strict=True):
-                    changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
-                written.append(name)
-            except OSError as error:
-                if error.errno in _FOR_ALL:
-                    raise
-                lost.append(f"no feedback for {grade.name}: {error.strerror or error}")
+            pictures = {
+                one: (figure_path(figures or Path(), item, one).read_bytes(), words) for one, words in drawn.items()
+            }
+            texts = feedback_html(grade, pictures), feedback_markdown(grade)
+            for ending, text in zip(ENDINGS, texts, strict=True):
+                changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
             if progress is not None:
-                progress(len(lost) + len(written))
+                progress(number)
         with (
             new_file(folder / ARCHIVE, private=True) as file,
             zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
         ):
-            for name in (f"{name}{ending}" for name in sorted(written) for ending in ENDINGS):
+            for name in (f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS):
                 entry = zipfile.ZipInfo(name)  # dated 1980: the bytes of the zip must not depend on the time
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.external_attr = 0o644 << 16
                 archive.writestr(entry, (folder / FEEDBACK / name).read_bytes())
-    return sorted(lost), sorted(changed)
+    return sorted(changed)
 
 
 def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, ending: str, data: bytes) -> Iterator[str]:
@@ -282,18 +263,10 @@ def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, endin
 # --- what a run says -------------------------------------------------------------------------------------------
 
 
-def _grouped(pairs: Sequence[tuple[str, str]], most: int) -> Iterator[tuple[str, int, str]]:
-    """Group people by the reason in front: the reason, their number, and their names."""
-    reasons: dict[str, list[str]] = {}
-    for reason, person in pairs:
-        reasons.setdefault(reason, []).append(person)
-    yield from ((reason, len(people), listing(people, most)) for reason, people in reasons.items())
-
-
 def summary(found: ClassGrades) -> Iterator[str]:
     """Say who was graded in this run, and why."""
-    again = [(why, found.names[student]) for student, why in found.again.items()]
-    yield from (f"graded {number} ({why}): {names}" for why, number, names in _grouped(again, 5))
+    again = exports.grouped((why, found.names[student]) for student, why in found.again.items())
+    yield from (f"graded {len(names)} ({why}): {listing(names, 5)}" for why, names in again.items())
     if known := len(found.grades) - len(found.again):
         yield f"kept {known} as graded before"
     if waiting := found.desk.waiting:
@@ -320,10 +293,13 @@ def change_lines(changes: Sequence[exports.Change] | None, dry_run: bool) -> Ite
         yield "grades.csv would not change, or is not there yet"
 
 
-def filled_lines(filled: Mapping[str, Filled]) -> Iterator[str]:
+def filled_lines(filled: Mapping[str, Filled], dry_run: bool) -> Iterator[str]:
     """List the new and old entries of a gradebook, and the students without an entry."""
     for name, sheet in filled.items():
-        yield f"{name}: {len(sheet.filled)} filled, {len(sheet.changed)} of them changed, {len(sheet.skipped)} not"
+        without = {who for who, _ in sheet.skipped}.difference(sheet.filled)
+        yield f"{name} {'would be' if dry_run else 'is'} filled for {len(sheet.filled)}, not for {len(without)}"
+        if sheet.changed:
+            yield f"  {count_text(len(sheet.changed), 'cell')} had something else:"
         yield from (f"  {student}: {before} → {after}" for student, before, after in sheet.changed)
-        skipped = [(why, who) for who, why in sheet.skipped]
-        yield from (f"  {why}: {names}" for why, _, names in _grouped(skipped, 10))
+        skipped = exports.grouped((why, who) for who, why in sheet.skipped)
+        yield from (f"  {why}: {listing(names, 10)}" for why, names in skipped.items())

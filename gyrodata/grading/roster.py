@@ -37,18 +37,19 @@ class Person(NamedTuple):
     ids: tuple[str, ...]  # all ids and addresses of the row
 
 
+NOBODY = Person("", "", "", "", "", ())
+
+
 class Roster(Struct, frozen=True):
     """All rows."""
 
     people: Mapping[str, Person] = {}  # students with a submission, by key
     absent: tuple[Person, ...] = ()  # students without one
 
-    def named(self, grade: Grade) -> Grade:
-        """Add the name and section of the student to a grade, and the station if the log states none."""
-        person = self.people.get(grade.student)
-        if person is None:
-            return grade
-        station = grade.station or station_key(person.station) or None
+    def named(self, grade: Grade, station: str | None) -> Grade:
+        """Add the student's name and section to a grade; a `station` of the desk goes before that of log and roster."""
+        person = self.people.get(grade.student, NOBODY)
+        station = station_key(station or "") or grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
@@ -94,8 +95,7 @@ def partners_of(
     declared, looks = list[frozenset[str]](), dict[str, str]()
     named: dict[str, set[str]] = {}
     for grade in grades:
-        person = roster.people.get(grade.student)
-        listed, unlisted = students_of(person.partners if person else "", meant)
+        listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
         named[grade.student], unknown = students_of(grade.partner, meant)
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
@@ -111,7 +111,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
     try:
         rows = [cells for _, cells in read_list(data, name)]
-    except csv.Error as error:
+    except (csv.Error, LookupError) as error:
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)

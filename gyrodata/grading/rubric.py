@@ -218,11 +218,6 @@ class Rubric(_Table, frozen=True, dict=True):
         """True if the reference is taken from the class."""
         return "from" in (self.reference or {})
 
-    @property
-    def class_scatter(self) -> bool:
-        """True if the scatter of the readings is estimated from the class."""
-        return "from" in self.bench
-
     def _hash(self, *left_out: str) -> str:
         content = to_builtins(self, builtin_types=(dt.datetime,))
         content = {key: value for key, value in content.items() if key not in left_out}

@@ -454,3 +454,22 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     match = re.match(rf'(?:{cell}){{{at}}}(?:[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n]))?', text)
     before = text[: match.end()] if match else ""
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))
+
+
+def sheet_rows(data: bytes) -> dict[str, list[tuple[Any, ...]]]:
+    """Return the values of each sheet of a workbook, up to the last filled cell; ValueError if it cannot be read."""
+    import openpyxl
+
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
+                raise ValueError("it unpacks to more than 100 MB")
+        sheets = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets
+        rows = {}
+        for sheet in sheets:
+            values = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10, values_only=True)
+            last = ((row, max((at for at, cell in enumerate(row, 1) if cell is not None), default=0)) for row in values)
+            rows[sheet.title] = [row[:end] for row, end in last]
+    except Exception as error:  # a damaged workbook can fail in any way inside the library
+        raise ValueError(f"it is not a workbook ({type(error).__name__}: {error})") from None
+    return rows

@@ -26,7 +26,7 @@ from typer.testing import CliRunner
 from gyrodata.cli import app
 from gyrodata.grading.exports.gradebooks import fill_book
 from gyrodata.grading.exports.gradescope import results_json
-from gyrodata.grading.feedback import feedback_html, feedback_markdown
+from gyrodata.grading.exports.pages import feedback_html, feedback_markdown
 from gyrodata.grading.grade import Grade, grade_submission
 from gyrodata.grading.rubric import read_rubric
 from gyrodata.grading.submissions import find_submissions

@@ -33,7 +33,7 @@ from gyrodata.diagnostics import explanations, severities
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading.rubric import read_rubric
-from gyrodata.grading.submissions.student_files import read_answers
+from gyrodata.grading.submissions.submission import read_answers
 from gyrodata.readings import read_log
 
 
@@ -185,7 +185,15 @@ zero = "d >= 3"
 """
 
 
-@pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), HINTS["rubrics"])
+MORE = [
+    ("G723", "RUBRIC", "", "write schema = 1", ""),
+    ("G723", "", "[[late]]\ngrace = '1 h'", "headed [late]", "[late]\ngrace = '1 h'"),
+    ("G723", "", "[late.tier]\nuntil='1 h'\ndeduct=0", "headed [[late.tier]]", "[[late.tier]]\nuntil='1 h'\ndeduct=0"),
+    ("G723", "", "[bench]\nu_time = 0.3", "write u_time as a text", "[bench]\nu_time = '0.3 s'"),
+]
+
+
+@pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), [*HINTS["rubrics"], *MORE])
 def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str, right: str) -> None:
     part = RUBRIC if part == "RUBRIC" else part
 
@@ -233,6 +241,7 @@ CASES: list[Any] = [
      "c.zip", {"c.zip": ZIP}),
     ("G744", "class --roster r.csv", {"r.csv": "mass [g]\n20\n"}, "first line is student,name,section,station,partner",
      "class --roster r.csv", {"r.csv": "student,name,section,station,partner\nann,Ann,Mon,3,\n"}),
+    ("G744", "class --roster c.zip", {"c.zip": ZIP}, "give a gradebook", "class", {}),
     ("G745", "class --rubric r.toml", {"r.toml": LATE.format("anna")}, "did you mean ann?", "class --rubric r.toml",
      {"r.toml": LATE.format("ann")}, ["10.00", "10.00", "9.00"]),
     ("G763", "class -o file", {"file": ""}, "make room there, or choose another folder with --out", "class -o new", {}),
@@ -243,8 +252,11 @@ CASES: list[Any] = [
     ("G769", "class --cluster tcp://localhost:1", {}, "as tcp://HOST:8786", "class", {}),
     ("G771", "class", {DESK: "bob,total,12\n"}, "first line is student,what,value,by,why", "class",
      {DESK: "student,what,value,by,why\nbob,total,12\n"}, BOB),
+    ("G771", "class", {"grades/desk.xlsx": "PK"}, "the first line is", "class", {"grades/desk.xlsx": None}),
     ("G772", "class", desk("bbo,total,12"), "did you mean bob?", "class", TWELVE, BOB),
     ("G773", "class", desk("bob,totl,12"), "did you mean total?", "class", TWELVE, BOB),
+    ("G773", "class", desk("bob,total,-8"), "write bonus,-8", "class", desk("bob,bonus,-8"), BOB),
+    ("G773", "class", desk("bob,bonus,inf"), "write the points to add", "class", TWELVE, BOB),
     ("G774", "class", desk("bob,total,12\nbob,total,13"), "remove the other", "class", TWELVE, BOB),
 ]  # fmt: skip
 """Code, words, files, what the hint says; and what a person makes of that: words, files, and points unless `POINTS`."""

@@ -6,12 +6,14 @@ import json
 from pathlib import Path
 
 import jsonschema
+import openpyxl
 import pytest
 from classes.cells import gyro
 from grading.classes import make_folder
 from grading.reports import a_log
 
 from gyrodata import schema
+from gyrodata.grading.ledger import read_list
 
 CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
     Points Possible,,,,,20.00
@@ -64,3 +66,10 @@ def test_table_of_ones_own_gives_stations_and_partners(root: Path) -> None:
     stations = {one["student"]: one["station"] for one in document["students"]}
     assert stations == {"7": "4", "8": "3"}, "what the log says goes before"
     assert document["absent"] == [{"student": "cole", "name": "cole", "section": "Mon"}]
+
+
+def test_one_cell_far_away_in_a_workbook_costs_little_time() -> None:
+    book, data = openpyxl.Workbook(), io.BytesIO()
+    book.active["A1"], book.active["A2"], book.active["XFD1048576"] = "student", "ann", "far"
+    book.save(data)
+    assert list(read_list(data.getvalue(), "desk.xlsx", "student")) == [(2, {"student": "ann"})]

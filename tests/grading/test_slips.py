@@ -6,8 +6,7 @@ from grading.reports import RIGHT, sheet
 
 from gyrodata.analysis import analyze_readings
 from gyrodata.grading.rubric import ACCEPTED
-from gyrodata.grading.slips import find_slips
-from gyrodata.grading.yardsticks import own_runs
+from gyrodata.grading.yardsticks import find_slips, own_runs
 from gyrodata.readings import read_log
 from gyrodata.results import Analysis
 

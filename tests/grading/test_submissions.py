@@ -79,4 +79,4 @@ def test_log_among_several_files_is_found_or_its_lack_told(
     ],
 )
 def test_feedback_has_the_name_that_the_platform_takes_back(file: str, feedback: str, tmp_path: Path) -> None:
-    assert one_of(tmp_path, {file: LOG}).feedback_name(".html") == feedback
+    assert f"{one_of(tmp_path, {file: LOG}).feedback_name}.html" == feedback

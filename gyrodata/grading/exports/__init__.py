@@ -1,23 +1,28 @@
-"""Write the grades of a class as CSV and as a table for a terminal, and compare two such tables."""
+"""Write the grades of a class as CSV, as a table for a terminal and as JSON, and compare two such tables.
+
+JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for each student.
+"""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
 
-from gyrodata.errors import shown
+from gyrodata.errors import DiagnosticJson, shown
 from gyrodata.grading import ledger
-from gyrodata.grading.grade import Grade, points_text, two_decimals
+from gyrodata.grading.forensics import Flag
+from gyrodata.grading.grade import Grade, ShownGrade, points_text, two_decimals
+from gyrodata.grading.yardsticks import BenchScatter, Reference
 from gyrodata.readings import listing
-from gyrodata.reporting.data import csv_cell, csv_lines
+from gyrodata.reporting.data import csv_cell, csv_lines, json_text
 from gyrodata.reporting.values import count_text, in_columns
+from gyrodata.results import Tool, encode, to_json
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.forensics import Flag
     from gyrodata.grading.roster import Person
 
 # --- ``grades.csv``, with the possible points in the first row, and ``flags.csv`` ---------------------------
@@ -26,33 +31,29 @@ POINTS_ROW = "points possible"  # the text in the column of the students
 TOTAL, STATUS = "total", "status"
 
 
-def grades_csv(grades: Collection[Grade], flags: Sequence[Flag] = (), absent: Sequence[Person] = ()) -> str:
-    """Write the grades of a class as CSV; `absent`: students without a submission.
+def grades_csv(found: ClassGrades) -> str:
+    """Write the grades of a class as CSV, with the students without a submission.
 
     Points have two decimals; a cell is blank if nothing was judged. A text that a spreadsheet would run as a formula
     has a ' in front.
     """
-    flagged: dict[str, list[str]] = {}
-    for flag in flags:
-        for student in flag.students:
-            others = [other for other in (*flag.students, *flag.previous) if other != student]
-            flagged.setdefault(student, []).append(f"{flag.kind} with {', '.join(others)}" if others else flag.kind)
     rows: dict[str, Mapping[str, str | float | None]] = {
         one.student: {"student": one.student, "name": one.name, STATUS: "nothing handed in", "section": one.section}
-        for one in absent
+        for one in found.roster.absent
     }
-    rows |= {grade.student: _cells(grade, flagged.get(grade.student, [])) for grade in grades}
-    head = [["student"]]
-    for first in list(grades)[:1]:
-        columns = list(rows[first.student])
-        possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
-        possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
-        head = [columns, [possible.get(column, "") for column in columns]]
-    return csv_lines([*head, *([csv_cell(rows[one].get(column)) for column in head[0]] for one in sorted(rows))])
+    rows |= {grade.student: _cells(grade, found.flags_of.get(grade.student, ())) for grade in found.grades}
+    first = found.grades[0]
+    possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
+    possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
+    columns = list(rows[first.student])
+    head = [columns, [possible.get(column, "") for column in columns]]
+    return csv_lines([*head, *([csv_cell(rows[one].get(column)) for column in columns] for one in sorted(rows))])
 
 
-def _cells(grade: Grade, flags: Sequence[str]) -> dict[str, str | float | None]:
+def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
     """Return the cells of one student by column."""
+    others = {flag: [one for one in (*flag.students, *flag.previous) if one != grade.student] for flag in flags}
+    told = [f"{flag.kind} with {', '.join(some)}" if some else flag.kind for flag, some in others.items()]
     four_digits = {"d": grade.d, "z": grade.zeta}
     return {
         "student": grade.student,
@@ -68,7 +69,7 @@ def _cells(grade: Grade, flags: Sequence[str]) -> dict[str, str | float | None]:
         "matched": grade.matched,
         **{name: None if value is None else float(f"{value:.4g}") for name, value in four_digits.items()},
         "slips": "; ".join(slip.kind for slip in grade.slips),
-        "flags": "; ".join(flags),
+        "flags": "; ".join(told),
         "look": "; ".join(grade.look),
         "by_hand": "; ".join(map(str, grade.by_hand)),
         "why_not_graded": grade.why,
@@ -174,13 +175,19 @@ def class_summary(found: ClassGrades) -> Iterator[str]:
         who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
         told = f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}"
         yield f"  {shown(told)}\n"
-    reasons: dict[str, list[str]] = {}
-    for reason, student in _open_decisions(found):
-        reasons.setdefault(reason, []).append(found.label(student))
+    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
     if reasons:
         yield f"\nneeds your decision (copy a line from {ledger.TODO} or class.html to {ledger.DESK}):\n"
     for reason, names in reasons.items():
         yield f"  {shown(f'{len(names)} × {reason}: {listing(names, 10)}')}\n"
+
+
+def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Group people by the reason in front."""
+    reasons: dict[str, list[str]] = {}
+    for reason, person in pairs:
+        reasons.setdefault(reason, []).append(person)
+    return reasons
 
 
 def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
@@ -211,3 +218,112 @@ def _remark(found: ClassGrades, grade: Grade) -> str:
         parts.append(f"{grade.late_reason}{taken}")
     parts += [f"flag: {flag.kind}" for flag in found.flags_of.get(grade.student, ())]
     return shown("; ".join(parts))
+
+
+# --- JSON --------------------------------------------------------------------------------------------------
+
+
+class CriterionFigures(Struct, frozen=True):
+    """The results of a class in one criterion."""
+
+    id: str
+    title: str
+    out_of: float
+    judged: int  # students whose points are known
+    full: int  # students with all points
+    none: int  # students with no points
+    mean: float | None  # mean points; None if nobody's points are known
+
+
+class ClassInput(Struct):
+    """The graded class and its rubric."""
+
+    name: str
+    lms: str
+    submissions: int
+    rubric: str
+    rubric_sha256: str
+
+
+class ClassSummary(Struct):
+    """The number of graded students, and their points."""
+
+    graded: int
+    not_graded: int
+    mean: float | None
+    median: float | None
+
+
+class AbsentPerson(Struct):
+    """A student without a submission."""
+
+    student: str
+    name: str
+    section: str
+
+
+class Student(ShownGrade, frozen=True, kw_only=True):
+    """One student; a line of --format ndjson is such an object, with "schema": "gyro.grade/1" and "tool"."""
+
+    flags: tuple[str, ...]
+    ids: Mapping[str, str]
+    """The student's identifiers on the platform."""
+
+
+class GradesDocument(Struct, kw_only=True):
+    """The document of ``gyro grade --format json``: all quantities are SI, times seconds."""
+
+    schema: Literal["gyro.grades/1"] = "gyro.grades/1"
+    tool: Tool = Tool()
+    input: ClassInput
+    title: str
+    out_of: float
+    summary: ClassSummary
+    criteria: tuple[CriterionFigures, ...]
+    references: Mapping[str, Reference]
+    scatters: Mapping[str, BenchScatter]
+    absent: tuple[AbsentPerson, ...]
+    slips: Mapping[str, list[str]]
+    flags: tuple[Flag, ...]
+    changes: tuple[Change, ...] | None
+    diagnostics: tuple[DiagnosticJson, ...]
+    students: tuple[Student, ...] = ()
+
+
+def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None) -> Iterator[str]:
+    """Write the grades of a class as one JSON object, in pieces with one student each, for a class may be large.
+
+    `changes`: Differences from the table of an earlier run, if they were asked for.
+    """
+    rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
+    head = GradesDocument(
+        input=ClassInput(found.source, found.submissions.lms, count, rubric.name, rubric.digest),
+        title=rubric.title,
+        out_of=rubric.points,
+        summary=ClassSummary(graded, count - graded, found.mean, found.median),
+        criteria=tuple(found.criteria()),
+        references=dict(sorted(found.references.items())),
+        scatters=dict(sorted(found.scatters.items())),
+        absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
+        slips=found.slips,
+        flags=found.flags,
+        changes=None if changes is None else tuple(changes),
+        diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
+    )
+    yield json_text(to_json(head)).removesuffix("]\n}\n")
+    for number, grade in enumerate(found.grades):
+        yield ("," if number else "") + "\n    " + encode(_student(found, grade)).decode()
+    yield "\n  ]\n}\n"
+
+
+def grade_lines(found: ClassGrades) -> Iterator[str]:
+    """Write one JSON object for each student, one per line."""
+    for grade in found.grades:
+        line = {"schema": "gyro.grade/1", "tool": Tool(), **to_json(_student(found, grade))}
+        yield encode(line).decode() + "\n"
+
+
+def _student(found: ClassGrades, grade: Grade) -> Student:
+    told = {name: getattr(grade, name) for name in ShownGrade.__struct_fields__}
+    flags = tuple(flag.kind for flag in found.flags_of.get(grade.student, ()))
+    return Student(**told, flags=flags, ids=found.ids[grade.student])

@@ -22,8 +22,8 @@ from msgspec import Struct
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade, two_decimals
-from gyrodata.grading.ledger import TODO, read_number
-from gyrodata.grading.platforms import PLATFORMS, Book
+from gyrodata.grading.ledger import read_number
+from gyrodata.grading.submissions.names import PLATFORMS, Book
 from gyrodata.readings import listing
 
 Ids = Mapping[str, Mapping[str, str]]
@@ -77,22 +77,21 @@ def fill_book(
         known = None if ours is None else ours.get(student, ())
         graded = grade.status == "graded" and grade.points is not None
         points, written = grade.points or 0.0, two_decimals(grade.points).replace(".", mark)
-        if not rows:
-            skipped.append((student, f"is not in the {book.noun}"))
-        elif not graded:
-            skipped.append((student, f"is {grade.status}: {grade.why}" if grade.why else f"is {grade.status}"))
+        if not rows or not graded:
+            why = f"is {grade.status}{f': {grade.why}' if grade.why else ''}"
+            skipped.append((student, why if rows else f"is not in the {book.noun}"))
         for row in rows:
             before = sheet.value(row, layout.grade)
             there = read_number(before)
             same = graded and there == points
             if not same and there is not None and known is not None and two_decimals(there) not in known:
-                skipped.append((student, f"has {before}, set by hand, which is kept: see {TODO}"))
+                skipped.append((student, f"has {before}, set by hand, which is kept"))
                 by_hand.append((student, two_decimals(there)))
                 continue
-            why = layout.why_refused(row, points) if graded else ""
-            if why:
+            if not graded:
+                continue
+            if why := layout.why_refused(row, points):
                 skipped.append((student, why))
-            if why or not graded:
                 continue
             if same and layout.skips_same:
                 skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
@@ -147,8 +146,8 @@ class _Columns:
         self.rows = [row for row in every if row != special and sheet.value(row, self.key)]  # rows of students
         pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
         points = ["" if special is None else sheet.value(special, at) for at in range(len(self.head))]
-        cells = enumerate(zip(self.head, points, strict=True))
-        found = titles = {at: match for at, pair in cells if (match := pattern.fullmatch("\n".join(pair)))}
+        matches = map(pattern.fullmatch, map("{}\n{}".format, self.head, points))
+        found = titles = {at: match for at, match in enumerate(matches) if match}
         if assignment is not None:
             wanted = assignment.strip().casefold()
             names = {at: (self.head[at], match["title"], match["number"]) for at, match in titles.items()}
@@ -156,9 +155,8 @@ class _Columns:
         if len(found) != 1:
             shown = listing([self.head[at] for at in titles]) or "none with a number after its title"
             asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
-            hint = f"make the assignment in {lms.title()} first, and export again"
-            if titles:
-                hint = f"give the number after its title with --assignment; or {hint}"
+            hint = "give the number after its title with --assignment; or " if titles else ""
+            hint += f"make the assignment in {lms.title()} first, and export again"
             message = f"has {asked}; its assignments are: {shown}"
             raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, message, hint)
         ((self.grade, match),) = found.items()  # column of the grades
@@ -216,8 +214,7 @@ class _Moodle:
         self.top, self.grade, self.most = top, top - 1, sheet.value(self.rows[0], top)
         # The last column contains comments if its cells are not dates.
         last = len(self.head) - 1
-        texts = values.get(last, {""})
-        is_comment = last > top + 2 and any(not text or text.startswith("<") for text in texts)
+        is_comment = last > top + 2 and any(not text or text.startswith("<") for text in values[last])
         self.comment = last if is_comment else None
         if "Feedback comments" in self.head:
             self.comment = self.head.index("Feedback comments")

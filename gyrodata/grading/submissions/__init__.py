@@ -15,10 +15,8 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.platforms import NAMED, PLATFORMS
-from gyrodata.grading.submissions import metadata, student_files
+from gyrodata.grading.submissions import names, submission
 from gyrodata.grading.submissions.archives import Listing, list_files, list_inner, read_file
-from gyrodata.grading.submissions.names import Named, name_all
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import listing
 
@@ -26,7 +24,7 @@ __all__ = ["Submission", "Submissions", "find_submissions", "submission_of"]
 
 
 def find_submissions(
-    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: student_files.Attempts = "newest"
+    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: submission.Attempts = "newest"
 ) -> Submissions:
     r"""Find the submissions of a class.
 
@@ -35,7 +33,7 @@ def find_submissions(
     path : str or Path
         A folder with a folder or file for each student, or the folder or zip that a platform gives.
     lms : str
-        The platform that named the files, of `PLATFORMS`; "auto" finds it.
+        The platform that named the files, of `names.PLATFORMS`; "auto" finds it.
     pattern : str, optional
         A regular expression for other names, such as ``(?P<student>\w+)_lab\.csv``.
     attempts : {"newest", "oldest"}
@@ -51,8 +49,8 @@ def find_submissions(
     InputError
         If the class cannot be read, or contains no submission.
     """
-    if lms != "auto" and lms not in PLATFORMS:
-        hint = f"write one of: auto, folder, {', '.join(NAMED)}"
+    if lms != "auto" and lms not in names.PLATFORMS:
+        hint = f"write one of: auto, folder, {', '.join(names.NAMED)}"
         raise InputError.of(diagnostics.NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
     root, notes = Path(path), list[Diagnostic]()
     about: Mapping[str, dict[str, Any]] = {}
@@ -60,32 +58,32 @@ def find_submissions(
     def note(code: str, message: str, hint: str = "") -> None:
         notes.append(Diagnostic.of(code, message, hint, root.name))
 
-    running = lms == "gradescope" or (lms == "auto" and (root / metadata.LIVE).is_file())
+    running = lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
     if pattern is None and running and (root / "submission").is_dir():
         # An autograder of Gradescope that runs has one submission next to its metadata.
         one = Submission("submission", "submission", {}, root / "submission", feedback_stem="submission")
-        files, seen, described = list_files(one.source), "gradescope", metadata.LIVE
-        named: Named = {**{name: replace(one, log_file=name) for name in files.sizes}, "submission/": one}
+        files, seen, described = list_files(one.source), "gradescope", names.LIVE
+        named: names.Named = {**{name: replace(one, log_file=name) for name in files.sizes}, "submission/": one}
     else:
         files = _without_reports(list_files(root))
-        seen, named = name_all(files, lms, pattern)
-        exports = [name for name, part in named.items() if not part and name.endswith(metadata.EXPORT)]
+        seen, named = names.name_all(files, lms, pattern)
+        exports = [name for name, part in named.items() if not part and name.endswith(names.EXPORT)]
         described = min(exports, default="") if seen == "gradescope" else ""
     notes += files.diagnostics
     if described:
         try:
-            data = read_file(root, described, metadata.LARGEST)
-            about = metadata.read_live(data) if described == metadata.LIVE else metadata.read_export(data)
+            data = read_file(root, described, names.LARGEST)
+            about = names.read_live(data) if described == names.LIVE else names.read_export(data)
         except (GyroError, ValueError) as error:
             message = f"{described.rpartition('/')[2]} cannot be read: {error}"
             hint = "names and times are not known; students are named by their submission's number"
             note(diagnostics.GRADESCOPE_METADATA_CANNOT_BE_READ, message, hint)
-    no_files = (metadata.LIVE, metadata.EXPORT, "/", *(["index.html"] if seen == "brightspace" else []))
+    no_files = (names.LIVE, names.EXPORT, "/", *(["index.html"] if seen == "brightspace" else []))
     if left := sorted(shown(name) for name, part in named.items() if not part and not name.endswith(no_files)):
         count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
         hint = "change --pattern so that it fits these as well, or rename them"
-        if seen in PLATFORMS:
-            hint = f"rename them, if they count: {seen} names files such as {PLATFORMS[seen].sample}"
+        if seen in names.PLATFORMS:
+            hint = f"rename them, if they count: {seen} names files such as {names.PLATFORMS[seen].sample}"
         message = f"{count} of no student and left aside: {listing(left, 5)}"
         note(diagnostics.FILES_OF_NO_STUDENT, message, hint)
     people: dict[str, dict[str, Submission]] = {}
@@ -159,7 +157,7 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
     message = (
         f'"{root}" contains no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
     )
-    hint = f"name them such as {PLATFORMS['folder' if lms == 'auto' else lms].sample}, or give a --pattern"
+    hint = f"name them such as {names.PLATFORMS['folder' if lms == 'auto' else lms].sample}, or give a --pattern"
     if pattern is not None:
         message, hint = f'--pattern "{pattern}" fits no file of "{root}"', f"make it fit such a name: {one}"
     if not files.sizes:
@@ -168,14 +166,14 @@ def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
 
 
 def _joined(
-    files: Listing, parts: Mapping[str, Submission], attempts: student_files.Attempts = "newest"
+    files: Listing, parts: Mapping[str, Submission], attempts: submission.Attempts = "newest"
 ) -> tuple[Submission, str]:
     """Join the files of one attempt into a submission; also return a note on the choice of the log."""
     first = next(iter(parts.values()))
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
     sizes, damaged = dict(files.sizes), ""
     for name, file in list(own.items()):
-        if student_files.ending(file) == ".zip":
+        if submission.ending(file) == ".zip":
             try:
                 inner = list_inner(files.root, name)
             except InputError as error:
@@ -183,10 +181,10 @@ def _joined(
             else:
                 sizes |= inner
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
-    log, words = student_files.choose_log(own, sizes, partial(read_file, files.root), attempts)
+    log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name in sizes and student_files.is_text(own.get(name, ".txt"))}
+    texts = {name for name in {**parts, **own} if name in sizes and submission.is_text(own.get(name, ".txt"))}
     made = replace(
         first,
         ids=named.ids,

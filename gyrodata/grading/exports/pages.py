@@ -1,30 +1,144 @@
-"""Write ``class.html``: what needs a decision, all students, and the class in numbers, in one file."""
+"""Write the pages: the feedback for a student, and ``class.html`` with what needs a decision and the class in numbers.
+
+HTML is escaped, and each text from outside becomes one harmless line.
+"""
 
 from __future__ import annotations
 
+import base64
 import math
 import os
+import re
 import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import groupby
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from msgspec.structs import replace
+
 from gyrodata import __version__
+from gyrodata.errors import shown
 from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
-from gyrodata.grading.grade import points_text
+from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import COLUMNS, DESK, Offer
-from gyrodata.grading.templates import environment
-from gyrodata.grading.yardsticks import in_order
+from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.physics import RPM
+from gyrodata.plotting import FIGURES
 from gyrodata.reporting.data import csv_lines
-from gyrodata.reporting.values import count_text, power_of_ten
+from gyrodata.reporting.values import count_text, factor_text, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
+
     from gyrodata.grading.classroom import ClassGrades
+
+
+@lru_cache(maxsize=1)
+def environment() -> Environment:
+    """Return the environment of all templates, with its filters."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    made = Environment(
+        loader=PackageLoader("gyrodata.grading", "."),
+        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
+    made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
+    # Titles, rules and reasons are the same for many students.
+    made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
+    return made
+
+
+def sentence(text: object) -> str:
+    """Return one line with a capital and a full stop."""
+    line = shown(text).rstrip(".")
+    # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
+    first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
+    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+
+
+def _distance(value: float | None) -> str:
+    """Write a distance in units of u: two digits, and all digits before the point up to a million."""
+    return "–" if value is None else f"{value:.0f}" if 100 <= value < 1e6 else f"{value:.2g}".replace("-", "−")
+
+
+def _markdown_safe(text: object) -> str:
+    """Return one line that Markdown takes literally."""
+    line = re.sub(r"([\\`*_\[\]|~$])", r"\\\1", shown(text))
+    return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")
+
+
+# --- the feedback for a student ----------------------------------------------------------------------------
+
+
+def feedback_markdown(grade: Grade) -> str:
+    """Write the feedback for one student as Markdown.
+
+    Gives: Every name, note and number from outside is escaped; no clock time.
+    """
+    text = environment().get_template("feedback.md.jinja").render(_content(grade))
+    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
+
+
+def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None = None) -> str:
+    """Write the feedback for one student as one HTML page that needs nothing else.
+
+    `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
+    name, note and number from outside is escaped; no clock time.
+    """
+    images = [
+        {"png": base64.b64encode(data).decode(), "alt": words, "caption": FIGURES[name].caption}
+        for name, (data, words) in (figures or {}).items()
+    ]
+    return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+
+
+def feedback_comment(grade: Grade) -> str:
+    """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
+    return environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
+
+
+def _hands(grade: Grade) -> list[str]:
+    """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
+    told = []
+    for one in grade.by_hand:
+        if one.what == "comment":
+            told.append(f"{sentence(one.value)} {f'({shown(one.by)})' if one.by else ''}".strip())
+        elif one.what in ("total", "reported", "station", "excuse"):
+            head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
+            told.append(sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
+    return told
+
+
+def _content(grade: Grade) -> dict[str, Any]:
+    """Return what the templates of the feedback need."""
+    if grade.status in ("on hold", "excused"):
+        # No points are given, and none are shown.
+        grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
+    words: Any = environment().get_template("words.jinja").module
+    short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
+    costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
+    return {
+        "grade": grade,
+        "short": short,
+        "told": [one for one in grade.diagnostics if one["severity"] != "note"],
+        "slip_cost": costs[0] if costs else None,
+        "lead": words.lead(grade, short).strip(),
+        "verdict": words.verdict(grade).strip(),
+        "hands": _hands(grade),
+        "judged": any(one.points is not None for one in grade.marks),
+    }
+
+
+# --- the page of a class -----------------------------------------------------------------------------------
 
 # Longer lists would make a page that is too large for a browser; the other tables contain everything.
 MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
@@ -54,8 +168,8 @@ def class_page(
         if folder is None or not item.source.is_dir():
             return []
         base = Path(os.path.relpath(item.source, folder)).as_posix()
-        names = [name for name in item.members if name != item.log_name] or item.members
-        return [(PurePosixPath(name).name, quote(f"{base}/{name}".encode("utf-8", "replace"))) for name in names]
+        paths = {name: quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log}
+        return [(PurePosixPath(name).name, path) for name, path in paths.items()]
 
     content = {
         "found": found,

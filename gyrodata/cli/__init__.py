@@ -50,7 +50,7 @@ _COMMANDS = {
     "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
     "autograde": _Kind("grade_command"),
     "simulate": _Kind(
-        "simulate_command",
+        "tool_commands",
         "Print a simulated log of a known truth.",
         (
             'gyro simulate --inertia "4.44e-3 kg m^2"',

@@ -1,6 +1,7 @@
 """Predictions of theory for given numbers: the answers of ``gyro predict``, and their text.
 
-The answers are in SI units. A value that does not exist is None, and ``reason`` contains the cause.
+The answers are in SI units. A value that does not exist is None, and ``reason`` contains the cause. The words are in
+`prediction.toml`.
 """
 
 from __future__ import annotations
@@ -8,7 +9,10 @@ from __future__ import annotations
 import math
 import string
 import textwrap
+import tomllib
 from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -38,23 +42,38 @@ class Prediction(Struct, frozen=True, kw_only=True):
     """Names of the values that are null, with the cause."""
 
 
+@cache
+def _texts() -> dict[str, dict[str, str]]:
+    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+
+
+def _say(question: str, case: str, **parts: str) -> str:
+    """Return the words for a case of a question, in one line."""
+    return " ".join(_texts()[question][case].format(**parts).split())
+
+
+def _finite(value: Any) -> float | None:
+    """Return a number without the sign of zero; None if theory has no number."""
+    return float(value) + 0.0 if math.isfinite(value) else None
+
+
 # --- the rod under a weight ------------------------------------------------------------------------------------
 
 
-class Released(Struct, frozen=True):
+class Released(Struct, frozen=True, kw_only=True):
     """A rod that is released from rest, by the exact motion."""
 
-    mean_rate: float | None
+    mean_rate: float | None = None
     """Mean precession rate [rad/s]."""
     sag: float
     """Angle below the start, mean over time [rad]; negative if the rod rises."""
     greatest_sag: float
     """Largest angle below the start [rad]; negative if the rod rises."""
-    nutation_rate: float | None
+    nutation_rate: float | None = None
     """2π over the time from one moment of rest to the next [rad/s]."""
-    click_error_s: float | None
+    click_error_s: float | None = None
     """Largest time by which the rod is ahead of its mean motion, or behind it [s]."""
-    reason: str
+    reason: str = ""
     """Names of the values that are null, with the cause."""
 
 
@@ -72,17 +91,17 @@ class Precession(Prediction, frozen=True, kw_only=True):
     """Steady precession, the motion of a rod that is released from rest, and the stability of an upright rod."""
 
     prediction: Literal["precession"] = "precession"
-    slow: float | None
+    slow: float | None = None
     """Slow root of eq. (8) [rad/s]."""
-    fast: float | None
+    fast: float | None = None
     """Fast root of eq. (8) [rad/s]."""
-    horizontal: float | None
+    horizontal: float | None = None
     """Eq. (9) [rad/s]."""
     exists: bool
     """True if steady precession is possible."""
     critical_spin: float
     """Minimum spin for steady precession at this pitch [rad/s]."""
-    period: float | None
+    period: float | None = None
     """Period of the slow root [s]."""
     released: Released
     sleeping: Sleeping
@@ -98,12 +117,13 @@ def predict_precession(
     horizontal = _finite(physics.precession_rate(torque, spin, inertia))
     critical = float(physics.least_spin(torque, *top))
     upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
+    never = "" if slow is not None else "At this pitch the spin is too slow for steady precession. "
+    sense, moves = "counterclockwise" if torque * spin > 0 else "clockwise", "falls" if torque > 0 else "rises"
+    case = "no_torque" if torque == 0 else "no_spin" if spin == 0 else "turns"
     reasons = []
     if slow is None:
-        cause = (
-            f"the spin is below the minimum of {critical / RPM:.4g} rpm" if critical else "without spin the rod falls"
-        )
-        reasons.append(f"slow, fast, period: {cause}")
+        least = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
+        reasons.append(f"slow, fast, period: {least if critical else 'without spin the rod falls'}")
     elif fast is None:
         which = "with I = I_zz" if inertia == transverse_inertia else "that is level"
         reasons.append(f"fast: a rod {which} has only the slow precession")
@@ -112,7 +132,7 @@ def predict_precession(
     if horizontal is None:
         reasons.append("horizontal: a level rod that does not spin falls")
     return Precession(
-        why=_precession_why(torque, spin, slow is not None),
+        why=_say("precession", case, sense=sense, never=never, moves=moves),
         reason="; ".join(reasons),
         slow=slow,
         fast=fast,
@@ -120,7 +140,7 @@ def predict_precession(
         exists=slow is not None,
         critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
-        released=_released(torque, spin, *top),
+        released=_released(motion.Top(inertia, transverse_inertia, torque), spin, pitch),
         sleeping=Sleeping(
             stable=abs(spin) > upright or torque < 0,
             critical_spin=upright,
@@ -129,58 +149,33 @@ def predict_precession(
     )
 
 
-def _precession_why(torque: float, spin: float, steady: bool) -> str:
-    if torque == 0:
-        return "Without a torque the angular momentum does not change, and the rod keeps its direction."
-    if spin == 0:
-        return "Without spin the rod has no angular momentum along its axis: it swings like a pendulum."
-    sense = "counterclockwise" if torque * spin > 0 else "clockwise"
-    never = "" if steady else "At this pitch the spin is too slow for steady precession. "
-    return (
-        "The torque is horizontal and at right angles to the rod. The angular momentum of the spin points along the "
-        f"rod, and the torque changes it sideways. So the rod goes round, {sense} seen from above, instead of "
-        f"following the weight. {never}If the rod is released from rest, it first {'falls' if torque > 0 else 'rises'} "
-        "and gains speed sideways. Then it returns to the height of its start, again and again: it nutates."
-    )
-
-
-def _finite(value: Any) -> float | None:
-    """Return a number without the sign of zero; None if theory has no number."""
-    return float(value) + 0.0 if math.isfinite(value) else None
-
-
-def _released(torque: float, spin: float, inertia: float, across: float, pitch: float) -> Released:
-    top = motion.Top(inertia, across, torque)
+def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
-    mean = motion.mean_precession_rate(top, spin, pitch) if torque and spin else 0.0
-    reason = ""
+    sag, greatest = nutation.mean_sag + 0.0, nutation.greatest_sag + 0.0
     if spin == 0:
         reason = "mean_rate, nutation_rate, click_error_s: without spin the rod swings and does not precess"
-    elif torque == 0:
+        return Released(sag=sag, greatest_sag=greatest, reason=reason)
+    rate = 2 * math.pi / nutation.period
+    if top.torque == 0:
         reason = "click_error_s: without a torque the rod keeps its direction"
-    return Released(
-        mean_rate=_finite(mean) if spin else None,
-        sag=nutation.mean_sag + 0.0,
-        greatest_sag=nutation.greatest_sag + 0.0,
-        nutation_rate=2 * math.pi / nutation.period if spin else None,
-        click_error_s=None if reason else nutation.lead,
-        reason=reason,
-    )
+        return Released(sag=sag, greatest_sag=greatest, mean_rate=0.0, nutation_rate=rate, reason=reason)
+    mean = _finite(motion.mean_precession_rate(top, spin, pitch))
+    return Released(sag=sag, greatest_sag=greatest, mean_rate=mean, nutation_rate=rate, click_error_s=nutation.lead)
 
 
 # --- the rotation of the Earth ---------------------------------------------------------------------------------
 
 
-class Direction(Struct, frozen=True):
+class Direction(Struct, frozen=True, kw_only=True):
     """The direction of a rod at one time."""
 
     hours: float
     """Time of the clock since the start [h]."""
     sidereal_hours: float
-    azimuth_deg: float | None
+    azimuth_deg: float | None = None
     """From north through east; null straight up or down."""
     altitude_deg: float
-    reason: str
+    reason: str = ""
 
 
 class Earth(Prediction, frozen=True, kw_only=True):
@@ -194,41 +189,25 @@ class Earth(Prediction, frozen=True, kw_only=True):
     """Started along the Earth's axis."""
     east: tuple[Direction, ...]
     """Started level, towards the east."""
-    drift_torque: float | None
+    drift_torque: float | None = None
     """Residual torque that turns a level rod as fast as the Earth rotates [N*m]."""
 
 
 def predict_earth(latitude: float, times: Sequence[float], inertia: float, spin: float) -> Earth:
     """Compute the directions of two balanced gyroscopes at clock times since the start [s]."""
-    pole, azimuth = ("north", 0.0) if latitude >= 0 else ("south", math.pi)
+    height = round(90 - math.degrees(abs(latitude)), 1)
+    pole, azimuth, star, side = ("north", 0.0, "the pole star", "south")
+    if latitude < 0:
+        pole, azimuth, star, side = ("south", math.pi, "the south pole of the sky", "north")
+    highest = f"in the {side} at {height:g}°" if height < 90 else "straight overhead"
+    path = _say("earth", "highest" if height else "at_pole", highest=highest, side=side)
     return Earth(
-        why=_earth_why(math.degrees(abs(latitude)), pole),
+        why=_say("earth", "why", star=star, path=path),
         sidereal_day_hours=physics.SIDEREAL_DAY / 3600,
         pole=pole,
         axis=_directions(azimuth, abs(latitude), latitude, times),
         east=_directions(math.pi / 2, 0.0, latitude, times),
         drift_torque=inertia * abs(spin) * physics.EARTH_ROTATION,
-    )
-
-
-def _earth_why(latitude: float, pole: str) -> str:
-    """Describe the paths of the rods; the latitude is in degrees, without its sign."""
-    star = "the pole star" if pole == "north" else "the south pole of the sky"
-    side = "south" if pole == "north" else "north"
-    top = round(90 - latitude, 1)
-    path = f"goes round the horizon by way of the {side}, once in 23 h 56 min."
-    if top:
-        highest = f"in the {side} at {top:g}°" if top < 90 else "straight overhead"
-        path = (
-            f"is highest after 6 sidereal hours, {highest}. It sets in the west after 12 hours and returns to the east "
-            "after 24, which are 23 h 56 min of the clock. From the 12th to the 24th hour it points below the horizon, "
-            "where the cup stops a real rod."
-        )
-    return (
-        "No torque acts on a balanced gyroscope. So its angular momentum, and the rod with it, keeps its direction "
-        "among the stars, while the ground turns. The first rod points along the Earth's axis, to "
-        f"{star}. That place in the sky does not move, so the rod does not move either. The second rod points to a "
-        f"star on the eastern horizon and follows it over the sky: it {path}"
     )
 
 
@@ -268,7 +247,7 @@ class Platform(Prediction, frozen=True, kw_only=True):
     prediction: Literal["platform"] = "platform"
     rate: float
     """Of the platform, counterclockwise seen from above is positive [rad/s]."""
-    period: float | None
+    period: float | None = None
     """Of the platform [s]."""
     momentum_before: float
     """Angular momentum of the wheel about the vertical, before [kg*m^2/s]."""
@@ -284,18 +263,9 @@ def predict_platform(
     """Tip the axle from one angle above the horizontal to another [rad]."""
     rate = float(physics.platform_rate(wheel_inertia, wheel_spin, platform_inertia, start, end)) + 0.0
     wheel = wheel_inertia * wheel_spin
-    why = (
-        "To tip the axle, your hands exert a torque on the wheel, and this changes the wheel's angular momentum about "
-        "the vertical. The wheel exerts the opposite torque on your hands, and so on you and the platform. There is no "
-        "other torque about the vertical, because the platform turns freely. So the total angular momentum does not "
-        "change, and the platform gains what the wheel loses."
-    )
-    if wheel == 0:
-        why = "A wheel that does not spin has no angular momentum, so the platform stays at rest."
-    elif rate == 0:
-        why = "The wheel's angular momentum about the vertical does not change, so the platform stays at rest."
+    case = "no_spin" if wheel == 0 else "turns" if rate else "no_change"
     return Platform(
-        why=why,
+        why=_say("platform", case),
         reason="" if rate else "period: the platform stays at rest",
         rate=rate,
         period=2 * math.pi / abs(rate) if rate else None,
@@ -334,20 +304,8 @@ def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles:
     change = physics.momentum_change(body, np.zeros(3), frame, wheel_inertia, wheel_inertia)
     torque = float(np.linalg.norm(change))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
-    why = (
-        "The angular momentum of the wheel, I ω, points along the axle. If the axle turns at a rate Ω, the angular "
-        "momentum changes at right angles to itself, and this needs a torque Ω × I ω from your hands. So they push at "
-        "right angles to the motion of the axle, and you feel that the wheel pushes back. With twice the spin, or a "
-        "twist that is twice as fast, the force is twice as large. If one of the two is reversed, the force is "
-        "reversed. A rotation about the axle itself needs no torque."
-    )
-    if wheel_spin == 0:
-        why = (
-            "A wheel that does not spin has no angular momentum along the axle. Your hands push only to start and to "
-            "stop the axle, in the direction in which it moves."
-        )
     return Twist(
-        why=why,
+        why=_say("twist", "turns" if wheel_spin else "no_spin"),
         twist_rate=rate,
         torque=torque,
         force=torque / handles,
@@ -367,26 +325,26 @@ class Tip(Prediction, frozen=True, kw_only=True):
     """
 
     prediction: Literal["tip"] = "tip"
-    speed: float | None
+    speed: float | None = None
     """Of the tip, at right angles to rod and force, mean over a nutation [m/s]."""
-    turning_rate: float | None
+    turning_rate: float | None = None
     """Rate at which the rod goes round the direction of the force, mean over a nutation [rad/s]."""
     torque: float
     """[N*m]"""
     angle_deg: float
     """From the force to the motion of the tip, counterclockwise if you look from the tip at the ball."""
     direction: str
-    yields: float | None
+    yields: float | None = None
     """Angle by which the rod follows the force, mean over a nutation [rad]."""
     greatest_yield: float
     """Largest angle by which the rod follows the force [rad]."""
-    nutation_rate: float | None
+    nutation_rate: float | None = None
     """[rad/s]"""
     acceleration: float
     """Of the tip at the start, along the force, F L²/I [m/s^2]."""
-    estimate: float | None
+    estimate: float | None = None
     """F L²/(I_zz ω), the speed for a fast spin [m/s]."""
-    estimate_error: float | None
+    estimate_error: float | None = None
     """Relative error of the estimate [1]."""
 
 
@@ -396,120 +354,42 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
     top = motion.Top(inertia, transverse_inertia, torque)
     # The force replaces gravity: the rod is level if it is at right angles to the force.
     nutation = motion.nutation(top, spin)
-    speed = estimate = error = None
-    if spin:
-        speed = length * abs(nutation.sideways)
-        estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
-        error = estimate / speed - 1
-    why = (
-        "The force exerts a torque about the ball's centre, L F, at right angles to rod and force. The angular "
-        "momentum I_zz ω points along the rod and changes in the direction of the torque. So the tip moves at right "
-        "angles to the force. With twice the force it moves twice as fast, with twice the spin half as fast. This is "
-        "why gyroscopes for navigation spin fast: they are hard to turn."
-    )
-    direction = "along the torque: at right angles to the force"
+    acceleration = torque * length / transverse_inertia
     if spin == 0:
-        direction = "along the force"
-        why = (
-            "Without spin the rod has no angular momentum along its axis. The angular momentum that it gains from the "
-            "torque is at right angles to rod and force, so the rod moves along the force, faster and faster. Any "
-            "force moves it, however small. Without a force a balanced rod keeps its direction."
+        missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
+        return Tip(
+            torque=torque,
+            greatest_yield=nutation.greatest_sag,
+            acceleration=acceleration,
+            why=_say("tip", "no_spin"),
+            reason=f"{missing}: without spin the rod follows the force",
+            angle_deg=0.0,
+            direction="along the force",
         )
-    elif error is not None and error > SLOW:
-        why += " Here the spin is too slow for this rule: the rod also follows the force, far."
+    speed = length * abs(nutation.sideways)
+    estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
+    error = estimate / speed - 1
+    why, direction = _say("tip", "turns"), "along the torque: at right angles to the force"
+    if error > SLOW:
+        why = f"{why} {_say('tip', 'slow')}"
         direction = "at right angles to the force and also far along it: the spin is slow"
     return Tip(
-        why=why,
-        reason=""
-        if spin
-        else "speed, turning_rate, yields, nutation_rate, estimate, estimate_error: without spin "
-        "the rod follows the force",
-        speed=speed,
-        turning_rate=abs(float(motion.mean_precession_rate(top, spin))) if spin else None,
         torque=torque,
-        angle_deg=math.copysign(90.0, spin) if spin else 0.0,
-        direction=direction,
-        yields=nutation.mean_sag if spin else None,
         greatest_yield=nutation.greatest_sag,
-        nutation_rate=2 * math.pi / nutation.period if spin else None,
-        acceleration=torque * length / transverse_inertia,
+        acceleration=acceleration,
+        why=why,
+        speed=speed,
+        turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
+        angle_deg=math.copysign(90.0, spin),
+        direction=direction,
+        yields=nutation.mean_sag,
+        nutation_rate=2 * math.pi / nutation.period,
         estimate=estimate,
         estimate_error=error,
     )
 
 
 # --- as text ---------------------------------------------------------------------------------------------------
-
-TEXTS = {
-    "precession": """\
-Steady precession at a pitch of {pitch:angle}, a spin of {spin:rate} and a torque of {torque:.4g} N·m
-{why}
-
-  slow, eq. (8)   {slow:rate}, one turn in {period:.4g} s
-  fast, eq. (8)   {fast:rate}
-  level, eq. (9)  {horizontal:rate}
-  minimum spin    {critical_spin:rate} for steady precession at this pitch
-  no value        {reason}
-
-Released from rest
-  mean rate       {released.mean_rate:rate}
-  sag             {released.sag:angle} on average, {released.greatest_sag:angle} at most; negative: the rod rises
-  nutation        {released.nutation_rate:rate}
-  click error     up to {released.click_error_s:.2g} s, depending on the phase of the nutation
-  no value        {released.reason}
-
-Upright rod with this spin
-  minimum spin    {sleeping.critical_spin:rate} to stay upright
-  growth          a small tilt grows at a rate of {sleeping.growth_rate:.3g} per second
-""",
-    "earth": """\
-Balanced gyroscopes at latitude {latitude:angle}, seen from the ground
-{why}
-
-  residual torque {drift_torque:small_torque} turns a level rod as fast as the Earth rotates, at {spin:rate}
-
-{pole}: started along the Earth's axis; east: started level. Azimuth: from north through east.
-{table}
-""",
-    "platform": """\
-A wheel on a platform at rest is tipped from {from:angle} to {to:angle} above the horizontal
-{why}
-
-  platform        {rate:rate}, one turn in {period:.4g} s; positive: counterclockwise seen from above
-  no value        {reason}
-  inertia         {platform_inertia:.4g} kg·m² of platform, person and wheel
-
-Angular momentum about the vertical
-  before          wheel {momentum_before:.4g} kg·m²/s
-  after           wheel {momentum_after:.4g} kg·m²/s, platform {momentum_platform:.4g} kg·m²/s
-""",
-    "twist": """\
-A level wheel is turned over in {time:.4g} s; seen from your right hand its counterclockwise spin is {wheel_spin:rate}
-{why}
-
-  twist           {twist_rate:rate}, half a turn
-  torque          {torque:.4g} N·m
-  force           {force:.4g} N at each hand, {handles:.4g} m apart
-  body turns left {turn_left}
-  right end up    {right_end_up}
-  I ω changes by  {momentum_change:.4g} kg·m²/s in total, at any rate of the twist
-""",
-    "tip": """\
-A force of {force:.4g} N at right angles to the rod, {length:.4g} m from the centre, with a spin of {spin:rate}
-{why}
-
-  tip             {speed:.4g} m/s
-  direction       {direction}
-  rod turns at    {turning_rate:rate}
-  torque          {torque:.4g} N·m
-  follows force   {yields:angle} on average, {greatest_yield:angle} at most
-  nutation        {nutation_rate:rate}
-  at first        {acceleration:.4g} m/s² along the force, F L²/I, with any spin
-  F L²/(I_zz ω)   {estimate:.4g} m/s, {estimate_error:percent} too high
-  no value        {reason}
-""",
-}
-"""The text of each prediction. A line is left out if one of its values does not exist."""
 
 
 class _Quantities(string.Formatter):
@@ -533,7 +413,7 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     values = {**answer.options, **asdict(answer)}
     values["why"] = textwrap.fill(answer.why, 76, initial_indent="  ", subsequent_indent="  ")
     values["table"] = _earth_table(answer) if isinstance(answer, Earth) else None
-    for line in TEXTS[answer.prediction].splitlines():
+    for line in _texts()[answer.prediction]["text"].splitlines():
         fields = [name for _, name, _, _ in quantities.parse(line) if name]
         if all(quantities.get_field(name, (), values)[0] not in (None, "") for name in fields):
             lines.append(quantities.vformat(line, (), values))

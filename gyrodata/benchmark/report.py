@@ -1,4 +1,4 @@
-"""The complete benchmark: runs all parts, and writes tables and a text."""
+"""The complete benchmark: runs all parts, and writes tables and a text, whose words are in `reading.md`."""
 
 from __future__ import annotations
 
@@ -95,62 +95,11 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
 
 # --- text -----------------------------------------------------------------------------------------------------
 
-READING = """\
-# Which method wins, and why
-
-* Motion: the simplest model that is accurate enough wins. {winners}. For slow spins a model would need the push of \
-the hand, which is not measured: use faster spins.
-* Integrators: splitting is the cheapest for low accuracy, also over many turns; a method of high order is \
-the cheapest for high accuracy.
-* Fits: if the stated uncertainties are correct, a line with the full covariance is as good as the recommended fit. If \
-the stopwatch is worse than stated, the recommended fit detects this in the scatter and gives a longer interval.
-* Each failure in the last table has a solution.
-
-This is `gyro benchmark`, seed {seed}, with {labs} labs for each kind of fit. Times are CPU times in Python on this \
-machine: {machine}. Compare them only with each other.
-
-## Motion: `motion.png`
-
-The hand pushes the rod, the rod is tilted, the air slows the spin, and the Earth turns. u is the standard uncertainty \
-of I_zz in a lab of nine runs. Errors below {harmless:g} u are harmless. The cheapest model with a harmless error wins.
-
-| lab | u of I_zz | winner | its error | its time | error of eq. (9) |
-| --- | --- | --- | --- | --- | --- |
-{models}
-
-## Integrators: `motion_order.png`
-
-Number of evaluations of the torque for a given error of the rod's direction, interpolated. The last column is the \
-time of one evaluation in Python; compiled programs are much faster.
-
-| turns | method | order | error 10⁻³ | error 10⁻⁶ | error 10⁻⁹ | one evaluation |
-| --- | --- | --- | --- | --- | --- | --- |
-{orders}
-
-Methods with the fewest evaluations, by the error of the direction:
-
-{fewest}
-
-## Fits: `estimators.png`
-
-Root mean square error of I_zz, and the percentage of labs in which the 95 % interval contains the true I_zz. An \
-interval is honest if this is {least:g} to {most:g} %, within the statistical error.
-
-| fit | {scenes} | time |
-| --- | --- | --- | --- | --- |
-{scores}
-
-## Where methods fail: `failures.png`
-
-| case | method that fails | its error or coverage | solution | its error or coverage | reason |
-| --- | --- | --- | --- | --- | --- |
-{failures}
-"""
-
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     """Write the text in Markdown: the best method of each part, and the main numbers."""
-    return READING.format(
+    text = Path(__file__).with_name("reading.md").read_text(encoding="utf-8")
+    return text.format(
         seed=seed,
         labs=effort.labs,
         machine=benchmark.machine,

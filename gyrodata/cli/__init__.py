@@ -25,66 +25,64 @@ class _Kind(Struct, frozen=True):
     example: tuple[str, ...] = ()
 
 
-_COMMANDS = {
-    "demo": _Kind("analyze_command", "Write a sample log, demo.csv, and analyze it.", ("gyro demo",)),
-    "analyze": _Kind(
-        "analyze_command",
-        "Fit I_zz to a log, and write figures and a report.",
-        ("gyro analyze demo.csv",),
-    ),
-    "check": _Kind(
-        "check_command",
-        "Check a log while you can still repeat or add runs.",
-        ("gyro check demo.csv",),
-    ),
-    "template": _Kind(
-        "check_command",
-        "Write a blank log to fill in: a workbook or CSV.",
-        ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "--out log.xlsx"),
-    ),
-    "explain": _Kind(
-        "explain_command",
-        "Explain a message code, a word or a key; or show a page.",
-        (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
-    ),
-    "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
-    "autograde": _Kind("grade_command"),
-    "simulate": _Kind(
-        "simulate_command",
-        "Print a simulated log of a known truth.",
-        (
-            'gyro simulate --inertia "4.44e-3 kg m^2"',
-            "--weights 20g,40g,60g --position 15cm",
-            "--spins 200,400,600rpm --turns 1",
-            "--seed 1 > log.csv",
+_GROUPS: dict[str, dict[str, _Kind]] = {
+    "Your lab": {
+        "demo": _Kind("analyze_command", "Write a sample log, demo.csv, and analyze it.", ("gyro demo",)),
+        "template": _Kind(
+            "check_command",
+            "Write a blank log to fill in: a workbook or CSV.",
+            ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "--out log.xlsx"),
         ),
-    ),
-    "selfcheck": _Kind(
-        "tool_commands",
-        "Test by simulation if the intervals of a log are reliable.",
-        ("gyro selfcheck demo.csv", "--labs 1000"),
-    ),
-    "benchmark": _Kind(
-        "tool_commands",
-        "Chart speed against accuracy, and failures of methods.",
-        ("gyro benchmark --quick --out charts",),
-    ),
-    "schema": _Kind(
-        "tool_commands",
-        "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-        ("gyro schema diagnostics",),
-    ),
-    "predict": _Kind("predict_command", "Predict precession and other motions from theory."),
-}
-
-
-_GROUPS = {
-    "Your lab": ("demo", "template", "check", "analyze", "explain"),
-    "A class": ("grade",),
-    "Theory and simulation": ("predict", "simulate"),
-    "Advanced": ("selfcheck", "schema", "benchmark"),
+        "check": _Kind(
+            "check_command", "Check a log while you can still repeat or add runs.", ("gyro check demo.csv",)
+        ),
+        "analyze": _Kind(
+            "analyze_command", "Fit I_zz to a log, and write figures and a report.", ("gyro analyze demo.csv",)
+        ),
+        "explain": _Kind(
+            "explain_command",
+            "Explain a message code, a word or a key; or show a page.",
+            (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
+        ),
+    },
+    "A class": {
+        "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
+    },
+    "Theory and simulation": {
+        "predict": _Kind("predict_command", "Predict precession and other motions from theory."),
+        "simulate": _Kind(
+            "tool_commands",
+            "Print a simulated log of a known truth.",
+            (
+                'gyro simulate --inertia "4.44e-3 kg m^2"',
+                "--weights 20g,40g,60g --position 15cm",
+                "--spins 200,400,600rpm --turns 1",
+                "--seed 1 > log.csv",
+            ),
+        ),
+    },
+    "Advanced": {
+        "selfcheck": _Kind(
+            "tool_commands",
+            "Test by simulation if the intervals of a log are reliable.",
+            ("gyro selfcheck demo.csv", "--labs 1000"),
+        ),
+        "schema": _Kind(
+            "tool_commands",
+            "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
+            ("gyro schema diagnostics",),
+        ),
+        "benchmark": _Kind(
+            "tool_commands",
+            "Chart speed against accuracy, and failures of methods.",
+            ("gyro benchmark --quick --out charts",),
+        ),
+    },
 }
 """The commands as ``gyro --help`` lists them."""
+
+_COMMANDS = {name: kind for group in _GROUPS.values() for name, kind in group.items()}
+_COMMANDS["autograde"] = _Kind("grade_command")
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
 _MEANT = {
@@ -135,9 +133,9 @@ class _Gyro(Door):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""
-        for title, names in _GROUPS.items():
+        for title, group in _GROUPS.items():
             with formatter.section(title):
-                formatter.write_dl([(name, _COMMANDS[name].short) for name in names])
+                formatter.write_dl([(name, kind.short) for name, kind in group.items()])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read "help analyze" as "analyze --help", and "log.csv" as "analyze log.csv"."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import re
 import sys
+import time
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,6 +20,7 @@ from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, co
 from gyrodata.cli.terminal import (
     FAULT,
     STDIN,
+    coloured,
     complain,
     fault,
     names_of,
@@ -44,6 +46,9 @@ FILE_TYPES = tuple(".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .n
 
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
+
+PAUSE = 0.5
+"""Time between two looks at a watched file [s]."""
 
 Format = Literal["text", "json", "ndjson", "csv", "markdown", "latex"]
 Model = Literal["auto", "horizontal", "steady", "released"]
@@ -218,17 +223,66 @@ class _Request(Struct, frozen=True):
         return read_log(**source, settings=self.options.set, mapping=self.options.map, config=self.config)
 
 
-def _watch(path: Path, request: _Request) -> None:
-    from gyrodata.analysis import analyze_readings
-    from gyrodata.cli.watching import watch
+# --- --watch: the answer again whenever the log is saved ------------------------------------------------------------
 
+
+def _watch(path: Path, request: _Request) -> None:
+    """Print the state of the lab, now and after each change of the log, until Ctrl-C.
+
+    On a terminal each state replaces the last one; elsewhere a line separates them.
+    """
     if not path.is_file():
         request.read(source=path)
-    watch(
-        path,
-        lambda data: request.read(source=data, name=path.name),
-        lambda readings: analyze_readings(readings, request.options),
-    )
+    on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+    before = ""
+    for data in contents(path):
+        text = f"{path.name}: cannot be read now\n" if data is None else _state(path.name, data, request)
+        if on_terminal:
+            # Clear the screen first.
+            write_out(f"\033[H\033[2J{coloured(text, sys.stdout)}\nwatching {path.name}; Ctrl-C ends it\n")
+        else:
+            write_out(before + text)
+        before = "-" * 72 + "\n"
+
+
+def contents(path: Path) -> Iterator[bytes | None]:
+    """Give the content of a file, now and after each change; None while it cannot be read.
+
+    Two looks in sequence have to agree, because a program may still be writing the file.
+    """
+    from gyrodata.readings import MAX_BYTES
+
+    data = last = shown = None
+    for look in range(sys.maxsize):
+        try:
+            with path.open("rb") as file:
+                data = file.read(MAX_BYTES + 1)
+        except OSError:
+            data = None
+        if look == 0 or (data == last and data != shown):
+            shown = data
+            yield data
+        last = data
+        time.sleep(PAUSE)
+
+
+def _state(name: str, data: bytes, request: _Request) -> str:
+    """Describe the state of the lab, or explain why there is no answer yet."""
+    from gyrodata.analysis import analyze_readings
+    from gyrodata.procedure import what_lacks
+    from gyrodata.reporting import text
+
+    try:
+        readings = request.read(source=data, name=name)
+        analysis = analyze_readings(readings, request.options)
+        return text.watch_text(analysis, what_lacks(readings, analysis.measurements, analysis))
+    except GyroError as error:
+        return text.unfinished_text(name, error.diagnostics)
+    except Exception as error:
+        return text.unfinished_text(name, [fault(error, name)])
+
+
+# --- one log --------------------------------------------------------------------------------------------------------
 
 
 def _folders(paths: Sequence[Path]) -> list[Path]:

@@ -3,30 +3,12 @@ r"""The report as a LaTeX document that a student can edit: UTF-8, values by `si
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from gyrodata.errors import shown
 from gyrodata.reporting.content import report
 from gyrodata.reporting.elements import SYMBOLS, Block, Cell, Head, Number, Part, Picture, Sentence, Styled, Table, join
 from gyrodata.results import Analysis
-
-_PREAMBLE = r"""% Compile this file with pdflatex. Use lualatex if a name contains letters that are not Latin.
-\documentclass[11pt]{article}
-\usepackage{iftex}
-\ifpdftex\usepackage[T1]{fontenc}\usepackage{lmodern}
-\else\usepackage{fontspec}\IfFontExistsTF{CMU Serif}{\setmainfont{CMU Serif}}{}\fi
-\usepackage[margin=2cm]{geometry}
-\usepackage{array,booktabs,float,graphicx,longtable,siunitx}
-\DeclareSIUnit{\rpm}{rpm}
-\sisetup{uncertainty-mode = separate, per-mode = symbol}
-\setlength{\parindent}{0pt}
-\setlength{\parskip}{4pt}
-\setlength{\emergencystretch}{3em}
-\setlength{\tabcolsep}{4pt}
-\graphicspath{{./}}
-\newcommand{\Izz}{ANSWER}
-
-\begin{document}
-"""
 
 _FIGURE = r"""\begin{figure}[H]
 \centering
@@ -69,7 +51,8 @@ def latex_report(analysis: Analysis) -> str:
     for section in whole.sections:
         blocks += [rf"\section*{{{escape(section.title)}}}", *map(_block, section.blocks)]
     body = "\n\n".join([*blocks, "\\end{document}\n"]).replace(answer, r"\Izz{}")
-    return _PREAMBLE.replace("ANSWER", answer) + body
+    preamble = Path(__file__).with_name("preamble.tex").read_text(encoding="utf-8")
+    return preamble.replace("ANSWER", answer) + body
 
 
 def _block(block: Block) -> str:

@@ -89,7 +89,7 @@ def assert_fine(words: list[str]) -> None:
 def test_a_command_mended_by_a_person(
     code: str, typed: str, says: str, mended: str, lab: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gyrodata.cli.watching.contents", lambda path: iter([path.read_bytes()]))
+    monkeypatch.setattr("gyrodata.cli.analyze_command.contents", lambda path: iter([path.read_bytes()]))
     """A + adds to what was typed."""
     typed, mended = (words.replace("SAMPLE", str(SAMPLE)) for words in (typed, mended))
     done = gyro(*shlex.split(typed))

@@ -42,7 +42,7 @@ def fill_gradebook(
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
-# ``grades-by-hand-DIGEST.csv`` for each that a person changed ----------------------------------------------------------
+# ``grades-by-hand-DIGEST.csv`` for each that a person changed -------------------------------------------------------
 
 
 def _digest(data: bytes) -> str:

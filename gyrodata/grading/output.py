@@ -42,7 +42,7 @@ def fill_gradebook(
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
-# ``by-hand-DIGEST.csv`` for each that a person changed ----------------------------------------------------------
+# ``grades-by-hand-DIGEST.csv`` for each that a person changed -------------------------------------------------------
 
 
 def _digest(data: bytes) -> str:
@@ -82,7 +82,7 @@ def _keep_table(folder: Path, table: bytes) -> None:
     if old.is_file():
         before = old.read_bytes()
         if not (folder / PUBLISHED / f"grades-{_digest(before)}.csv").is_file():
-            kept = {f"by-hand-{_digest(before)}.csv": before} | kept
+            kept = {f"grades-by-hand-{_digest(before)}.csv": before} | kept
     for name, data in kept.items():
         path = folder / PUBLISHED / name
         if not path.is_file() or path.read_bytes() != data:

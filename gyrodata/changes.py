@@ -48,7 +48,7 @@ LEVEL_TO = math.radians(2.0)
 MOST_WEIGHTS = 12
 """With more torques than this, none is left out."""
 
-MOST_RUNS = 3000
+MOST_RUNS = 500
 """Of a longer log nothing is asked: each answer is a fit of all runs."""
 
 MOST_ROUNDING = 0.5

@@ -192,7 +192,8 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
 
 def _answer(lab: Lab, case: Case, measured: Measurements, is_clear: bool) -> Estimate | None:
     """Fit a changed lab with the model that it needs."""
-    keeps = case.chosen.asked or (is_clear and case.chosen == lab.chosen)
+    is_chosen = is_clear or len(measured.runs) > FEW
+    keeps = case.chosen.asked or (is_chosen and case.chosen == lab.chosen)
     chosen = case.chosen if keeps else choose_model(measured, "auto")
     inertia = changes.refit(lab, replace(case, chosen=chosen))
     return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
@@ -215,6 +216,10 @@ def _is_clear(lab: Lab) -> bool:
 
 ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out if the log lacks the readings for them, and that count towards the sum."""
+
+
+FEW = 50
+"""Of a log with more runs, a changed log has the model of the log itself: another choice takes a second."""
 
 
 def choose_model(measured: Measurements, model: Model) -> ChosenModel:
@@ -263,7 +268,9 @@ CLEARLY = math.log(200.0)
 
 
 def _agrees_better(measured: Measurements, one: ChosenModel, other: ChosenModel) -> bool:
-    """Return whether the runs agree clearly better with one model than with another."""
+    """Return whether the runs, or a sample of very many, agree clearly better with one model than with another."""
+    if len(measured.runs) > fitting.MANY:
+        measured = select(measured, fitting.sample(measured, np.ones(len(measured.runs))))
     try:
         fits = [fitting.fit_model(measured, chosen)[1] for chosen in (one, other)]
     except fitting.NoFit:

@@ -234,8 +234,14 @@ def _numbers(row: Row) -> int:
     return sum(is_number(text) and not parse_header(text).roles for text in row.texts)
 
 
+_SIGNS = str.maketrans("", "", ".,/+-− ")
+"""The signs of a number."""
+
+
 def _is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
+    if sum(not text.translate(_SIGNS).isdigit() for text in row.texts if text) < 2:
+        return False  # the rows of a long log
     headers = list(map(parse_header, filter(None, row.texts)))
     named = [header.roles for header in headers if header.roles]
     physical = any(not roles.TEXTS.intersection(found) for found in named)

@@ -48,7 +48,7 @@ def test_any_log_has_an_answer_that_can_be_believed_or_words(part: int) -> None:
 
 @pytest.mark.parametrize("part", range(4))
 def test_clean_log_of_any_length_and_order_contains_the_truth(part: int) -> None:
-    assert {tried(try_clean, seed, "clean") for seed in seeds(10)} == {"answered"}
+    assert {tried(try_clean, seed, "clean") for seed in seeds(6)} == {"answered"}
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
@@ -93,7 +93,7 @@ def written_anew(lab: Lab, way: str, random: np.random.Generator) -> str:
     return write(replace(lab, columns=columns, counts=[lab.counts[i] for i in order]), None, 13)
 
 
-@pytest.mark.parametrize("seed", range(15))
+@pytest.mark.parametrize("seed", range(9))
 @pytest.mark.parametrize("way", ["in other units", "by the tool", "with ten times the torque", "in another order"])
 def test_same_lab_written_in_another_way_has_the_same_answer(way: str, seed: int) -> None:
     random = np.random.default_rng(seed)

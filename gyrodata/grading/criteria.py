@@ -282,8 +282,12 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, _ = evidence.given
     faults = [reported.problem] if reported.problem else []
-    if (reported.u_digits or 0) > 2:
-        faults.append(f"the uncertainty has {reported.u_digits} digits; one or two are enough")
+    u_digits = reported.u_digits or 0
+    if reported.u and reported.u_step:
+        # ± 0.102 with k = 2 is u = 0.051.
+        u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
+    if u_digits > 2:
+        faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
     low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
         # A ± that was divided by its k has as many digits as before; its last place is at most that of the first digit

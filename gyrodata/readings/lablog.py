@@ -271,11 +271,11 @@ class Faults:
         return replace(self.make(code, words, hint, place, max(1, width)), doubt=about.doubt)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
-        """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are kept."""
-        made = self.message(name, place, **values)
-        self._count[made.code] += 1
-        if self._count[made.code] <= MOST_OF_ONE_CODE:
-            self.found.append(made)
+        """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
+        code = values.get("code") or diagnostics.messages()[name].code.split()[1]
+        self._count[code] += 1
+        if self._count[code] <= MOST_OF_ONE_CODE:
+            self.found.append(self.message(name, place, **values))
 
     def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
         """Return the error to raise for an input that is not a log, with all that was found before."""

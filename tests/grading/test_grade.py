@@ -85,6 +85,7 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
         (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is not a unit of a moment of inertia"),
         (says("4.44213e-3 ± 0.02e-3 kg m^2"), "units", 1, "the value's last digit is finer"),
         (says("4.4423e-3 ± 0.0213e-3 kg m^2"), "units", 1, "the uncertainty has 3 digits"),
+        (says("4.442e-3 ± 0.102e-3 kg m^2 (k = 2)"), "units", 2, "has its unit"),
         (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),
         (report().replace("# g:", "# u_tme: 0.2 s\n# g:"), "log", 1.5, 'line 1: "# u_tme" is kept as a remark'),
         (FEW, "procedure", 2, ""),

@@ -147,7 +147,8 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
         yield Text(tuple(first))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
-    if analysis.inertia.interval_95 is not None:
+    # If the interval is wide, it is the answer itself.
+    if analysis.inertia.interval_95 is not None and not is_wide(analysis):
         k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", n.interval("inertia.interval_95", n.inertia), k)
     yield paragraph("Every ± is one standard uncertainty u, which includes the scatter of the runs.", kind="small")

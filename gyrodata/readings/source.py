@@ -180,15 +180,11 @@ def value_text(value: Any) -> str:
 def _workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
     """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
-                raise ValueError("it unpacks to more than 100 MB")
-            is_excel = "xl/workbook.xml" in archive.namelist()
-            rows = _excel_rows(data) if is_excel else _opendocument_rows(archive.read("content.xml"))
-            texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
-            filled = {title: text for title, text in texts.items() if text}
-    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
-        raise faults.refuse("workbook", why=f"{type(error).__name__}: {error}") from None
+        rows = sheet_rows(data)
+    except ValueError as error:
+        raise faults.refuse("workbook", why=str(error)) from None
+    texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
+    filled = {title: text for title, text in texts.items() if text}
     if not filled:
         raise faults.refuse("workbook_empty")
     lines: list[str] = []
@@ -201,7 +197,20 @@ def _workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, s
     return "\n".join(lines) + "\n", tuple(sheets)
 
 
-def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
+def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
+    """Return the rows of each sheet of a workbook, with cells as they were typed; ValueError if it cannot be read."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
+                raise ValueError("it unpacks to more than 100 MB")
+            if "xl/workbook.xml" in archive.namelist():
+                return _excel_rows(data)
+            return _opendocument_rows(archive.read("content.xml"))
+    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
+        raise ValueError(f"{type(error).__name__}: {error}") from None
+
+
+def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet, with cells as they were typed; a row that is struck out begins with #."""
     import openpyxl
 
@@ -224,22 +233,24 @@ def _excel_rows(data: bytes) -> dict[str, Iterable[list[Any]]]:
                 seconds = value.total_seconds()
                 value = f"{int(seconds // 60):02d}:{seconds % 60:05.2f}"
             values.append(value)
+        while values[-1] is None:
+            values.pop()
         return values
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
-    return {sheet.title: map(typed, sheet.iter_rows(**most)) for sheet in book.worksheets}
+    return {sheet.title: list(map(typed, sheet.iter_rows(**most))) for sheet in book.worksheets}
 
 
 _OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
 
 
-def _opendocument_rows(content: bytes) -> dict[str, Iterable[list[Any]]]:
+def _opendocument_rows(content: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
     if b"<!DOCTYPE" in content:
         raise ValueError("it declares entities")
-    sheets: dict[str, Iterable[list[Any]]] = {}
+    sheets: dict[str, list[list[Any]]] = {}
     for sheet in ElementTree.fromstring(content).iter(_OPEN % ("table", "table")):
         rows: list[list[Any]] = []
         for row in sheet.iter(_OPEN % ("table", "table-row")):
@@ -454,22 +465,3 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     match = re.match(rf'(?:{cell}){{{at}}}(?:[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n]))?', text)
     before = text[: match.end()] if match else ""
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))
-
-
-def sheet_rows(data: bytes) -> dict[str, list[tuple[Any, ...]]]:
-    """Return the values of each sheet of a workbook, up to the last filled cell; ValueError if it cannot be read."""
-    import openpyxl
-
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
-                raise ValueError("it unpacks to more than 100 MB")
-        sheets = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True).worksheets
-        rows = {}
-        for sheet in sheets:
-            values = sheet.iter_rows(max_row=MAX_ROWS + 10, max_col=MAX_COLUMNS + 10, values_only=True)
-            last = ((row, max((at for at, cell in enumerate(row, 1) if cell is not None), default=0)) for row in values)
-            rows[sheet.title] = [row[:end] for row, end in last]
-    except Exception as error:  # a damaged workbook can fail in any way inside the library
-        raise ValueError(f"it is not a workbook ({type(error).__name__}: {error})") from None
-    return rows

@@ -68,8 +68,11 @@ def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
     size = say("{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque"))
+    answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
+    if is_wide(analysis):
+        answer = say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
     sections = (
-        *questions.answer(n, _agreement(n), _fit_quality(n)),
+        *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
         Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
         Section("How to improve the next lab", _advice(analysis), "advice"),
@@ -95,9 +98,7 @@ def report(analysis: Analysis) -> elements.Report:
         byline=say("{}", " · ".join(lines)),
         read_as=_read_as(n),
         doubts=tuple(_doubts(analysis)),
-        answer=say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
-        if is_wide(analysis)
-        else say("I_zz = {}", n.value("inertia.value", n.inertia)),
+        answer=answer,
         top=tuple(_top(n)),
         brief=tuple(_brief(n)),
         sections=sections,

@@ -133,7 +133,7 @@ _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆�
 _TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
 _FORMULA = re.compile(
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
-    rf"(?:[ =/+()|0-9.]*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
+    rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
 )
 """Signs and symbols of quantities, with the numbers and operators between them: 2π I_zz ψ̇ / (M + M0"""
 
@@ -146,8 +146,11 @@ def escape(text: str) -> str:
     text = "".join(" " if one.isspace() else one for one in shown(text))
     done, end = "", 0
     for found in _FORMULA.finditer(text):
-        done += f"{_plain(text[end : found.start()])}${re.sub(_TOKEN, _sign, found[0])}$"
-        end = found.end()
+        formula, behind = found[0], text[found.end() : found.end() + 1]
+        is_open = {")": formula.count("(") > formula.count(")"), "|": formula.count("|") % 2}
+        formula += behind if is_open.get(behind) else ""
+        done += f"{_plain(text[end : found.start()])}${re.sub(_TOKEN, _sign, formula)}$"
+        end = found.start() + len(formula)
     # A number stays on the line of its per cent.
     return re.sub(r"(?<=\d) (?=\\%)", "~", done + _plain(text[end:]))
 

@@ -63,13 +63,15 @@ def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     return Text(sentences)
 
 
-def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
+def answer(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
     """Answer question 3 from the data.
 
     Parameters
     ----------
     n : Numbers
         Of the analysis.
+    inertia : Sentence
+        I_zz with its uncertainty, or its interval if that is wide.
     agreement, quality : Sentence
         Whether the runs agree with one line.
 
@@ -79,7 +81,7 @@ def answer(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[Secti
         The torque against φ̇ψ̇ first, because its slope is the answer.
     """
     sections = (
-        ("Torque against φ̇ψ̇: the slope", "3 d", _slope(n, agreement, quality), "torque"),
+        ("Torque against φ̇ψ̇: the slope", "3 d", _slope(n, inertia, agreement, quality), "torque"),
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
         ("The product φ̇ψ̇ at one torque", "3 c", _product(n), "product"),
@@ -119,11 +121,11 @@ def _agrees(deviation: float | None) -> bool:
     return deviation is not None and abs(deviation) <= AGREES
 
 
-def _slope(n: Numbers, agreement: Sentence, quality: Sentence) -> Iterator[elements.Block]:
+def _slope(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
     analysis, m0 = n.analysis, n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
-    yield paragraph("M + M0 = I_zz φ̇ψ̇ with I_zz = {}", n.value("inertia.value", n.inertia), kind="result")
+    yield paragraph("M + M0 = I_zz φ̇ψ̇ with {}", inertia, kind="result")
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
     balance = "."

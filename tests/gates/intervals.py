@@ -13,7 +13,8 @@ import gyrodata
 from gates.labs import INERTIA, Bench, typed
 from gates.stored import Found
 
-LABS = 150
+LABS, MORE = 150, 1000
+"""Labs of a cell, and those of a cell whose share is outside."""
 STATED = "# u_time: 0.14 s\n"
 OLD = "# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n# u_position_zero: 0.5 mm\n"
 CELLS = {
@@ -42,12 +43,17 @@ def inside(job: tuple[Bench, int]) -> bool:
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
-    """Draw the labs of all cells, or of the first three, one in five."""
-    cells, labs = list(CELLS)[: 3 if part else None], LABS // (10 if part else 1)
-    jobs = [(CELLS[name], 1000 * at + lab) for at, name in enumerate(cells) for lab in range(labs)]
+    """Draw the labs of all cells, or of the first three, one in ten."""
+    cells, few = list(CELLS)[: 3 if part else None], LABS // (10 if part else 1)
     with ProcessPoolExecutor(2) as pool:
-        held = list(pool.map(inside, jobs, chunksize=30))
-    shares = [100 * sum(held[at * labs :][:labs]) / labs for at in range(len(cells))]
-    measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {labs} labs"
+
+        def covered(at: int, labs: int) -> float:
+            jobs = [(CELLS[cells[at]], 1000 * at + lab) for lab in range(labs)]
+            return 100 * sum(pool.map(inside, jobs, chunksize=30)) / labs
+
+        shares = [covered(at, few) for at in range(len(cells))]
+        if not part:  # 150 labs do not distinguish 99 % from 100 %
+            shares = [share if 92 <= share <= 99 else covered(at, MORE) for at, share in enumerate(shares)]
+    measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {few} labs or more"
     lines = [f"{name}: 92 to 99 % | {share:.1f} %" for name, share in zip(cells, shares, strict=True)]
     return Found(measured, "92 to 99 %", part or (min(shares) >= 92 and max(shares) <= 99), lines)

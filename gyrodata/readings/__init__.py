@@ -90,7 +90,7 @@ def read_log(
     grid, faults = sources.load(source, name)
     ask = sources.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
-    table.warn_of_notes(grid, faults)
+    given.origin = table.read_notes(grid, faults)
     grid, falls = layout.split_spin_down(grid)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = Readings(

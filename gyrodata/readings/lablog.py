@@ -362,6 +362,8 @@ class Settings(Struct):
     reported: dict[str, reported.Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read; there is a fault for each."""
+    origin: str = ""
+    """Point from which positions count, if a note says so."""
 
 
 def read_options(

@@ -18,7 +18,7 @@ from statistics import fmean
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import quantities, vocabulary
+from gyrodata import diagnostics, quantities, vocabulary
 from gyrodata.errors import InputError
 from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, listing
@@ -64,7 +64,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         head = rows[first]
         if 2 * _numbers(head) >= max(1, len(_filled(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
-        if early := next((row for row in rows[:first] if _numbers(row) > 2), None):
+        if early := next((row for row in rows[:first] if sum(map(_is_bare, row.texts)) > 2), None):
             lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
         grid = _with_captions(grid, head)
@@ -100,7 +100,8 @@ def _without_other_sheets(grid: Grid, faults: Faults) -> Grid:
     for number, rows in others.items():
         filled = next((row for row in rows if row.line not in above), rows[0])
         faults.add("other_sheet", grid.cell(filled, 0), sheet=faults.sheets[number - 1][1] if number else "")
-    dropped = {id(row) for rows in others.values() for row in rows}
+    # A sheet of constants comes before the runs.
+    dropped = {id(row) for n, rows in others.items() for row in rows if n > min(of_log) or not _said(row)}
     return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
 
 
@@ -116,7 +117,12 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         return grid
     faults.add("turned", grid.cell(grid.rows[0], 0), names=listing(names.texts, 3))
     rows = []
-    for at in range(width):
+    units = [row.texts[1] if len(row.texts) > 2 else "" for row in grid.rows]
+    if sum(bool(kinds_of(unit)) for unit in units) > 1 and not any(map(is_number, units)):
+        # A column of units behind the names.
+        joined = (f"{name} [{unit}]" if kinds_of(unit) else name for name, unit in zip(names.texts, units, strict=True))
+        rows = [Row(grid.rows[0].line, list(joined), tuple(row.spot(0) for row in grid.rows))]
+    for at in range(2 if rows else 0, width):
         places = [(row, 1 if at and len(row.texts) == 2 < width else at) for row in grid.rows]
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(grid.rows[0].line, texts, tuple(row.spot(k) for row, k in places)))
@@ -226,6 +232,10 @@ def is_number(text: str) -> bool:
     return text[:1].isdigit() or (text[:1] in "+-−.,(" and text[1:2].isdigit())
 
 
+def _is_bare(text: str) -> bool:
+    return bool(quantities.PLAIN.fullmatch(quantities.fold_number(text)))
+
+
 def _filled(row: Row) -> list[int]:
     return [at for at, text in enumerate(row.texts) if text]
 
@@ -266,7 +276,9 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     numbers = {at for at in filled if is_number(row.texts[at]) and not re.search(_SENTENCE, row.texts[at])}
     if numbers:
         said = _said(row) if len(numbers) < 4 else {}
-        return bool(said) and numbers <= {at for *_, at in said.values()} and _lacking(headers).issuperset(said)
+        places = {at for *_, at in said.values()}
+        # "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
+        return bool(said) and numbers <= places and (numbers < places or _lacking(headers).issuperset(said))
     kinds = [(at, roles.kind_of_role(role)) for at in filled if at < len(headers) for role in headers[at].roles]
     remark = any(kind == "sign" or (kind == "text" and at > 0) for at, kind in kinds)
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
@@ -297,8 +309,8 @@ _SAYS_NOTHING = re.compile(
 _TIME_WORDS = {squeeze(word).lower() for word in re.split(r"[\s,]+", vocabulary.words("time", ",")) if len(word) > 2}
 _TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
-_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π))|360\D{0,9}="
-"""What a turn is: "one turn = 360 deg"."""
+_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|\w+\s*/\s*[0-9])|360\D{0,9}="
+"""What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
 def _turns_stated(whole: str, found: Collection[str]) -> str:
@@ -333,6 +345,7 @@ def _said(row: Row, with_time: bool = False) -> _Given:
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
         clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
+        behind = clause + (re.match(r"[^,;.()0-9]*", whole[match.end() :]) or [""])[0]
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
         if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
@@ -341,7 +354,7 @@ def _said(row: Row, with_time: bool = False) -> _Given:
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
         role = "" if role == "position" and roles.origin_in(whole) else role
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
-        if role and (roles.from_centre(clause) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
+        if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
     turns = _turns_stated(whole, found)
@@ -395,6 +408,8 @@ class _Sheet:
         """Rows that are not runs, with the cell that shows it."""
         self.general: _Given = {}
         """What captions say of all tables."""
+        self.arm: _Given = {}
+        """The position that a caption gave last: it is valid until another is given."""
         self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
         names = [name for row in grid.rows if _is_head(row) for name in row.texts]
@@ -486,6 +501,8 @@ class _Sheet:
             if any(roles.are_turns(header, [text]) for header, text in typed):
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
+        if "position" in self.given:
+            self.arm = {"position": self.given["position"]}
         if self.skipped:
             return
         remarks = [at for at in range(len(self.places), len(row.texts)) if row.texts[at]]
@@ -493,6 +510,8 @@ class _Sheet:
             self.left_out["title"].append((row, remarks[0]))
             row = Row(row.line, row.texts[: len(self.places)], row.origin)
         if is_first:
+            if "position" in _lacking([header for _, header in self.here]):
+                self.given = self.arm | self.given
             there |= set(self.given)
             if not self.tables:
                 self.told = there & {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}
@@ -524,6 +543,7 @@ class _Sheet:
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
                 same |= len(old.roles) == 1 and (old.roles, old.number) == (header.roles, header.number)
+                same = same and turns_in(old_cell.text) == turns_in(cell.text)
                 if same and k not in self.places:
                     place = k
                     break
@@ -585,13 +605,12 @@ class _Sheet:
             if left:
                 lines = self.faults.span(sorted({row.line for row, _ in left}))
                 values = {"lines": lines, "texts": listing([row.texts[at] for row, at in left], 4)}
-                origins = [one for row, _ in left if (one := roles.origin_in(" ".join(row.texts)))]
-                if why == "title" and origins:
-                    why, length = "title_of_positions", roles.ORIGIN_LENGTHS[origins[-1]]
-                    values |= {"origin": origins[-1], "length": f"{length.key}: {length.sample}"}
                 self.faults.add(why, self.grid.cell(*left[0]), **values)
         for cell, said in self.said:
             self.faults.add("caption", cell, **said)
+        read, remark = {cell.place.line for cell, _ in self.said}, diagnostics.messages()["remark"].code.split()[1]
+        remarks = [one for one in self.faults.found if one.code == remark and one.line in read]
+        self.faults.found = [one for one in self.faults.found if one not in remarks]
         if not self.runs:
             raise self.faults.refuse("no_runs")
         seen: set[tuple[str, ...]] = set()
@@ -612,8 +631,7 @@ class _Sheet:
                 continue
             if turns := turns_in(behind.text):
                 raise self.faults.refuse("header_split", behind, part=behind.text, header=cell.text, turns=turns)
-        is_timed = not there.isdisjoint(roles.TIMINGS) and "spin_turns" not in there
-        return table if is_timed else _with_differences(table, there, self.faults)
+        return _with_differences(table, there, self.faults)
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
@@ -660,26 +678,35 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
     free = [at for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles]
     clocks = {roles.clock_word(table.headers[at].text): at for at in free}
-    made: list[tuple[str, int, int | None]] = []
+    made: list[tuple[str, int, str, list[str]]] = []
     stated = {key.lower(): text.text for key, text in table.grid.metadata}
     if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
-        made.append(("time [s]", clocks["stop"], clocks["start"]))
-    if {"spintimestart", "spintimeend"} <= names.keys() and ("spin_turns" in there or "spin_turns" in stated):
-        # Instead of a column, a line may give the number of turns for the whole log.
-        counts = next((at for at, header in enumerate(table.headers) if "spin_turns" in header.roles), None)
-        made += [(f"spin_period_{end} [s]", names[f"spintime{end}"], counts) for end in ("start", "end")]
-    for name, one, other in made:
+        first = clocks["start"]
+        made.append(("time [s]", clocks["stop"], table.cells[first].text, [row.texts[first] for row in table.rows]))
+    counts = next((at for at, header in enumerate(table.headers) if "spin_turns" in header.roles), None)
+    for word, end in (("start", "start"), ("stop", "end")):
+        if (at := names.get(f"spintime{end}")) is not None and (counts is not None or "spin_turns" in stated):
+            # Instead of a column, a line may give the number of turns for the whole log.
+            texts = [stated["spin_turns"] if counts is None else row.texts[counts] for row in table.rows]
+            made.append(
+                (f"spin_period_{end} [s]", at, "spin_turns" if counts is None else table.cells[counts].text, texts)
+            )
+        for at, header in enumerate(table.headers):
+            if roles.clock_word(header.text) == word and roles.is_of_the_spin(header.text) and turns_in(header.text):
+                # "Time of 10 rotations of the disk, before [s]"
+                turns = turns_in(header.text)
+                made.append((f"spin_period_{end} [s]", at, turns, [turns] * len(table.rows)))
+    for name, one, second, others in made:
         sign = "minus" if name == "time [s]" else "over"
         try:
-            others = [stated["spin_turns"] if other is None else row.texts[other] for row in table.rows]
             pairs = [(_seconds(row.texts[one]), _seconds(text)) for row, text in zip(table.rows, others, strict=True)]
             texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
         except (DecimalException, IndexError):
             return table
         if any(text.startswith("-") for text in texts):
             return table
-        first, second = table.cells[one], "spin_turns" if other is None else table.cells[other].text
-        faults.add("read_as", first, first=first.text, sign=sign, second=second, name=name)
+        cell = table.cells[one]
+        faults.add("read_as", cell, first=cell.text, sign=sign, second=second, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts[:width], text]

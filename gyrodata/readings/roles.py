@@ -15,6 +15,7 @@ from functools import cache, lru_cache
 from typing import Literal, NamedTuple
 
 from msgspec import Struct, convert
+from msgspec.structs import replace
 
 from gyrodata import quantities, units, vocabulary
 from gyrodata.error_sources import SOURCES
@@ -259,6 +260,8 @@ class Header(Struct, frozen=True):
 
 
 _SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.]+"
+"""A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
@@ -283,17 +286,25 @@ def parse_header(text: str) -> Header:
     name, unit = split_unit(rest)
     if unit is None and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
-    if unit and re.fullmatch(r"[a-zA-Z.]+:[a-zA-Z:.]+", unit):
-        unit = "s"  # "mm:ss.cc": how its cells are written, and they say so themselves
+    if unit and re.fullmatch(_CLOCK_FORM, unit):
+        unit = "s"  # how its cells are written, and they say so themselves
     if not THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
         return Header(text, (), unit, spread)  # worked out, not measured
     found, number = name_roles(name)
+    if (
+        not found
+        and (parted := re.sub(r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])", "_", text)) != text
+        and parse_header(parted).roles
+    ):
+        return replace(parse_header(parted), text=text)  # "massGrams"
     if unit is None:
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
         return Header(text, bare or found, unit, spread, number)
     kinds = kinds_of(unit)
-    if not found and "time" in kinds:
+    if not found and "time" in kinds and turns_in(name):
+        found = ("time",)  # "1/3 turn (s)"
+    elif not found and "time" in kinds:
         # "Trial 2" and "2nd measurement" above times
         tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
         ordinals = [re.fullmatch(_ORDINAL, token.lower()) for token in tokens]
@@ -329,7 +340,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
-        is_unit = _is_unit_of(name, inside)
+        is_unit = _is_unit_of(name, inside) or bool(re.fullmatch(_CLOCK_FORM, inside))
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
@@ -559,6 +570,7 @@ def counts_weights(header: Header) -> bool:
     return header.unit is None and not header.roles and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
 
 
+_FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 
@@ -567,6 +579,16 @@ def origin_in(header: str) -> str:
     if len(header) > MAX_HEADER or re.search(r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk", header):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
+
+
+def noted_origin(note: str) -> str:
+    """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
+    if not (origin := origin_in(note)):
+        return ""
+    names = re.findall(r"[^\W\d_]+", note)
+    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en"))
+    is_position = any("position" in name_roles(one)[0] for one in named)
+    return origin if is_position and any(origin_in(found[1]) for found in re.finditer(_FROM, note)) else ""
 
 
 def from_centre(header: str) -> bool:

@@ -214,7 +214,7 @@ def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet, with cells as they were typed; a row that is struck out begins with #."""
     import openpyxl
 
-    def typed(row: Iterable[Any]) -> list[Any]:
+    def typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
         filled = [cell for cell in row if cell.value is not None]
         if not filled:
             return []
@@ -224,14 +224,18 @@ def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
             if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
                 text = f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
                 value = text if float(text) == value else value  # digits that the sheet does not show were typed too
-            elif isinstance(value, time) and value.hour:
+            elif isinstance(value, time) and value.hour and not in_minutes:
                 value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
             elif isinstance(value, time | timedelta):
                 # Excel stores 03:36.26 as a time of the day.
                 if isinstance(value, time):
-                    value = timedelta(minutes=value.minute, seconds=value.second, microseconds=value.microsecond)
-                seconds = value.total_seconds()
-                value = f"{int(seconds // 60):02d}:{seconds % 60:05.2f}"
+                    value = timedelta(0, value.second, value.microsecond, 0, value.minute, value.hour)
+                minutes, seconds = divmod(value.total_seconds(), 60)
+                value = (
+                    f"{int(minutes // 60)}:{int(minutes % 60):02d}"
+                    if in_minutes
+                    else f"{int(minutes):02d}:{seconds:05.2f}"
+                )
             values.append(value)
         while values[-1] is None:
             values.pop()
@@ -240,7 +244,14 @@ def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
     # One stray cell at the far corner makes a sheet of 17 thousand million cells.
     most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
-    return {sheet.title: list(map(typed, sheet.iter_rows(**most))) for sheet in book.worksheets}
+    sheets = {}
+    for sheet in book.worksheets:
+        rows = list(sheet.iter_rows(**most))
+        times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
+        # Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
+        in_minutes = bool(times) and all(one.hour < 4 and not one.second and not one.microsecond for one in times)
+        sheets[sheet.title] = [typed(row, in_minutes) for row in rows]
+    return sheets
 
 
 _OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
@@ -314,8 +325,8 @@ class Grid(Struct, frozen=True):
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
-_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1")
-"""A cell of Markdown in bold or italic type, or as code."""
+_EMPHASIS = re.compile(r"(?:([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»])")
+"""A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a word processor."""
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
 """Marks for "the same as above"; a blank cell means the same."""
@@ -406,7 +417,7 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
 
 def _find_delimiter(lines: list[str], body: list[int]) -> str:
     """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
-    bare = [re.sub(r'"[^"]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
+    bare = [re.sub(r'"[^"\t]*[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     shares = {}
     for delimiter in "\t;,|":
         counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
@@ -436,7 +447,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))
         try:
             texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
-            texts = [match[2] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
+            texts = [match[2] or match[3] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
             raise faults.refuse("quote_never_closed", place) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections import Counter
@@ -32,6 +33,8 @@ _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
+_OF_TILT = vocabulary.pattern("tilted")
+"""Words for an angle that the rod does not sweep."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -128,7 +131,22 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
-            choice.serve(replace(column, role="time", number=len(choice.used.get("time", [])) + 1, turns=turns))
+            numbers = {one.number for one in choice.used.get("time", [])}
+            number = next(number for number in itertools.count(1) if number not in numbers)
+            choice.serve(replace(column, role="time", number=number, turns=turns))
+    times = choice.used.get("time", [])
+    said, unsaid = {one.turns for one in times if one.turns}, [one for one in times if not one.turns]
+    if unsaid and len(said) == 1 and "turns" not in choice.there:
+        # "t1 of one turn, t2, t3": the turns of the first are those of its repeats.
+        choice.used["time"] = [replace(one, turns=next(iter(said))) for one in times]
+    elif (
+        len(unsaid) == 1
+        and unsaid[0].number == 1
+        and "turns" not in choice.there
+        and said
+        and all("/" in turns for turns in said)
+    ):
+        choice.used["time"] = [replace(one, turns=one.turns or "1") for one in times]  # "T1/3, T2/3, T1"
     if several:
         _eliminate(table, several, choice, faults)
     if choice.unplaced:
@@ -156,7 +174,7 @@ def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) ->
         ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
         unit = header.unit or next((end for end in ends if kind in kinds_of(end)), header.spread.partition(" ")[2])
         header = replace(header, unit=None if kind == "text" else unit or None)
-        found[at] = Chosen(at, table.cells[at], header, role, number)
+        found[at] = Chosen(at, table.cells[at], header, role, number, turns_in(header.text) if role == "time" else "")
     return found
 
 
@@ -210,7 +228,8 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     fits: list[Chosen] = []
     for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
         texts = [row.texts[column.at] for row in table.rows]
-        is_angle = kinds_of(column.header.unit or "") == {"angle"}
+        is_angle = kinds_of(column.header.unit or "") == {"angle"} and not re.search(_OF_TILT, column.header.text)
+        is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
         if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
     for column in fits if len(fits) == 1 else ():
@@ -222,7 +241,22 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         kind = kind_of_role(role)
         unplaced = [column for column in columns if column.cell in choice.unplaced]
         fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
-        if len(fit) != 1 or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
+        fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
+        if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
+            continue
+        if len(fit) > 1:
+            # "Alice's time" and "Bob's time" are two readings of one time.
+            names = [re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:] for one in fit]
+            if (
+                role == "time"
+                and names[0]
+                and names.count(names[0]) == len(names)
+                and "time" in roles.name_roles(names[0][0])[0]
+            ):
+                for number, one in enumerate(fit, 1):
+                    choice.serve(replace(one, role=role, number=number))
+                    choice.unplaced.remove(one.cell)
+                    faults.add("read_by_unit", one.cell, header=one.cell.text, role=role, kind=units.KINDS[kind].words)
             continue
         cell = fit[0].cell
         # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
@@ -364,7 +398,8 @@ class TableReader:
         for row in self.rows:
             count = len(row.texts)
             if count > width:
-                self.faults.add("row_too_long", self.grid.cell(row, width), count=count, width=width)
+                name = "row_too_long" if self.grid.delimiter == "," else "row_without_header"
+                self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
             elif noted and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
@@ -459,7 +494,7 @@ class TableReader:
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
         names = {text for text in texts if text[:1].isalpha() and len(text) <= 20} if chosen.role in roles.LOADS else ()
         for name in sorted(names)[:30]:
-            stated = rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({quantities.NUMBER}\s*[^\W\d_]+)\s*(?=[,;)]|$)"
+            stated = rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({quantities.NUMBER}\s*[^\W\d_]+)\s*(?=[,;)\"]|$)"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
             if len(found) == 1:
                 meant[name] = found.pop()
@@ -651,7 +686,8 @@ class TableReader:
         position, stated = columns.get("position"), self.settings.fields.get("position_from")
         if position is None:
             return 0.0
-        origin = stated or ("" if position.header.startswith(("#", "--")) else roles.origin_in(position.header))
+        named = "" if position.header.startswith(("#", "--")) else position.header
+        origin = stated or roles.origin_in(named) or ("" if roles.from_centre(named) else self.settings.origin)
         if origin in ("", "centre"):
             return 0.0
         self.settings.fields["position_from"] = origin
@@ -832,14 +868,20 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
         faults.add("exchanged", period.place(0), period=period.header, time=time.header, text=text)
 
 
-def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
-    """Warn of every note that may say that a reading is not what is typed, such as "twice the real rpm"."""
+def read_notes(grid: source.Grid, faults: Faults) -> str:
+    """Return the origin of positions that a note states, or "".
+
+    The function warns of every note that may say that a reading is not what is typed, such as "twice the real rpm".
+    """
     notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
         if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
             notes[f"{key}: {text.text}"] = text
+    origins = list(map(roles.noted_origin, notes))
     for row in grid.rows:
         words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
+        if words and not any(map(layout.is_number, row.texts)):
+            origins.append(roles.noted_origin(", ".join(row.texts)))
         words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
@@ -847,3 +889,4 @@ def warn_of_notes(grid: source.Grid, faults: Faults) -> None:
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
             faults.add("note", cell, note=note, role=role)
+    return next(filter(None, origins), "")

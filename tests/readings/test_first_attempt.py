@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import datetime
+import io
 import math
 from collections.abc import Sequence
 
@@ -131,6 +133,40 @@ FORMS = {
                         head=["mass_g", "x_cm", "omega_rad_s", "t_s", "turns"]),
     "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n" + table(";", [["ABC"[at // 3], *row[1:]]
                                                                             for at, row in enumerate(ROWS)]),
+    "turns in the second row": "mass,spin,time (s),,\n(g),(rpm),1/3 turn,2/3 turn,1 turn\n" + table(
+        rows=[[*row[::2][:2], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))] for row in ROWS[1:]],
+        head=[*ROWS[0][::2][:2], *(f"{float(ROWS[0][3]) * k / 3:.2f}" for k in (1, 2, 3))]) + f"x = {ARM} cm\n",
+    "two parts": f"Part A: r = {ARM} cm\n" + table(rows=WITHOUT_ARM[:3], head=[HEAD[0], HEAD[2], "Time for 1 turn (s)"])
+    + f"\nPart B: mass 60.2 g, r = {ARM} cm\n" + table(rows=[one[1:] for one in WITHOUT_ARM[6:]],
+                                                       head=[HEAD[2], "Time for 1 turn (s)"]),
+    "other turns in each table": f"x = {ARM} cm\n" + "\n".join(
+        table(rows=[[*one[:2], f"{float(one[2]) * k / 3:.2f}"] for one in WITHOUT_ARM[3 * k - 3:3 * k]],
+              head=[HEAD[0], HEAD[2], f"time for {k}/3 turn (s)"]) for k in (1, 2)),
+    "two partners": table(rows=[[*row[:4], row[3]] for row in ROWS],
+                          head=[*HEAD[:3], "Ana's time (s)", "Bo's time (s)"])
+    + "all times are for one full revolution\n",
+    "one header with the turns": table(rows=[[*row[:4], row[3]] for row in ROWS],
+                                       head=[*HEAD[:3], "temps pour un tour t1 [s]", "t2 [s]"]),
+    "the turns as numbers": table(rows=[[*row[:3], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))]
+                                        for row in ROWS],
+                                  head=[*HEAD[:3], "T1/3 (s)", "T2/3 (s)", "T1 (s)"]),
+    "minutes in the unit": table(rows=[[*row[:3], f"{float(row[3]) // 60:.0f}:{float(row[3]) % 60:04.1f}"]
+                                       for row in ROWS], head=[*HEAD[:3], "Time for 1 turn (m:ss.s)"]),
+    "capital letters": table(head=["massGrams", "distCm", "spinRPM", "timeSec", "nRevs"]),
+    "ten turns of the disk in the header": table(
+        rows=[[*row[:2], f"{597 / float(row[2]):.3f}", row[3], f"{603 / float(row[2]):.3f}"] for row in ROWS],
+        head=[*HEAD[:2], "Time for 10 rotations of disk before (s)", "Time for 1 precession (s)",
+              "Time for 10 rotations of disk after (s)"]),
+    "units beside the names": "".join(
+        ",".join([name.partition(" ")[0], name.partition("[")[2].rstrip("]") or "-", *cells]) + "\n"
+        for name, cells in zip(HEAD, COLUMNS, strict=True)),
+    "quotes of a word processor": table(rows=[[f"“{cell}”" for cell in row] for row in ROWS]),
+    "ditto marks between tabs": table("\t", rows=[[row[0] if at % 3 == 0 else '"', '"' if at else row[1], *row[2:]]
+                                                  for at, row in enumerate(ROWS)]),
+    "a sentence of two facts": f"All times are for one turn of the rod; weight {ARM} cm from center\n"
+    + table(rows=WITHOUT_ARM, head=[HEAD[0], *HEAD[2:4]]),
+    "a legend in quotes": table(rows=[["ABC"[at // 3], *row[1:]] for at, row in enumerate(ROWS)])
+    + '"A = 20.1 g, B = 40.3 g, C = 60.2 g"\n',
     "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
 }  # fmt: skip
 
@@ -168,6 +204,8 @@ WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
         ("counterweight moved by 1/2 turn", "turns"),
         ("Ventil eine halbe Umdrehung geöffnet", "turns"),
         ("times at 1/3, 2/3 or 1 turn", "turns"),
+        ("Time of 1 turn = t/3", "turns"),
+        ("stopwatch: 3 trials of one turn, added together", "turns"),
         ("Kugelradius r = 5.08 cm", "position"),
         ("R = 5.08 cm (ball)", "position"),
         ("a tape mark 5.0 cm wide", "position"),
@@ -207,6 +245,44 @@ def test_a_header_with_another_zero_or_part_is_asked_about(header: str) -> None:
     at = 1 if "cm" in header else 4
     with pytest.raises(LogError):
         analyze(table(rows=[[*row[:4], "3"] for row in ROWS], head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
+
+
+@pytest.mark.parametrize(
+    "header", ["θ (deg)", "inclination angle (deg)", "angle of rod (deg)", "Winkel zur Vertikalen (°)"]
+)
+def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
+    with pytest.raises(LogError, match="turns is missing"):
+        analyze(table(rows=[[*row[:4], "90"] for row in ROWS], head=[*HEAD[:4], header]))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "x is measured from the surface of the ball",
+        "distances measured from the edge of the ball",
+        "x = Abstand ab Kugelrand",
+        "position depuis la superficie de la boule",
+    ],
+)
+@pytest.mark.parametrize("frame", ["{0}\n{1}", "# {0}\n{1}", "{1}{0}\n"])
+def test_note_that_positions_count_from_the_surface_is_followed(line: str, frame: str) -> None:
+    log = frame.format(line, G_LINE + table(rows=[[row[0], "9.72", *row[2:]] for row in ROWS]))
+    with pytest.raises(LogError, match="positions count from the surface"):
+        analyze(log)
+    assert is_right(f"# ball_diameter: 10.16 cm\n{log}")
+    assert abs(analyze(f"# position_from: centre\n{log}").inertia.value / TRUTH - 9.72 / 14.8) < 0.02
+
+
+def test_minutes_and_seconds_of_excel_are_not_hours_and_minutes() -> None:
+    from openpyxl import Workbook
+
+    book, data = Workbook(), io.BytesIO()
+    book.active.append([*HEAD[:3], "time (min:sec)", "turns"])
+    for mass, arm, spin, time, _ in ROWS:
+        typed = datetime.time(*divmod(round(3 * float(time)), 60))  # Excel's 2:58 is two hours and 58 minutes
+        book.active.append([float(mass), float(arm), float(spin), typed, 3])
+    book.save(data)
+    assert abs(analyze(data.getvalue()).inertia.value / TRUTH - 1) < 0.02
 
 
 @pytest.mark.parametrize("legend", ["A = 20.1 g + 5 g", "A = 20.1 g without the hanger", "A = 20.1 g\nA = 25.1 g"])

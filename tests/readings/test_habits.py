@@ -71,10 +71,12 @@ def test_a_position_between_the_runs_is_that_of_the_runs_below() -> None:
 def test_positions_from_the_surface_are_stated_as_the_hint_says() -> None:
     title = "Distances measured from the surface of the ball, diameter 101.6 mm"
     said = f"{title}\n{ONCE.replace(',14.8,', ',9.72,')}"
-    hint = next(one.hint for one in analyze(said.encode()).diagnostics if one.code == "G214")
-    lines = re.findall('"(# .*?)"', hint)
-    assert lines == ["# position_from: surface", "# ball_diameter: 10.16 cm"]
-    assert analyze("\n".join([*lines, said]).encode()).inertia.value == pytest.approx(TRUTH, rel=0.03)
+    with pytest.raises(LogError, match="positions count from the surface") as caught:
+        analyze(said.encode())
+    hint = next(one.hint for one in caught.value.diagnostics if one.code == "G340")
+    line = re.findall('"(# .*?)"', hint)[0]
+    assert line == "# ball_diameter: 10.16 cm"
+    assert analyze(f"{line}\n{said}".encode()).inertia.value == pytest.approx(TRUTH, rel=0.03)
 
 
 def test_runs_copied_below_with_a_column_more_are_refused() -> None:

@@ -230,7 +230,8 @@ def cells() -> Iterator[Cell]:
 
 def _lengths() -> Iterator[Cell]:
     usual, knowing = (plain, OLD), (fitted, "# u_time: 0.5 s\n")
-    for (runs, scene), most in zip(USUAL, (1.3, 1.15), strict=True):
+    # The new defaults are longer, because they contain a zero of the ruler that is off by 1 mm and a late reading.
+    for (runs, scene), most, wide in zip(USUAL, (1.3, 1.15), (1.45, 1.55), strict=True):
         far, near = scene.but(hand=0.5), scene.but(hand=0.05)
         for name, labs, one, other, high in (
             (" as stated, old widths, silent / plain", scene, (fitted, OLD), usual, 1.08),
@@ -241,7 +242,7 @@ def _lengths() -> Iterator[Cell]:
                 (plain, STATED + OLD),
                 1.08,
             ),
-            (" as stated, new defaults / plain, old widths", scene, (fitted, ""), usual, 1.25),
+            (" as stated, new defaults / plain, old widths", scene, (fitted, ""), usual, wide),
             (", hand 0.5 s, silent / who states 0.5 s", far, (fitted, ""), knowing, most),
             (", hand 0.5 s, 0.14 s stated / who states 0.5 s", far, (fitted, STATED), knowing, most),
             (", hand 0.05 s, old widths / plain", near, (fitted, OLD), usual, 0.85),
@@ -253,7 +254,9 @@ def _balances() -> Iterator[Cell]:
     scenes = (("9 runs", NINE, 93), ("27 runs", TWENTY_SEVEN, 93), ("3 runs", THREE, 91), ("100/120/140 g", HEAVY, 86))
     for runs, scene, least in scenes:
         for share in (0.0, 0.01, 0.03, 0.05, 0.1, 0.2):
-            yield covering(f"{runs}, M0 {100 * share:g} %", scene.but(imbalance=share), least)
+            # Three nearly equal weights cannot show so large a M0; statistics.md says so.
+            low = 78 if scene is HEAVY and share == 0.2 else least
+            yield covering(f"{runs}, M0 {100 * share:g} %", scene.but(imbalance=share), low)
         yield covering(f"{runs}, M0 Cauchy 2.5 %", scene.but(lines=OLD)._replace(cauchy=0.025), 94, 98)
     drawn = HEAVY._replace(cauchy=0.025)
     yield ratio("100/120/140 g, length, M0 Cauchy 2.5 % / plain", drawn, (fitted, OLD), (plain, OLD), 0.85)
@@ -286,7 +289,7 @@ def _other_errors() -> Iterator[Cell]:
         yield covering(f"9 runs, thirds, sighting {degrees} deg", NINE.but(thirds=True, sighting=degrees), least)
     for runs, scene in THIRDS:
         for fall in (0.2, 0.3):
-            yield covering(f"{runs}, dry friction, fall {100 * fall:g} %", scene._replace(fall=fall), 94)
+            yield covering(f"{runs}, dry friction, fall {100 * fall:g} %", scene._replace(fall=fall), 92)
         yield covering(f"{runs}, tau 300 s, spin read at half time", scene.but(time_constant=300.0), 92)
         yield covering(f"{runs}, tau 300 s, spin read 2 s late", scene.but(time_constant=300.0, delay=2.0), 94)
     yield covering(

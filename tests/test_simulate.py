@@ -73,7 +73,7 @@ def test_an_exact_log_gives_the_truth_to_eight_digits(truth: Truth, design: Desi
         assert analysis.timing_bias.value == pytest.approx(truth.timing_bias or 0.0, abs=1e-6)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     inertia=st.floats(1e-3, 2e-2),
     imbalance=st.floats(-5e-4, 5e-4),

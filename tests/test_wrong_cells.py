@@ -130,14 +130,14 @@ def counted(table: Table, turns: float) -> Table:
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
 def test_six_runs_with_wrong_counts_are_right_or_doubted(turns: int, more: int, miscounts: int) -> None:
     outcomes = []
-    for seed in range(10):
+    for seed in range(6):
         table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns)
         wrong = np.random.default_rng([turns, seed]).choice(6, miscounts, replace=False)
         table.time[wrong] *= (turns + more) / turns
         outcomes.append(outcome(table))
     assert outcomes.count("wrong") <= (miscounts == 2)
     # Which of two pairs of runs is wrong is decided by the other weight, but for two runs of one weight.
-    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 8}[miscounts]
+    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 5}[miscounts]
 
 
 def test_both_answers_are_named_where_either_may_be_right() -> None:

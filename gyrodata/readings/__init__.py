@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from gyrodata.readings import lablog, layout, roles, table
+from gyrodata.readings import choice, lablog, layout, roles, table
 from gyrodata.readings import source as sources
 from gyrodata.readings.lablog import (
     MOST_OF_ONE_CODE,
@@ -108,15 +108,15 @@ def read_log(
     found = layout.find_layout(grid, faults)
     if found is None:
         return replace(log, diagnostics=faults.all_told())
-    choice = table.choose(found, mapping, given, faults)
-    log, unmoved = table.TableReader(found, choice, given, faults).read(log)
+    chosen = choice.choose(found, mapping, given, faults)
+    log, unmoved = table.TableReader(found, chosen, given, faults).read(log)
     if not log.runs and not faults.has_error():
         faults.add("no_timed_runs")
     else:
         if log.runs and len(unmoved) == len(log.runs):
             faults.add("no_torque")
-        unread = {role for role in choice.used if role not in log.columns} if faults.has_error() else set()
-        table.check_meaning(log, choice, unread | given.unread, faults, is_told="precession_period" in mapping)
+        unread = {role for role in chosen.used if role not in log.columns} if faults.has_error() else set()
+        table.check_meaning(log, chosen, unread | given.unread, faults, is_told="precession_period" in mapping)
     moved = [run for run in range(len(log.runs)) if run not in unmoved]
     if unmoved and moved:
         log = replace(log.select(moved), unmoved=log.select(sorted(unmoved)))

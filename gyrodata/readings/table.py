@@ -1,270 +1,33 @@
-"""From a table to columns of readings: which column has which role, its cells in SI, and what the log lacks."""
+"""From a table to columns of readings: its cells in SI, and what the log lacks."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache, partial
 
-from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, roles, source
-from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, Text, listing
-from gyrodata.readings.roles import TEXTS, Header, kind_of_role, squeeze, turns_in
+from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, missing_roles
+from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
+from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
-_TWO_READINGS = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
-_BY_UNIT = {
-    "mass": ("mass", "force", "torque"),
-    "position": ("position", "torque"),
-    "spin": ("spin", "spin_start", "spin_end"),
-    "time": roles.TIMINGS,
-}
-"""Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
-_OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
-_OF_TILT = vocabulary.pattern("tilted")
-"""Words for an angle that the rod does not sweep."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
-
-
-# Which column has which role --------------------------------------------------------------------------------------
-
-
-class Chosen(Struct, frozen=True):
-    """A column with its role."""
-
-    at: int
-    """Number of the column, from 0."""
-    cell: Text
-    header: Header
-    role: str
-    number: int | None = None
-    """Number of a repeat (``time_2``: 2)."""
-    turns: str = ""
-    """Turns of each time, if the header states them: "1/3"."""
-    part: int = 0
-    """Number of the reading, from 1, if each cell has two; else 0."""
-
-
-class Choice(Struct):
-    """The column of each role."""
-
-    there: set[str]
-    """Roles that have a column, or one value for the whole log."""
-    used: dict[str, list[Chosen]] = field(default_factory=dict)
-    """One column for each role; several for repeats of the time."""
-    others: list[Chosen] = field(default_factory=list)
-    """Further columns of a role, and ``inertia``."""
-    unplaced: list[Text] = field(default_factory=list)
-    """Headers that name no role."""
-    asked: set[str] = field(default_factory=set)
-    """Roles that a header may mean, if the log's author has to decide."""
-
-    def serve(self, chosen: Chosen) -> None:
-        """Use a column for its role, or put it with the others."""
-        present = self.used.get(chosen.role, [])
-        is_repeat = chosen.number is not None and {None, chosen.number}.isdisjoint(one.number for one in present)
-        if chosen.role == "inertia" or (present and not is_repeat):
-            self.others.append(chosen)
-        else:
-            self.used[chosen.role] = [*present, chosen]
-            self.there.add(chosen.role)
-
-
-def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings, faults: Faults) -> Choice:
-    """Give each column its role: by --map, by its name, by the turns that it states, by elimination, by its unit."""
-    choice = Choice(set(settings.roles))
-    mapped = _mapped(table, mapping, faults) if mapping else {}
-    for chosen in mapped.values():
-        choice.serve(chosen)
-    columns = [Chosen(at, table.cells[at], header, "") for at, header in enumerate(table.headers) if at not in mapped]
-    named = {squeeze(roles.split_unit(header.text)[0]): header.roles for header in table.headers}
-    several: list[Chosen] = []
-    stating: list[Chosen] = []
-    # Means come after the readings of which they are the mean, and a bare letter, which may number runs, after a name.
-    bare = [one for one in columns if one.header.unit is None]
-    letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
-    for column in sorted(columns, key=lambda one: (layout.is_of_means(one.cell.text), one.at in letters)):
-        header = column.header
-        texts = [row.texts[column.at] for row in table.rows]
-        name = squeeze(roles.split_unit(header.text)[0])
-        if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
-            found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
-            column = replace(column, header=replace(header, roles=found))
-        found = column.header.roles
-        is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
-        if column.at in letters and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
-            choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
-        elif is_time and turns_in(header.text):
-            stating.append(column)
-        elif found == ("spin",) and texts and all(_TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
-            faults.add("two_readings", column.cell, header=header.text)
-            choice.serve(replace(column, role="spin_start", part=1))
-            choice.serve(replace(column, role="spin_end", part=2))
-        elif len(found) == 1:
-            choice.serve(replace(column, role=found[0], number=header.number))
-        elif found:
-            several.append(column)
-        elif header.text or any(texts):
-            choice.unplaced.append(column.cell)
-    # "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
-    spins = any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
-    for column in stating:
-        turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
-        if of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
-            choice.serve(replace(column, role="spin_time", turns=turns))
-        elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
-            choice.unplaced.append(column.cell)  # ten turns may be the ball's
-        else:
-            numbers = {one.number for one in choice.used.get("time", [])}
-            number = next(number for number in itertools.count(1) if number not in numbers)
-            choice.serve(replace(column, role="time", number=number, turns=turns))
-    times = choice.used.get("time", [])
-    said, unsaid = {one.turns for one in times if one.turns}, [one for one in times if not one.turns]
-    if unsaid and len(said) == 1 and "turns" not in choice.there:
-        # "t1 of one turn, t2, t3": the turns of the first are those of its repeats.
-        choice.used["time"] = [replace(one, turns=next(iter(said))) for one in times]
-    elif (
-        len(unsaid) == 1
-        and unsaid[0].number == 1
-        and "turns" not in choice.there
-        and said
-        and all("/" in turns for turns in said)
-    ):
-        choice.used["time"] = [replace(one, turns=one.turns or "1") for one in times]  # "T1/3, T2/3, T1"
-    if several:
-        _eliminate(table, several, choice, faults)
-    if choice.unplaced:
-        _place_by_cells_and_unit(columns, table, choice, faults)
-    choice.unplaced.sort(key=lambda cell: cell.place)
-    for repeats in choice.used.values():
-        repeats.sort(key=lambda chosen: chosen.number or 0)
-    return choice
-
-
-def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
-    """Find the columns that ``--map`` names."""
-    found: dict[int, Chosen] = {}
-    texts = [cell.text for cell in table.cells]
-    for key, wanted in mapping.items():
-        same = [at for at, text in enumerate(texts) if text and squeeze(text) == squeeze(wanted)]
-        if not same:
-            headers = listing([f'"{text}"' for text in texts if text], 40)
-            raise faults.refuse("mapped_header_unknown", role=key, header=wanted, headers=headers)
-        at = next((at for at in same if texts[at] == wanted.strip()), same[0])
-        if at in found:
-            raise faults.refuse("mapped_twice", header=wanted, first=found[at].role, second=key)
-        role, number = ("time", int(key[5:])) if key.startswith("time_") else (key, None)
-        header, kind = table.headers[at], kind_of_role(role)
-        ends = (header.text.rpartition(mark)[2].strip() for mark in ",;/_ " if mark in header.text)
-        unit = header.unit or next((end for end in ends if kind in kinds_of(end)), header.spread.partition(" ")[2])
-        header = replace(header, unit=None if kind == "text" else unit or None)
-        found[at] = Chosen(at, table.cells[at], header, role, number, turns_in(header.text) if role == "time" else "")
-    return found
-
-
-def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faults: Faults) -> None:
-    """Decide headers of several roles if only one role is left; ask about the rest if they are needed."""
-    counts = choice.used.get("turns", [])
-    counted = {row.texts[one.at] for row in table.rows for one in counts}
-    for column in list(several):
-        # "T" can only be the time of one turn if no turns are counted, or each time covers one.
-        known = {"time", "precession_period", "angle"} & choice.there
-        single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
-        if column.header.roles == ("time", "precession_period") and single and not known:
-            several.remove(column)
-            choice.serve(replace(column, role="precession_period"))
-            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
-    while decided := [column for column in several if len(_left(column, choice)) == 1]:
-        several.remove(decided[0])
-        choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
-    lacking = {roles.BY_NAME[role].part for role in _missing_roles(choice.there, choice.there, loaded=True)}
-    lacking |= {"timing", "count"} if lacking & {"timing", "count"} else set()
-    for column in several:
-        left, cell = _left(column, choice), column.cell
-        if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
-            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
-            choice.asked.update(left)
-            faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)
-        else:
-            why = f"is not used: it fits {' and '.join(column.header.roles)}"
-            faults.add("not_used", cell, header=cell.text, why=why)
-
-
-def _left(column: Chosen, choice: Choice) -> list[str]:
-    """Return the roles that a header may still have."""
-    found, there = column.header.roles, choice.there
-    if any(one.turns for one in choice.used.get("time", ())):
-        there = there | {"turns"}
-    if found == ("time", "precession_period") and "time" in choice.used and there.isdisjoint(roles.COUNTS):
-        return []  # next to a time without turns, "T" may be the mean of such times as well
-    # An uncertainty belongs to the role that its symbol has, "σ_T" to "T"; else to a role that has a column.
-    bases = tuple(role.removeprefix("u_") for role in found)
-    for used in choice.used.values():
-        if bases != found and used[0].header.roles == bases and used[0].role in bases:
-            return [f"u_{used[0].role}"]
-    open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
-    # A quantity that follows from the readings is not needed, if the header can be another one.
-    return [role for role in open_roles if role not in roles.derived_roles(there)] or open_roles
-
-
-def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
-    """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
-    fits: list[Chosen] = []
-    for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
-        texts = [row.texts[column.at] for row in table.rows]
-        is_angle = kinds_of(column.header.unit or "") == {"angle"} and not re.search(_OF_TILT, column.header.text)
-        is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
-        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
-            fits.append(replace(column, role="angle" if is_angle else "turns"))
-    for column in fits if len(fits) == 1 else ():
-        choice.serve(column)
-        choice.unplaced.remove(column.cell)
-        faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
-    there = choice.there | choice.asked
-    for role, present in _BY_UNIT.items():
-        kind = kind_of_role(role)
-        unplaced = [column for column in columns if column.cell in choice.unplaced]
-        fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
-        fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
-        if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
-            continue
-        if len(fit) > 1:
-            # "Alice's time" and "Bob's time" are two readings of one time.
-            names = [re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:] for one in fit]
-            if (
-                role == "time"
-                and names[0]
-                and names.count(names[0]) == len(names)
-                and "time" in roles.name_roles(names[0][0])[0]
-            ):
-                for number, one in enumerate(fit, 1):
-                    choice.serve(replace(one, role=role, number=number))
-                    choice.unplaced.remove(one.cell)
-                    faults.add("read_by_unit", one.cell, header=one.cell.text, role=role, kind=units.KINDS[kind].words)
-            continue
-        cell = fit[0].cell
-        # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        other = roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
-        if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
-            choice.serve(replace(fit[0], role=role))
-            choice.unplaced.remove(cell)
-            faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
 
 
 # From cells to readings -------------------------------------------------------------------------------------------
@@ -482,7 +245,7 @@ class TableReader:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = [row.texts[chosen.at] for row in self.rows]
         if chosen.part:
-            return [match[chosen.part] for text in texts if (match := _TWO_READINGS.fullmatch(fold_number(text)))]
+            return [match[chosen.part] for text in texts if (match := TWO_READINGS.fullmatch(fold_number(text)))]
         if chosen.role == "mass":
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
@@ -749,7 +512,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     said = any(diagnostic.code == diagnostics.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     there, mass = set(log.columns) | unread, log.columns.get("mass")
     loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
-    missing = [role for role in _missing_roles(there, log.columns, loaded) if role not in choice.asked]
+    missing = [role for role in missing_roles(there, log.columns, loaded) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
     told = [_missing(role, missing, choice) for role in missing]
@@ -764,7 +527,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
         for run in sorted(set(blanks)):
             typed = {role for role, column in columns.items() if column.readings[run].text}
-            for role in _missing_roles(typed, columns, mass is None or mass.values[run] != 0):
+            for role in missing_roles(typed, columns, mass is None or mass.values[run] != 0):
                 lacking.setdefault(role, []).append(run)
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
@@ -781,24 +544,6 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     if choice.unplaced and not missing:
         texts = [cell.text or f"(column {cell.place.column}, no header)" for cell in choice.unplaced]
         faults.add("headers_unknown" if len(texts) > 1 else "header_unknown", headers=listing(texts))
-
-
-def _missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
-    """Name what a run lacks, or the whole log; of several roles that serve, one that the log has a column of."""
-    missing: list[str] = []
-    if "torque" not in there and loaded:
-        load = next((role for role in ("mass", "force", "torque") if role in columns), "mass")
-        missing += [load] if there.isdisjoint(("mass", "force")) else []
-        missing += ["position"] if "position" not in there and load != "torque" else []
-    if not any(there.issuperset(one) for one in roles.SPIN_SETS):
-        begun = (one for one in roles.SPIN_SETS if not (there | set(columns)).isdisjoint(one))
-        missing += [role for role in next(begun, ("spin",)) if role not in there]
-    if there.isdisjoint(roles.ONE_TURN):
-        whole = [role for role in roles.ONE_TURN if role in columns and "time" not in columns]
-        missing += (whole[:1] or ["time"]) if "time" not in there else []
-        if there.isdisjoint(roles.COUNTS) and not whole:
-            missing.append(next((role for role in roles.COUNTS if role in columns), "turns"))
-    return missing
 
 
 SEVERAL = 4

@@ -332,7 +332,7 @@ class Analysis(Struct, frozen=True, eq=False):
             The path of report.html.
         """
         target = Path(folder)
-        write_folder(target, _above("reporting.files").report_files(self))
+        write_folder(target, _above("reporting.page").report_files(self))
         return target / "report.html"
 
     def _repr_html_(self) -> str:

@@ -331,7 +331,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         analysis = analyze_readings(readings, request.options)
         files = {}
         if folder is not None:
-            from gyrodata.reporting.files import report_files
+            from gyrodata.reporting.page import report_files
 
             files = report_files(analysis, request.figures, request.style, document)
         text = _formatted(analysis, request, below, folder is not None)
@@ -385,8 +385,8 @@ def _formatted(analysis: Analysis, request: _Request, below: Path, written: bool
     if form == "markdown":
         from urllib.parse import quote
 
-        from gyrodata.reporting.files import alternatives, shown_form
         from gyrodata.reporting.markdown import markdown_report
+        from gyrodata.reporting.page import alternatives, shown_form
 
         # The document of one log is in the folder of its figures, that of several logs is next to their folders.
         place = quote(os.fsencode(f"{below.as_posix()}/")) if request.several else ""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata import effects, findings, fitting, mistakes, refusals, tables
 from gyrodata.changes import Lab
@@ -117,7 +117,10 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = look_for_patterns(measured, fit)
     exponent = tables.overall_exponent(measured, kept) if whole else None
-    seen = findings.Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole)
+    seen = findings.Seen(
+        **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
+        patterns=patterns, exponent=exponent, sizes=tuple(sizes), whole=whole,
+    )  # fmt: skip
     found += findings.findings(seen)
     changed = list(effects.answers(lab, "sensitivity")) if whole else []
     without = {one.case.torque: one.inertia for one in changed if one.case.torque is not None and one.inertia}

@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, fitting, physics
-from gyrodata.changes import Case, EffectCase, Lab
+from gyrodata.changes import Case, Lab
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
@@ -51,7 +51,7 @@ def relative_u(fit: FitResult) -> float:
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
-def _bias(lab: Lab, case: EffectCase) -> float | None:
+def _bias(lab: Lab, case: Case) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
@@ -68,7 +68,7 @@ def _bias(lab: Lab, case: EffectCase) -> float | None:
     return ratio - 1 if case.without else 1 / ratio - 1
 
 
-def _why(lab: Lab, name: str, case: EffectCase, bias: float | None) -> str:
+def _why(lab: Lab, name: str, case: Case, bias: float | None) -> str:
     """Describe why an effect was left out or kept, with its size if this decided."""
     u = relative_u(lab.fit)
     if not case.sized or (bias is not None and u == 0):
@@ -105,7 +105,6 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         if change.use != "effect" or (names and change.name not in names):
             continue
         for case in change.cases(some):
-            assert isinstance(case, EffectCase)
             bias = _bias(some, case)
             if change.name == "earth" and bias is not None and not fitting.earth_is_told(lab.measured):
                 bias = abs(bias)

@@ -219,9 +219,7 @@ def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, An
     safe = np.where(near, 1.0, decay)
     value = np.where(near, 1 - decay / 2 + decay**2 / 12, safe / np.expm1(safe))
     slope = np.where(
-        near,
-        -0.5 + decay / 6 - decay**3 / 180,
-        (np.expm1(safe) - safe * np.exp(safe)) / np.expm1(safe) ** 2,
+        near, -0.5 + decay / 6 - decay**3 / 180, (np.expm1(safe) - safe * np.exp(safe)) / np.expm1(safe) ** 2
     )
     return value + slope, -slope * start / end
 
@@ -250,12 +248,7 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
 
 
 def least_spin(
-    torque: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    pitch: ArrayLike,
-    *,
-    total_spin: bool = False,
+    torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike, *, total_spin: bool = False
 ) -> Any:
     """Return the minimum spin for steady precession, from D = 0 in eq. (8).
 
@@ -386,11 +379,7 @@ def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia
 
 
 def momentum_change(
-    rotation: ArrayLike,
-    rotation_change: ArrayLike,
-    frame: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
+    rotation: ArrayLike, rotation_change: ArrayLike, frame: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
 ) -> Floats:
     """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H [N*m].
 

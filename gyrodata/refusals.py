@@ -13,7 +13,7 @@ from gyrodata import fitting, physics
 from gyrodata.effects import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words, turn_words
@@ -26,7 +26,7 @@ def count_findings(
 
     `fit` is the fit with the written counts and without the runs that are left out; None if that fit failed.
     """
-    groups = torque_groups(measured)
+    groups = measured.by_torque
 
     def believed(counts: dict[int, float]) -> bool:
         """Return whether the times are much more likely with other counts."""
@@ -96,7 +96,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
     """Make the error of a log without an answer: the reason, and what to check."""
-    groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
+    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
     across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)

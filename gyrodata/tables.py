@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 from gyrodata.quantities import as_read
 from gyrodata.units import Uncertainty
@@ -137,7 +137,7 @@ def torque_table(
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
     torques, all_products = [], fit.sense * np.abs(measured.product)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    groups = torque_groups(measured)
+    groups = measured.by_torque
     for k, (group, used) in enumerate(zip(groups, _kept_groups(measured, kept), strict=True)):
         runs = used or group
         product, time = all_products[runs], measured.time[runs]
@@ -200,7 +200,7 @@ class Constancy(Struct, frozen=True):
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    for group, used in zip(torque_groups(measured), _kept_groups(measured, kept), strict=True):
+    for group, used in zip(measured.by_torque, _kept_groups(measured, kept), strict=True):
         exponent, torque = _common_exponent(measured, [used]), float(measured.torque[group[0]])
         if exponent is None:
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
@@ -262,7 +262,7 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
 def _kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
     """List the runs of each torque that are used."""
     inside = set(kept)
-    return [[i for i in group if i in inside] for group in torque_groups(measured)]
+    return [[i for i in group if i in inside] for group in measured.by_torque]
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------

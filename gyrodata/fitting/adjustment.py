@@ -369,14 +369,7 @@ class Adjusted(Struct, frozen=True):
     """False: this is not a solution."""
 
 
-def adjust(
-    problem: Problem,
-    sense: Floats,
-    start: Start,
-    prior_width: float,
-    kept: Floats,
-    factor: float,
-) -> Adjusted:
+def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
     """Iterate the adjustment to a credible solution.
 
     Parameters

@@ -179,11 +179,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
 
 def fit(
-    measured: Measurements,
-    widths: Widths | None = None,
-    *,
-    tilted: bool = False,
-    left_out: Collection[int] = (),
+    measured: Measurements, widths: Widths | None = None, *, tilted: bool = False, left_out: Collection[int] = ()
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -534,10 +530,7 @@ def earth_is_told(measured: Measurements) -> bool:
 
 
 def fit_model(
-    measured: Measurements,
-    chosen: ChosenModel,
-    left_out: Collection[int] = (),
-    widths: Widths | None = None,
+    measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = (), widths: Widths | None = None
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a model: correct the runs with the result of the fit, until both agree.
 

@@ -251,20 +251,10 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     fields["runs"] = tuple(measurements.runs[i] for i in index)
     fields["lines"] = tuple(measurements.lines[i] for i in index)
     fields["sources"] = tuple(
-        replace(
-            source,
-            groups=source.groups[index],
-            absolute=source.absolute[index],
-            relative=source.relative[index],
-        )
+        replace(source, groups=source.groups[index], absolute=source.absolute[index], relative=source.relative[index])
         for source in measurements.sources
     )
     return replace(measurements, **fields)
-
-
-def torque_groups(measurements: Measurements) -> list[list[int]]:
-    """Return the runs of each applied torque, in the order of the log."""
-    return measurements.by_torque
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:

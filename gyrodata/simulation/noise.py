@@ -56,9 +56,7 @@ the same true value share one, as for one weight in three runs; "log": all readi
 
 
 def put_errors(
-    true: Mapping[str, Floats],
-    noise: Mapping[str, Uncertainty],
-    random: np.random.Generator,
+    true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
 ) -> dict[str, Floats]:
     """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 

@@ -15,7 +15,6 @@ from msgspec.structs import asdict, replace
 
 from gyrodata import effects, findings, fitting, mistakes, refusals, tables
 from gyrodata.changes import Lab
-from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, checks, measure
@@ -123,9 +122,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     )  # fmt: skip
     found += findings.findings(seen)
     changed = list(effects.answers(lab, "sensitivity")) if whole else []
-    without = {one.case.torque: one.inertia for one in changed if one.case.torque is not None and one.inertia}
+    without = {case.torque: one.inertia for case, one in changed if case.torque is not None and one.inertia}
     as_written = fit.inertia if measured.balanced else None
-    balanced = next((one.inertia for one in changed if one.name == "balanced"), as_written)
+    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), as_written)
     out = set(lab.left_out)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
@@ -151,7 +150,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=tuple(_sensitivity(fit.inertia, one) for one in changed),
+        sensitivity=tuple(one for _, one in changed),
         effects=listed,
         power_law=tables.power_laws(measured, kept) if whole else (),
         exponent=exponent,
@@ -246,13 +245,6 @@ def fit_runs(
     )
     lab = Lab(readings, runs, fit, chosen, left_out)
     return lab, explain(readings, runs, chosen, shown, screened or fit), without
-
-
-def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
-    """Compare I_zz of a changed log with I_zz of the log."""
-    inertia = outcome.inertia
-    deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-    return Sensitivity(outcome.name, outcome.words, inertia, deviation)
 
 
 def _result(estimate: Estimate) -> Result:

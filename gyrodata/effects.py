@@ -165,18 +165,9 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-class Outcome(Struct, frozen=True):
-    """The answer to one question."""
-
-    name: str
-    words: str
-    inertia: Estimate | None
-    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
-    case: Case
-
-
-def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
+def answers(lab: Lab, wanted: str) -> Iterator[tuple[Case, Sensitivity]]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
+    answer = lab.fit.inertia
     cases = [
         (change, case)
         for change in changes.CHANGES
@@ -186,7 +177,8 @@ def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
     is_clear = bool(cases) and _is_clear(lab)
     for change, case in cases:
         inertia = None if case.measured is None else _answer(lab, case, case.measured, is_clear)
-        yield Outcome(change.name, change.words.format(case.words), inertia, case)
+        deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+        yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
 
 
 def _answer(lab: Lab, case: Case, measured: Measurements, is_clear: bool) -> Estimate | None:

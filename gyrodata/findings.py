@@ -180,7 +180,7 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    then = next((outcome.inertia for outcome in effects.answers(seen, "direction")), None)
+    then = next((one.inertia for _, one in effects.answers(seen, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
@@ -275,8 +275,8 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
-    for outcome in effects.answers(seen, "digits"):
-        role, better = outcome.words, outcome.inertia
+    for case, answer in effects.answers(seen, "digits"):
+        role, better = case.words, answer.inertia
         rounding = changes.rounding(seen, role)
         if better is None or rounding is None:
             continue
@@ -408,7 +408,9 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
     now = percent_u(lab.fit.inertia)
-    gains = [(percent_u(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
+    gains = [
+        (percent_u(one.inertia), one.words) for _, one in effects.answers(lab, "advice") if one.inertia is not None
+    ]
     return tuple(
         f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
     )

@@ -92,7 +92,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
     now = percent_u(analysis.fit.inertia)
-    inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
+    inertia = next((one.inertia for _, one in effects.answers(analysis.lab, "unloaded_run")), None)
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)
 

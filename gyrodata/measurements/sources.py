@@ -6,7 +6,7 @@ The table in `error_sources` contains their defaults.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -24,7 +24,6 @@ from gyrodata.error_sources import (
     WHOLE,
     Quantity,
 )
-from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import stated_u
@@ -73,50 +72,45 @@ class Source(Struct, frozen=True):
         return int((np.bincount(self.groups + 1)[1:] > 1).sum())
 
 
+def load_role(columns: Mapping[str, Column]) -> str:
+    """Return the role that gives the torque: masses, else forces, else the torque itself."""
+    return next(role for role in ("mass", "force", "torque") if role in columns)
+
+
 def list_sources(
     readings: Readings,
     timing: Column,
     time: Floats,
     turns: Floats,
     spin: Floats,
-    mass: Floats,
     position: Floats,
+    pitch: Floats,
     drag: Drag | None,
-) -> list[Source]:
-    """List all sources of error of a log except those of a tilt, in the order of the table."""
-    columns = readings.columns
+) -> Iterator[Source]:
+    """List all sources of error of a log, in the order of the table."""
+    columns, used = readings.columns, spin_columns(readings)
+    yield from _timing_sources(readings, timing, time, turns)
     relative_spin, default = _spin_errors(readings)
-    used = spin_columns(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
-    sources = [
-        *_timing_sources(readings, timing, time, turns),
-        _source(
-            "spin",
-            groups,
-            np.zeros(len(spin)),
-            relative_spin,
-            default,
-            SOURCES["time"].usual if used[0].role == "spin_time" else None,
-        ),
-        _of_whole_log(readings, "spin_scale"),
-        *_decay_sources(readings, used, spin, drag),
-    ]
-    load = next(role for role in ("mass", "force", "torque") if role in columns)
+    usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
+    yield _source("spin", groups, np.zeros(len(spin)), relative_spin, default, usual)
+    yield _of_whole_log(readings, "spin_scale")
+    yield from _decay_sources(readings, used, spin, drag)
+    load = load_role(columns)
     values = values_of(columns[load])
-    sources.append(_by_value(load, columns[load], values, values != 0))
+    yield _by_value(load, columns[load], values, values != 0)
     if load == "mass":
-        sources.append(_of_whole_log(readings, "mass_scale"))
+        yield _of_whole_log(readings, "mass_scale")
     # Without a position not one run has a weight.
-    if load == "torque" or "position" not in columns:
-        return sources
-    sources.append(_by_value("position", columns["position"], position, values != 0))
-    zero = _of_whole_log(readings, "position_zero")
-    # The length added to every position is only as well known as the ball's diameter or the rod's length.
-    sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
-    if load == "mass":
-        sources.append(_gravity_source(readings))
-        sources += _diameter_sources(columns, mass)
-    return sources
+    if load != "torque" and "position" in columns:
+        yield _by_value("position", columns["position"], position, values != 0)
+        zero = _of_whole_log(readings, "position_zero")
+        # The length added to every position is only as well known as the ball's diameter or the rod's length.
+        yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
+        if load == "mass":
+            yield _gravity_source(readings)
+            yield from _diameter_sources(columns, values)
+    yield from _tilt_sources(readings, pitch)
 
 
 def _gravity_source(readings: Readings) -> Source:
@@ -223,26 +217,22 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
     return [source]
 
 
-def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
+def _tilt_sources(readings: Readings, pitch: Floats) -> Iterator[Source]:
     """List the uncertainties of the pitch and of I for a tilted or a released rod."""
-    count = len(readings.runs)
-    sources = []
-    if "pitch" in readings.columns:
-        errors = _reading_errors(readings.columns["pitch"], pitch, SOURCES["pitch"].default)
-        sources.append(_source("pitch", np.arange(count), *errors))
+    columns, every = readings.columns, np.zeros(len(pitch), dtype=int)
+    if "pitch" in columns:
+        yield _source(
+            "pitch", np.arange(len(pitch)), *_reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
+        )
     elif readings.motion != "released":
-        return []
+        return
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    known = SOURCES["transverse_inertia"]
-    role = "nutation_period" if transverse is None else "transverse_inertia"
-    if role in readings.columns:
-        column = readings.columns[role]
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is not None:
+        known = SOURCES["transverse_inertia"]
         stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
-        default, usual = not stated, known.usual
-        size = max(stated) if stated else known.default.relative
-    doubt = np.zeros(count), np.full(count, size)
-    sources.append(_source("transverse_inertia", np.zeros(count, dtype=int), *doubt, default, usual))
-    return sources
+        default, usual, size = not stated, known.usual, max(stated, default=known.default.relative)
+    yield _source("transverse_inertia", every, np.zeros(len(pitch)), np.full(len(pitch), size), default, usual)
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
@@ -369,6 +359,83 @@ def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
 def values_of(column: Column) -> Floats:
     """Return the values of a column [SI], shape (n,); NaN for a blank cell."""
     return np.array(column.values, dtype=float)
+
+
+# --- how the spin falls --------------------------------------------------------------------------------------
+
+NO_POWER_LAW = 0.3
+"""Smallest standard uncertainty of the exponent: no real drag is exactly a power of the spin."""
+
+NO_LAW = 9.0
+"""With a larger reduced chi-square, the falls do not follow one law, and p keeps its expected value."""
+
+CERTAIN = 2.0
+"""A fall of the spin below this many standard uncertainties is not used."""
+
+
+class Drag(Struct, frozen=True):
+    """The drag of one gyroscope."""
+
+    rate: float
+    """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay time."""
+    u_rate: float
+    """[1/s]"""
+    spin: float
+    """[rad/s]"""
+    exponent: float
+    """p [1]."""
+    u_exponent: float
+    """[1]"""
+
+    def at(self, spin: Floats) -> Floats:
+        """Compute the relative fall in a second at other spins [1/s], shape (n,)."""
+        return self.rate * (spin / self.spin) ** (self.exponent - 1)
+
+
+def find_drag(falls: Sequence[tuple[float, float, float]], u_spin: float, u_exponent: float) -> Drag | None:
+    """Fit the law of drag to falls of the spin.
+
+    Parameters
+    ----------
+    falls : sequence of tuple
+        Spin at the start and at the end of each fall [rad/s], and its duration [s].
+    u_spin : float
+        Relative standard uncertainty of one reading of the spin.
+    u_exponent : float
+        Standard uncertainty of p before the fit; the expected value is 1.
+
+    Returns
+    -------
+    Drag or None
+        None if the spin does not fall visibly.
+    """
+    if not falls:
+        return None
+    start, end, seconds = np.array(falls).T
+    spin, fall = np.sqrt(start * end), np.log(start / end)
+    u = math.sqrt(2) * u_spin / seconds
+    middle = float(np.exp(np.mean(np.log(spin))))
+    distance = np.log(spin / middle)
+    prior = max(u_exponent, 1e-6)
+    rate, bend = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2)), 0.0
+    # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a prior.
+    for _step in range(20):
+        # The rate at the geometric mean of both spins.
+        found = fall / seconds * physics.sinhc(bend * fall / 2)
+        shape = np.exp(bend * distance)
+        rows = np.vstack([np.column_stack([shape, rate * distance * shape]) / u[:, None], [0.0, 1 / prior]])
+        covariance = np.linalg.inv(rows.T @ rows)
+        step = covariance @ rows.T @ np.append((found - rate * shape) / u, -bend / prior)
+        rate, bend = rate + float(step[0]), float(np.clip(bend + step[1], -2.0, 2.0))
+    misfit = float(np.sum(((found - rate * shape) / u) ** 2)) / max(len(u) - 2, 1)
+    u_rate, u_bend = (np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))).tolist()
+    u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
+    if misfit > NO_LAW:
+        bend, u_bend = 0.0, u_exponent
+    return Drag(rate, u_rate, middle, 1 + bend, u_bend) if rate > CERTAIN * u_rate else None
+
+
+# --- readings of the spin ---------------------------------------------------------------------------------------
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:

@@ -103,9 +103,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Indices of the runs of each torque, in the order of the log."""
         loads = np.where(np.isnan(self.mass), np.where(np.isnan(self.force), self.given_torque, self.force), self.mass)
         groups: dict[tuple[str, str, str], list[int]] = {}
-        for i, (load, position, sense) in enumerate(
-            zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)
-        ):
+        each = zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)
+        for i, (load, position, sense) in enumerate(each):
             words = (f"{load:.9g}", f"{position:.9g}", f"{sense:g}" if load == 0 else "")
             groups.setdefault(words, []).append(i)
         return list(groups.values())

@@ -56,7 +56,7 @@ def run_table(
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
-    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.influence
+    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     everyone = range(len(measured.runs))
     marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]

@@ -119,12 +119,12 @@ class Problem:
 
     def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
         """Compute the torque of each run [N*m] and its derivatives by quantity."""
+        mass, position, force, g = values[MASS], values[POSITION], values[FORCE], values[G]
         if self.by_weight:
-            pull = values[MASS] * values[G]
-            slopes = {MASS: values[POSITION] * values[G], POSITION: pull, G: values[MASS] * values[POSITION]}
-            return pull * values[POSITION], slopes
+            pull = mass * g
+            return pull * position, {MASS: position * g, POSITION: pull, G: mass * position}
         if self.by_force:
-            return values[FORCE] * values[POSITION], {POSITION: values[FORCE], FORCE: values[POSITION]}
+            return force * position, {POSITION: force, FORCE: position}
         return values[TORQUE], {TORQUE: np.ones(self.count)}
 
     def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:

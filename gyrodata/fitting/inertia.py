@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -111,20 +111,18 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     dof: int
     deviations: Floats
     """Time minus the prediction of the *other* runs, over the standard uncertainty of this difference, shape (n,)."""
-    influence: Floats
-    """Change of I_zz when one run is left out, to first order [kg*m^2]; 0 for a run that is, shape (n,)."""
-    budget: tuple[Share, ...]
     widths: Widths
     """Widths with which the runs were adjusted."""
-    contradicted_balance: float | None
-    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
-    two_signs: bool
-    """True if M0 can have either sign, and the answer includes both."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
-    posterior: Posterior | None
+    budget: tuple[Share, ...] = ()
+    contradicted_balance: float | None = None
+    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
+    two_signs: bool = False
+    """True if M0 can have either sign, and the answer includes both."""
+    posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
 
     @cached_property
@@ -133,12 +131,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         problem = self.adjusted.problem
         values, _ = problem.truth(np.zeros_like(self.adjusted.slopes), self.adjusted.shared)
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
-        torque, whole = problem.torque(values)[0] + residual_torque, inertia + values[ADDED]
-        if problem.tilted:
-            spin = self.sense * values[SPIN]
-            rate = np.abs(physics.precession_rate(torque, spin, whole, values[TRANSVERSE], values[PITCH]))
-        else:
-            rate = np.abs(physics.horizontal_precession_rate(torque, values[SPIN], whole))
+        torque = problem.torque(values)[0] + residual_torque
+        # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
+        top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
+        rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
             u = np.sqrt(self.adjusted.independent_variance) / np.abs(torque)
@@ -295,14 +291,9 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(differ),
         deviations=adjusted.deviations,
-        influence=adjusted.influence,
-        budget=(),
         widths=widths,
-        contradicted_balance=None,
-        two_signs=False,
         sense=sense,
         adjusted=adjusted,
-        posterior=None,
     )
 
 
@@ -387,10 +378,8 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
         if variance > 0
     ]
-    for row, name, words in (
-        (count, "residual_torque", "all runs"),
-        (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
-    ):
+    hand = SOURCES["time_bias"].shared_by
+    for row, name, words in (count, "residual_torque", "all runs"), (count + 1, "time_bias", hand):
         if gain[row]:
             shares.append((name, True, words, abs(float(gain[row]))))
     if excess > 0:
@@ -556,16 +545,13 @@ def fit_model(
     """
     sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
     bare = runs = replace(measured, slowing=None, sources=sources)
-
-    def fitted(widths: Widths | None) -> FitResult:
-        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
-
+    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     if not is_corrected(runs, chosen):
-        return runs, fitted(widths)
-    result = fitted(AS_STATED)
+        return runs, fitted(runs, widths)
+    result = fitted(runs, AS_STATED)
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
-        result = fitted(AS_STATED)
+        result = fitted(runs, AS_STATED)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
-    return runs, result if widths == AS_STATED else fitted(widths)
+    return runs, result if widths == AS_STATED else fitted(runs, widths)

@@ -20,7 +20,7 @@ from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
-from gyrodata.results import DOF_REASON, DOUBTS, Analysis, Doubt, Options, Result
+from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
 from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
@@ -238,13 +238,8 @@ def fit_runs(
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
-    shown = tuple(
-        replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
-        for outlier in outliers
-    )
     lab = Lab(readings, runs, fit, chosen, left_out)
-    return lab, explain(readings, runs, chosen, shown, screened or fit), without
+    return lab, explain(readings, lab, outliers, screened or fit), without
 
 
 def _result(estimate: Estimate) -> Result:
@@ -254,7 +249,4 @@ def _result(estimate: Estimate) -> Result:
     assert interval is not None
     half = (interval[1] - interval[0]) / 2
     relative, k = abs(u / value) if value else None, half / u if u else None
-    return Result(
-        value, u, estimate.unit, interval,
-        k=k, dof=None, expanded_u=half, relative_u=relative, level=0.95, dof_reason=DOF_REASON,
-    )  # fmt: skip
+    return Result(value, u, estimate.unit, interval, k=k, expanded_u=half, relative_u=relative)

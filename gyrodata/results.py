@@ -82,15 +82,15 @@ class Result(Estimate, frozen=True, kw_only=True):
 
     k: float | None
     """Coverage factor: half the 95 % interval over u [1]."""
-    dof: float | None
+    dof: float | None = None
     """Degrees of freedom; null, see dof_reason."""
     expanded_u: float | None
     """k·u, half the 95 % interval."""
     relative_u: float | None
     """u over the value [1]."""
-    level: float
+    level: float = 0.95
     """Probability of the interval [1]."""
-    dof_reason: str | None
+    dof_reason: str | None = DOF_REASON
     """Why dof is null."""
 
     @property

@@ -206,22 +206,15 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
     return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
 
 
-def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:
-    """Derivatives of `harmonic_mean_spin` [1], for viscous drag, with respect to the start and the end.
+def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
+    """Relative change of `harmonic_mean_spin` for a relative change of the start [1], for viscous drag.
 
-    Both are 1/2 if the spin does not change. They satisfy start·s₁ + end·s₂ = mean, because the mean
-    scales with the readings.
+    1/2 if the spin does not change. The share of the end is the rest, because the mean scales with the readings.
     """
-    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    decay = np.log(start / end)
-    # f(d) = d/(e^d − 1); mean = start f(d); f' is a difference of near-equal numbers below |d| ~ 1e-3.
-    near = np.abs(decay) < 1e-3
-    safe = np.where(near, 1.0, decay)
-    value = np.where(near, 1 - decay / 2 + decay**2 / 12, safe / np.expm1(safe))
-    slope = np.where(
-        near, -0.5 + decay / 6 - decay**3 / 180, (np.expm1(safe) - safe * np.exp(safe)) / np.expm1(safe) ** 2
-    )
-    return value + slope, -slope * start / end
+    half = np.log(np.divide(start, end)) / 2
+    near = np.abs(half) < 1e-4
+    safe = np.where(near, 1.0, half)
+    return (1 - np.where(near, half / 3, 1 / np.tanh(safe) - 1 / safe)) / 2
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:

@@ -483,5 +483,5 @@ def spin_weights(spins: list[Floats]) -> list[Floats]:
         return [part / sum(parts) for part in parts]
     if len(spins) == 1:
         return [np.ones(len(spins[0]))]
-    mean = mean_spin(spins)
-    return [slope * spin / mean for slope, spin in zip(physics.harmonic_mean_spin_slopes(*spins), spins, strict=True)]
+    share = physics.harmonic_mean_spin_share(*spins)
+    return [share, 1 - share]

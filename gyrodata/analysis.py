@@ -115,7 +115,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = look_for_patterns(measured, fit)
-    exponent = tables.overall_exponent(measured, kept) if whole else None
+    exponent = tables.common_exponent(measured, tables.kept_groups(measured, kept)) if whole else None
     seen = findings.Seen(
         **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
         patterns=patterns, exponent=exponent, sizes=tuple(sizes), whole=whole,

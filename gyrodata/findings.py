@@ -21,7 +21,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.mistakes import INERTIA_RANGE, explaining_mistakes, unit_within
-from gyrodata.patterns import CHANCE, Pattern, pattern_words
+from gyrodata.patterns import CHANCE, Pattern, pattern_values
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, Readings, kind_of_role, to_display
 from gyrodata.readings.roles import TIMINGS
@@ -67,15 +67,11 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     readings, without = seen.readings, seen.without
     timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
     out = set(seen.left_out)
+    kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else ""
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
-        if outlier.index in out:
-            done = "left out"
-            hint = "correct the cell if you know the mistake, or repeat the run; --keep-flagged keeps the run"
-        else:
-            done = f"kept; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else "kept"
-            hint = "repeat the run; if you know what went wrong, put # before its line to leave it out"
-        run, reason = seen.measured.runs[outlier.index], outlier_reason(seen.measured, outlier)
-        yield readings.say("outlier", timing.cell(outlier.index), run=run, reason=reason, done=done, hint=hint)
+        i = outlier.index
+        values = {"run": seen.measured.runs[i], "reason": outlier_reason(seen.measured, outlier), "without": kept}
+        yield readings.say("outlier_left_out" if i in out else "outlier_kept", timing.cell(i), **values)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
         yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
 
@@ -213,11 +209,9 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     first = seen.patterns[0] if seen.patterns else None
     if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
-    words, hint = pattern_words(first)
-    hint = _other_motion(seen) + hint
     p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
-    name = "agrees_too_well" if first.name == "agreement" else "pattern_in_residuals"
-    yield seen.readings.say(name, pattern=words, p=p, tests=len(seen.patterns), hint=hint)
+    values = {"p": p, "tests": len(seen.patterns), "motion": _other_motion(seen)}
+    yield seen.readings.say(first.name, **pattern_values(first), **values)
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
@@ -349,26 +343,22 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     lever = arm * float(np.median(rate * spin)) / measured.g
     fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
     asked = (
-        (fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND,
-         f"Is a spin of {fastest / RPM:.5g} rpm right? A ball spun by hand makes 100 to 1500 rpm"),
-        (turn > LONG_TURN, "time", (1.0, LONG_TURN),
-         f"Is one turn in {turn / 60:.2g} min right? With a weight on the rod a turn takes seconds to minutes"),
-        (float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN),
-         f"Is one turn in {turn:.2g} s right? The rod would precess nearly as fast as the ball spins"),
-        (arm < SHORT_ARM, "position", (0.04, 0.6),
-         f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball"),
-        (lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
-         f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight dominates the ball"),
-    )  # fmt: skip
+        ("spin_not_usual", fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND),
+        ("turn_not_usual", turn > LONG_TURN, "time", (1.0, LONG_TURN)),
+        ("turn_too_fast", float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN)),
+        ("arm_not_usual", arm < SHORT_ARM, "position", (0.04, 0.6)),
+        ("weight_too_large", lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND),
+    )
+    values = {"rpm": fastest / RPM, "minutes": turn / 60, "turn": turn, "arm": 100 * arm, "lever": lever}
     found: dict[str, Diagnostic] = {}
-    for odd, role, range_, words in asked:
+    for name, odd, role, range_ in asked:
         column = readings.columns.get(role)
         unit = unit_within(readings, role, range_) if odd and column else ""
         hint = "check the unit in the header of each column; if it is right, leave it"
         if unit:
             hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
         if odd and role not in found:
-            found[role] = readings.say("size_not_usual", column.place(0) if column else None, question=words, hint=hint)
+            found[role] = readings.say(name, column.place(0) if column else None, **values, hint=hint)
     return found.values()
 
 

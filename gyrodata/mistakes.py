@@ -281,15 +281,10 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         run, unit = far
         column, kind = readings.columns[size.role], kind_of_role(size.role)
         own = column.unit or to_display(1.0, size.role)[1]
-        meant = None if unit else meant_in(readings, size, run)
-        sizes = abs(column.values[run] or 0.0), *size.possible, meant[1] if meant else 0.0
-        value, low, high, there = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
-        if unit:
-            hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
-        elif meant is not None:
-            hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
-        else:
-            hint = "check the unit, the column, and the typed digits"
-        values = {"role": size.role, "value": value, "low": low, "high": high, "hint": hint}
-        found.append(readings.say("size_unusual", column.cell(run), **values))
+        meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
+        sizes = abs(column.values[run] or 0.0), *size.possible, there
+        value, low, high, near = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
+        words = {"role": size.role, "value": value, "low": low, "high": high, "unit": meant, "there": near}
+        name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
+        found.append(readings.say(name, column.cell(run), **words))
     return found

@@ -100,26 +100,16 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
     across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)
+    values = {"why": why, "across": across, "low": low, "high": high}
     if keep_flagged:
-        hint = "omit --keep-flagged, so that a run that does not agree with the others is left out"
-    elif across and not low / 3 < across < 10 * high:
-        hint = (
-            f"transverse_inertia is {across:.2g} kg·m², and each run gives an I_zz of {low:.2g} to {high:.2g} kg·m², "
-            "which is far from it: check for a wrong unit of time, spin, mass or position"
-        )
-    elif high < 1.5 * low:
-        hint = (
-            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so check the uncertainties: "
-            "state those of your stopwatch and tachometer, for example # u_time: 0.14 s and # u_spin: 0.2 %"
-        )
-    else:
-        middle = [values[len(values) // 2] for values in single]
-        shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
-        hint = (
-            "check for a wrong unit, a wrong count of turns, or exchanged weights; each weight alone gives "
-            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
-        )
-    return readings.say("no_inertia_fits", why=why, hint=hint)
+        return readings.say("no_inertia_with_flagged", **values)
+    if across and not low / 3 < across < 10 * high:
+        return readings.say("no_inertia_with_transverse", **values)
+    if high < 1.5 * low:
+        return readings.say("no_inertia_with_uncertainties", **values)
+    middle = [each[len(each) // 2] for each in single]
+    shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
+    return readings.say("no_inertia_fits", why=why, each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}")
 
 
 def is_unmeasured(inertia: Estimate) -> bool:

@@ -301,7 +301,7 @@ def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Po
     """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
     found = _integrate_at(measured, begun)
     scatter, width = found.typical_widths()
-    start = Start(*found.middle()[:2].tolist())
+    start = Start(*(found.mean[:2] @ found.weight).tolist())
     problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
     try:
         adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR)

@@ -116,25 +116,17 @@ class Posterior(Struct, frozen=True):
         """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5)."""
         return _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
 
-    def middle(self) -> Floats:
-        """Compute the mean of I_zz, M0 and b, shape (3,)."""
-        return self.mean @ self.weight
-
     def times(self, unit: Floats) -> Posterior:
         """Convert I_zz, M0 and b to other units, shape (3,)."""
         each = unit[:, None]
         return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1])
-
-    def typical(self, values: Floats) -> float:
-        """Compute the geometric mean of s or of the width of M0."""
-        return math.exp(float(self.weight @ np.log(values)))
 
     def typical_widths(self) -> tuple[float, float]:
         """Return a typical s, and the width of M0 that alone gives u(I_zz) of all widths with this s."""
         # The parts are sorted by s; each s has the same number of widths.
         each = self.weight.reshape(STEPS, -1)
         count = each.shape[1]
-        factor = self.typical(self.factor)
+        factor = math.exp(float(self.weight @ np.log(self.factor)))
         most = np.maximum.reduce(each, axis=1)
         away = np.abs(np.log(self.factor[::count] / factor))
         at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())

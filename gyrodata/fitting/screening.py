@@ -129,10 +129,9 @@ def rivals(
     """
 
     def unlikely(result: FitResult) -> float:
-        if measured.balance_test is not None:
-            width = measured.balance_test(result.inertia.value)
-        else:
-            width = balance_scale(measured, result.inertia.value, lightest_torque(measured, result.adjusted.kept))
+        inertia, lightest = result.inertia.value, lightest_torque(measured, result.adjusted.kept)
+        test = measured.balance_test
+        width = test(inertia) if test is not None else balance_scale(measured, inertia, lightest)
         return 1 + (result.residual_torque.value / max(width, 1e-12)) ** 2
 
     found = []

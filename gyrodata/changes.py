@@ -113,7 +113,7 @@ class Change(Struct, frozen=True):
     """Makes the changed tables; none if the change does not apply to a log."""
 
 
-def refit(lab: Lab, case: Case) -> Estimate | None:
+def refit(case: Case) -> Estimate | None:
     """Fit a changed lab: I_zz [kg*m^2]; None if there is nothing to fit, or no solution."""
     if case.measured is None:
         return None

@@ -55,13 +55,13 @@ def _bias(lab: Lab, case: Case) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
-    found = changes.refit(lab, replace(case, widths=case.widths or lab.fit.widths))
+    found = changes.refit(replace(case, widths=case.widths or lab.fit.widths))
     if found is None:
         return None
     ratio = found.value / float(lab.fit.adjusted.unknowns[0])
     if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
         # A large effect changes how the runs scatter, and so the widths.
-        found = changes.refit(lab, case)
+        found = changes.refit(case)
         if found is None:
             return None
         ratio = found.value / lab.fit.inertia.value
@@ -176,18 +176,18 @@ def answers(lab: Lab, wanted: str) -> Iterator[tuple[Case, Sensitivity]]:
     ]
     is_clear = bool(cases) and _is_clear(lab)
     for change, case in cases:
-        inertia = None if case.measured is None else _answer(lab, case, case.measured, is_clear)
+        measured, asked = case.measured, case.chosen.asked
+        if (
+            measured is not None
+            and not asked
+            and (case.chosen != lab.chosen or not (is_clear or len(measured.runs) > FEW))
+        ):
+            case = replace(case, chosen=choose_model(measured, "auto"))
+        inertia = changes.refit(case)
+        if inertia is not None and inertia.interval_95 is not None and inertia.interval_95[0] <= 0:
+            inertia = None
         deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
         yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
-
-
-def _answer(lab: Lab, case: Case, measured: Measurements, is_clear: bool) -> Estimate | None:
-    """Fit a changed lab with the model that it needs."""
-    is_chosen = is_clear or len(measured.runs) > FEW
-    keeps = case.chosen.asked or (is_chosen and case.chosen == lab.chosen)
-    chosen = case.chosen if keeps else choose_model(measured, "auto")
-    inertia = changes.refit(lab, replace(case, chosen=chosen))
-    return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
 
 
 FAR_FROM_LIMIT = 2.0

@@ -369,8 +369,10 @@ class Adjusted(Struct, frozen=True):
     """False: this is not a solution."""
 
 
+# Values that are not finite are refused after the iteration.
+@np.errstate(all="ignore")
 def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
-    """Iterate the adjustment to a credible solution.
+    """Repeat the linearised least squares until the steps converge to a credible solution.
 
     Parameters
     ----------
@@ -395,18 +397,6 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
-    try:
-        adjusted = _iterate(problem, sense, kept, scale, unknowns)
-    except np.linalg.LinAlgError:
-        raise NoFit("these runs do not determine the unknowns separately") from None
-    _insist_on_solution(adjusted, start.inertia, factor)
-    return adjusted
-
-
-# Values that are not finite are refused after the iteration.
-@np.errstate(all="ignore")
-def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats) -> Adjusted:
-    """Repeat the linearised least squares until the steps converge."""
     single = np.zeros_like(problem.absolute)
     count, width = problem.count, len(unknowns)
     # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
@@ -432,8 +422,10 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         rows[count:, -1] = -unknowns[1:]
         # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.
         whole = np.triu(np.linalg.qr(rows, mode="raw")[0].T[:width])
-        factor = whole[:, :-1]
-        step = np.linalg.solve(factor, whole[:, -1])
+        triangle = whole[:, :-1]
+        if not triangle.diagonal().all():
+            raise NoFit("these runs do not determine the unknowns separately")
+        step = np.linalg.solve(triangle, whole[:, -1])
         # One step at most halves or doubles I_zz.
         limit, size = 0.5 * abs(unknowns[0]), abs(step[0])
         if size > limit:
@@ -457,7 +449,7 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         if converged:
             break
     # Covariance, deleted residuals and influence at the end.
-    inverse = np.linalg.inv(factor)
+    inverse = np.linalg.inv(triangle)
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
@@ -465,7 +457,7 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
     variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
     gain = q @ inverse[0] * scale[0]
     weighted = kept * closed / np.sqrt(own)
-    return Adjusted(
+    adjusted = Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
         covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale),
@@ -482,6 +474,8 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         chi2=chi2,
         converged=bool(converged),
     )
+    _insist_on_solution(adjusted, start.inertia, factor)
+    return adjusted
 
 
 FACTOR = 3.0

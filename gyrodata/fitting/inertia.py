@@ -205,7 +205,18 @@ def fit(
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    begun = _by_sign(measured, tilted, kept, widths or AS_STATED)
+    # Without a direction of the runs without a weight, M0 can have both signs.
+    signs = (1.0,) if measured.sense[kept > 0].all() else (1.0, -1.0)
+    signed: list[tuple[float, FitResult]] = []
+    for sign in signs:
+        try:
+            sense = adjustment.assume_sense(measured, sign)
+            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths or AS_STATED)))
+        except NoFit:
+            if sign == signs[-1] and not signed:
+                raise
+    agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
+    begun = agree if agree and len(signs) > 1 else [result for _, result in signed]
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
     results = [_integrated(measured, one) for one in begun]
@@ -230,23 +241,6 @@ def fit(
         contradicted_balance=contradicted,
         posterior=answer,
     )
-
-
-def _by_sign(measured: Measurements, tilted: bool, kept: Floats, widths: Widths) -> list[FitResult]:
-    """Fit at fixed widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
-    if measured.sense[kept > 0].all():
-        return [_at_widths(measured, adjustment.assume_sense(measured, 1.0), tilted, kept, widths)]
-    signed: list[tuple[float, FitResult]] = []
-    for sign in (1.0, -1.0):
-        try:
-            sense = adjustment.assume_sense(measured, sign)
-            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths)))
-        except NoFit:
-            # M0 may not be able to have this sign.
-            if sign < 0 and not signed:
-                raise
-    agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
-    return agree or [result for _, result in signed]
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:

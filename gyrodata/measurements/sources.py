@@ -108,18 +108,14 @@ def list_sources(
         # The length added to every position is only as well known as the ball's diameter or the rod's length.
         yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
         if load == "mass":
-            yield _gravity_source(readings)
+            known: tuple[Uncertainty | None, str | None] = None, None
+            if "g" in readings.constants:
+                known = Uncertainty(), "0"
+            elif "latitude" in readings.constants:
+                known = NORMAL_GRAVITY_U, "0.01 %, from the latitude"
+            yield _of_whole_log(readings, "g", *known)
             yield from _diameter_sources(columns, values)
     yield from _tilt_sources(readings, pitch)
-
-
-def _gravity_source(readings: Readings) -> Source:
-    """Return the uncertainty of g: none if the log states it, small if the log states the latitude."""
-    if "g" in readings.constants:
-        return _of_whole_log(readings, "g", Uncertainty(), "0")
-    if "latitude" in readings.constants:
-        return _of_whole_log(readings, "g", NORMAL_GRAVITY_U, "0.01 %, from the latitude")
-    return _of_whole_log(readings, "g")
 
 
 def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
@@ -268,22 +264,20 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
-    each = [value if touch else None for value, touch in zip(values.tolist(), touched.tolist(), strict=True)]
-    text = {value: None if value is None else f"{value:.9g}" for value in dict.fromkeys(each)}
-    group = _numbered([text[value] for value in each])
-
-    def largest(sizes: Floats) -> Floats:
+    each = zip(values.tolist(), touched.tolist(), strict=True)
+    group = _numbered([f"{value:.9g}" if touch else None for value, touch in each])
+    for sizes in (absolute, relative):
         most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
-        return np.where(touched, most[group], sizes)
-
-    return _source(key, group, largest(absolute), largest(relative), default)
+        sizes[touched] = most[group[touched]]
+    return _source(key, group, absolute, relative, default)
 
 
 def _numbered(keys: Sequence[object]) -> Integers:
     """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
-    distinct = [key for key in dict.fromkeys(keys) if key is not None]
-    numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
+    numbers: dict[object, int] = {None: -1}
+    for key in keys:
+        numbers.setdefault(key, len(numbers) - 1)
     return np.array([numbers[key] for key in keys], dtype=int)
 
 

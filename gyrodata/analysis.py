@@ -229,8 +229,8 @@ def fit_runs(
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if fit.inertia.interval_95 is not None and refusals.is_unmeasured(fit.inertia):
-            raise LogError([refusals.not_measured(readings, fit)])
+        if unmeasured := refusals.not_measured(readings, fit):
+            raise LogError(unmeasured)
     except NoFit as reason:
         miscounted = refusals.count_findings(readings, measured)
         raise LogError(miscounted or [refusals.refusal(readings, measured, str(reason), keep_flagged)]) from None

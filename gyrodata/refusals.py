@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from gyrodata import fitting, physics
 from gyrodata.effects import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult
+from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM
 from gyrodata.readings import Readings
@@ -112,21 +112,13 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.say("no_inertia_fits", why=why, each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}")
 
 
-def is_unmeasured(inertia: Estimate) -> bool:
-    """Return whether the interval of I_zz includes zero, or u is nearly as large as I_zz."""
-    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
-    return low <= 0 or (inertia.u or 0.0) > 0.7 * inertia.value
-
-
-def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Report that the interval of I_zz is too wide, and why."""
-    assert fit.inertia.interval_95 is not None
-    low, high = fit.inertia.interval_95
+def not_measured(readings: Readings, fit: FitResult) -> list[Diagnostic]:
+    """Report that the interval of I_zz includes zero, or that u is nearly as large as I_zz, and why."""
+    inertia = fit.inertia
+    low, high = inertia.interval_95 or (inertia.value, inertia.value)
+    if low > 0 and (inertia.u or 0.0) <= 0.7 * inertia.value:
+        return []
     widest = fit.budget[0].source if fit.budget else "time"
-    hint = f"the largest part comes from u_{widest}: check its value in the log"
-    if widest == "residual_torque":
-        hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
-    elif widest == "unexplained_scatter":
-        hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
+    names = {"residual_torque": "not_measured_for_m0", "unexplained_scatter": "not_measured_for_scatter"}
     fault = "includes zero" if low <= 0 else "is too wide"
-    return readings.say("not_measured", low=low, high=high, fault=fault, hint=hint)
+    return [readings.say(names.get(widest, "not_measured"), low=low, high=high, fault=fault, widest=widest)]

@@ -117,6 +117,7 @@ def predict_precession(
     horizontal = _finite(physics.precession_rate(torque, spin, inertia))
     critical = float(physics.least_spin(torque, *top))
     upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
+    growth = float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia))
     never = "" if slow is not None else "At this pitch the spin is too slow for steady precession. "
     sense, moves = "counterclockwise" if torque * spin > 0 else "clockwise", "falls" if torque > 0 else "rises"
     case = "no_torque" if torque == 0 else "no_spin" if spin == 0 else "turns"
@@ -141,11 +142,7 @@ def predict_precession(
         critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
         released=_released(motion.Top(inertia, transverse_inertia, torque), spin, pitch),
-        sleeping=Sleeping(
-            stable=abs(spin) > upright or torque < 0,
-            critical_spin=upright,
-            growth_rate=float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia)),
-        ),
+        sleeping=Sleeping(abs(spin) > upright or torque < 0, upright, growth),
     )
 
 

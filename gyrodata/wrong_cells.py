@@ -53,7 +53,9 @@ def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: F
     explained = []
     for number, outlier in enumerate(outliers):
         i, found = outlier.index, []
-        if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
+        # A number of turns is likely that is usual, that other runs have, or that is off by one or a half.
+        likely_turns = {*fitting.USUAL_COUNTS, *measured.turns, *(measured.turns[i] + np.array([-1, -0.5, 0.5, 1]))}
+        if outlier.turns is not None and np.isclose(outlier.turns, [*likely_turns], rtol=1e-9, atol=0).any():
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
             # The count that all other runs of this weight have is more likely than another count.
@@ -78,12 +80,6 @@ def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: F
         told = replace(outlier, cells=tuple(likely[:MOST_TOLD]), maybe="" if likely else "".join(maybe))
         explained.append(replace(told, deviation=deviation, expected=float(others.fitted_time[i])))
     return tuple(explained)
-
-
-def _is_usual(measured: Measurements, index: int, turns: float) -> bool:
-    """Return whether this number of turns is usual, is in other runs of this log, or is off by one or a half."""
-    near = [measured.turns[index] + step for step in (-1, -0.5, 0.5, 1)]
-    return any(math.isclose(turns, count) for count in (*fitting.USUAL_COUNTS, *measured.turns, *near))
 
 
 class Cell(NamedTuple):

@@ -64,6 +64,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     weighed, released = load == "mass", readings.motion == "released"
     no_mass = None if weighed else f"the {load} is given, and no mass"
     no_law = "the log does not show how the spin falls, or the spin is read three times in each run"
+    often, never = "the spin is read more than once in each run", "one spin is given for the whole log"
     has_ball = "ball_mass" in readings.constants and "ball_diameter" in readings.constants
     no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
     silent = {
@@ -71,7 +72,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         "u_mass_scale": no_mass,
         "u_g": no_mass,
         "u_position_zero": None if load != "torque" and "position" in columns else "no position is read",
-        "u_spin_delay": _not_at_half_time(spins),
+        "u_spin_delay": None if parts.read_once(spins) else often if len(spins) > 1 else never,
         "u_decay_exponent": None
         if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
         else no_law,
@@ -140,13 +141,6 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
         return []
     shown = "; ".join(f"lines {' and '.join(map(str, lines))}" for lines in copied[:6]) + "; …" * (len(copied) > 6)
     return [readings.say("rows_identical", Place(copied[0][1], 1), lines=shown)]
-
-
-def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
-    """Return the reason why a late reading of the spin is not an error source; None if it is one."""
-    if len(spins) > 1:
-        return "the spin is read more than once in each run"
-    return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"
 
 
 def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:

@@ -162,7 +162,11 @@ def measure(readings: Readings) -> Measurements:
         added = np.nan_to_num(0.5 * load * (values["weight_diameter"] / 2) ** 2)
 
     timing = timing_column(columns)
-    time, turns = _timing(timing, columns, count)
+    time, turns = values[timing.role], np.ones(count)
+    if timing.role == "time":
+        turns = np.abs(values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi))
+    elif timing.role == "precession_rate":
+        time = 2 * np.pi / np.abs(time)
     drag = _drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
@@ -242,15 +246,6 @@ def timing_column(table: Mapping[str, Column]) -> Column:
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
     return table["precession_period"] if "precession_period" in table else table["precession_rate"]
-
-
-def _timing(timing: Column, table: Mapping[str, Column], count: int) -> tuple[Floats, Floats]:
-    """Return the interval [s] and the revolutions of each run."""
-    if timing.role == "time":
-        turns = values_of(table["turns"]) if "turns" in table else values_of(table["angle"]) / (2 * np.pi)
-        return values_of(timing), np.abs(turns)
-    values = values_of(timing)
-    return values if timing.role == "precession_period" else 2 * np.pi / np.abs(values), np.ones(count)
 
 
 def _drag(readings: Readings, time: Floats) -> Drag | None:

@@ -330,7 +330,12 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     any_default = False
     for column in used:
         values = np.abs(values_of(column))
-        absolute, relative, default = _reading_errors(column, values, _default_of_spin(readings, column))
+        usual = SOURCES["spin"].default
+        if column.role == "spin_time":
+            # Several turns are timed with the stopwatch.
+            fewest = min(value for value in readings.columns["spin_turns"].values if value)
+            usual = Uncertainty(SOURCES["time"].default.absolute / fewest)
+        absolute, relative, default = _reading_errors(column, values, usual)
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
         if column.role == "spin_time":
@@ -340,14 +345,6 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     weights = spin_weights([as_spin(column) for column in used])
     squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))
     return np.sqrt(squares), any_default
-
-
-def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
-    """Return the default uncertainty of a spin that is read, or of turns that are timed with the stopwatch."""
-    if column.role != "spin_time":
-        return SOURCES["spin"].default
-    fewest = min(value for value in readings.columns["spin_turns"].values if value)
-    return Uncertainty(SOURCES["time"].default.absolute / fewest)
 
 
 def values_of(column: Column) -> Floats:

@@ -93,7 +93,7 @@ def list_sources(
     relative_spin, default = _spin_errors(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
     usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
-    yield _source("spin", groups, np.zeros(len(spin)), relative_spin, default, usual)
+    yield _source("spin", groups, 0.0, relative_spin, default, usual)
     yield _of_whole_log(readings, "spin_scale")
     yield from _decay_sources(readings, used, spin, drag)
     load = load_role(columns)
@@ -118,18 +118,18 @@ def list_sources(
     yield from _tilt_sources(readings, pitch)
 
 
-def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
+def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> Iterator[Source]:
     """List the uncertainty of the inertia of each weight, if the log states that of its diameter."""
     column = columns.get("weight_diameter")
-    if column is None or all(reading.u is None for reading in column.readings):
-        return []
-    across = values_of(column)
-    pairs = zip(column.readings, across.tolist(), strict=True)
-    given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
-    # Half of m r²: an error of the diameter counts twice.
-    doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
-    groups = _numbered([f"{value:.9g}" if size else None for value, size in zip(across.tolist(), doubt, strict=True)])
-    return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
+    if column is not None and any(reading.u is not None for reading in column.readings):
+        across = values_of(column)
+        pairs = zip(column.readings, across.tolist(), strict=True)
+        given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
+        # Half of m r²: an error of the diameter counts twice.
+        doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
+        sizes = zip(across.tolist(), doubt, strict=True)
+        groups = _numbered([f"{value:.9g}" if size else None for value, size in sizes])
+        yield _source("weight_diameter", groups, 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
@@ -142,43 +142,37 @@ def lateness(readings: Readings) -> float:
     return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
 
 
-def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> list[Source]:
+def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> Iterator[Source]:
     """List what is uncertain of a spin that falls: when it was read, and the law by which it falls."""
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
-    every, nothing = np.zeros(len(spin), dtype=int), np.zeros(len(spin))
-    late = math.hypot(lateness(readings), delay.absolute)
+    every, late = np.zeros(len(spin), dtype=int), math.hypot(lateness(readings), delay.absolute)
     if read_once(used) and drag is None:
         rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
-        return [_source("spin_delay", every, nothing, np.full(len(spin), late * rate), delay_default)]
-    if read_once(used) and drag is not None:
+        yield _source("spin_delay", every, 0.0, late * rate, delay_default)
+    elif read_once(used) and drag is not None:
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
         words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
-        return [
-            _source("spin_delay", every, nothing, delay.absolute * drag.at(spin), delay_default, words),
-            _source("decay_exponent", every, nothing, by_law, law_default),
-        ]
-    if len(used) == 2:
+        yield _source("spin_delay", every, 0.0, delay.absolute * drag.at(spin), delay_default, words)
+        yield _source("decay_exponent", every, 0.0, by_law, law_default)
+    elif len(used) == 2:
         u = law.at(1.0) if drag is None else drag.u_exponent
         doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
-        return [_source("decay_exponent", every, nothing, doubt, law_default)]
-    return []
+        yield _source("decay_exponent", every, 0.0, doubt, law_default)
 
 
-def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
+def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times, and of the timed angles."""
-    columns, every = readings.columns, np.arange(len(time))
+    own, usual = np.arange(len(time)), SOURCES[timing.role if timing.role == "precession_rate" else "time"].default
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
-        absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
-        return [_source("precession_rate", every, np.zeros(len(time)), relative + absolute / rate, default)]
-    absolute, relative, default = _stated_for_period(columns, timing, time, turns) or _reading_errors(
-        timing, time, SOURCES["time"].default
-    )
-    sources = [_source("time", every, absolute, relative, default)]
+        absolute, relative, default = _reading_errors(timing, rate, usual)
+        yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
+    else:
+        stated = _stated_for_period(readings.columns, timing, time, turns)
+        yield _source("time", own, *(stated or _reading_errors(timing, time, usual)))
     if timing.role == "time":
-        sources += _sighting_sources(readings, turns)
-    return sources
+        yield from _sighting_sources(readings, turns)
 
 
 def is_part(turns: Floats) -> Any:
@@ -186,7 +180,7 @@ def is_part(turns: Floats) -> Any:
     return np.abs(turns - np.round(turns)) > WHOLE
 
 
-def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
+def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
     """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
     column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
@@ -201,8 +195,6 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
     rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
-    if not (absolute.any() or relative.any()):
-        return []
     groups: list[object] = list(range(len(turns)))
     for i in rounded:
         # Runs with the same rounded turns are off by the same.
@@ -210,16 +202,16 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
     source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
     if rounded:
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
-    return [source]
+    if absolute.any() or relative.any():
+        yield source
 
 
 def _tilt_sources(readings: Readings, pitch: Floats) -> Iterator[Source]:
     """List the uncertainties of the pitch and of I for a tilted or a released rod."""
     columns, every = readings.columns, np.zeros(len(pitch), dtype=int)
     if "pitch" in columns:
-        yield _source(
-            "pitch", np.arange(len(pitch)), *_reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
-        )
+        errors = _reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
+        yield _source("pitch", np.arange(len(pitch)), *errors)
     elif readings.motion != "released":
         return
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
@@ -228,7 +220,7 @@ def _tilt_sources(readings: Readings, pitch: Floats) -> Iterator[Source]:
         known = SOURCES["transverse_inertia"]
         stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
         default, usual, size = not stated, known.usual, max(stated, default=known.default.relative)
-    yield _source("transverse_inertia", every, np.zeros(len(pitch)), np.full(len(pitch), size), default, usual)
+    yield _source("transverse_inertia", every, 0.0, size, default, usual)
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
@@ -238,22 +230,20 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 
 
 def _source(
-    key: str, groups: Integers, absolute: Floats, relative: Floats, default: bool, usual: str | None = None
+    key: str, groups: Integers, absolute: Any, relative: Any, default: bool, usual: str | None = None
 ) -> Source:
-    """Create a source of the table for a log."""
-    kind = SOURCES[key]
+    """Create a source of the table for a log, with one size of its errors or one for each run."""
+    kind, nothing = SOURCES[key], np.zeros(len(groups))
     words = kind.usual if usual is None else usual
-    return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
+    return Source(key, kind.quantity, groups, nothing + absolute, nothing + relative, kind.shared_by, default, words)
 
 
 def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None, words: str | None = None) -> Source:
     """Return a component that all runs share; `usual` describes its default if this log has another one."""
-    count = len(readings.runs)
     used, default = stated_or_default(readings, key)
     if default and usual is not None:
         used = usual
-    sizes = np.full(count, used.absolute), np.full(count, used.relative)
-    return _source(key, np.zeros(count, dtype=int), *sizes, default, words)
+    return _source(key, np.zeros(len(readings.runs), dtype=int), used.absolute, used.relative, default, words)
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:

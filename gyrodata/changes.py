@@ -227,20 +227,17 @@ def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, .
 
 def _times_twice_as_uncertain(lab: Lab) -> Iterator[Case]:
     if lab.measured.timed:
-        yield lab.case(changed={"sources": _scaled(lab.measured, "time", 2.0)})
+        yield lab.case("", {"sources": _scaled(lab.measured, "time", 2.0)})
 
 
-def _hand(late: float) -> Callable[[Lab], Iterator[Case]]:
-    def cases(lab: Lab) -> Iterator[Case]:
-        if lab.measured.timing_bias_u:
-            yield lab.case(changed={"time": lab.measured.time - late, "timing_bias_u": 0.0})
-
-    return cases
+def _hand(lab: Lab, late: float) -> Iterator[Case]:
+    if lab.measured.timing_bias_u:
+        yield lab.case("", {"time": lab.measured.time - late, "timing_bias_u": 0.0})
 
 
 def _balanced(lab: Lab) -> Iterator[Case]:
     if not lab.measured.balanced:
-        yield lab.case(changed={"balanced": True})
+        yield lab.case("", {"balanced": True})
 
 
 def _balance_free(lab: Lab) -> Iterator[Case]:
@@ -318,7 +315,7 @@ def _balance_test(lab: Lab) -> Iterator[Case]:
     # Only if the ball can pass it, by what the runs say of M0.
     limit = 2 * math.hypot(residual_torque.u or 0.0, balance_test(lab.fit.inertia.value))
     if lab.measured.balance_test is None and abs(residual_torque.value) < limit:
-        yield lab.case(changed={"balance_test": balance_test})
+        yield lab.case("", {"balance_test": balance_test})
 
 
 def _three_times_the_turns(lab: Lab) -> Iterator[Case]:
@@ -332,7 +329,7 @@ def _three_times_the_turns(lab: Lab) -> Iterator[Case]:
         replace(one, absolute=np.where(part, one.absolute, 0.0)) if one.name == "angle" and one.default else one
         for one in measured.sources
     )
-    yield lab.case(changed={"time": 3 * (measured.time - off) + off, "turns": turns, "sources": sources})
+    yield lab.case("", {"time": 3 * (measured.time - off) + off, "turns": turns, "sources": sources})
 
 
 # --- digits -----------------------------------------------------------------------------------------------------------
@@ -373,7 +370,7 @@ def _one_more_digit(lab: Lab) -> Iterator[Case]:
 def _direction(lab: Lab) -> Iterator[Case]:
     """Write the direction of the runs without a weight, if M0 may have either sign without it."""
     if lab.fit.two_signs:
-        yield lab.case(changed={"sense": lab.fit.sense})
+        yield lab.case("", {"sense": lab.fit.sense})
 
 
 CHANGES = (
@@ -386,8 +383,8 @@ CHANGES = (
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),
-    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", _hand(LATE)),
-    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", _hand(-LATE)),
+    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", lambda lab: _hand(lab, LATE)),
+    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", lambda lab: _hand(lab, -LATE)),
     Change("balanced", 'ball balanced ("# balanced: yes")', "sensitivity", _balanced),
     Change("balance_free", "{}", "sensitivity", _balance_free),
     Change("without", "without {}", "sensitivity", _without_each_weight),

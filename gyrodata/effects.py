@@ -167,27 +167,19 @@ class Sensitivity(Struct, frozen=True):
 
 def answers(lab: Lab, wanted: str) -> Iterator[tuple[Case, Sensitivity]]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
-    answer = lab.fit.inertia
-    cases = [
-        (change, case)
-        for change in changes.CHANGES
-        if wanted in (change.use, change.name) and len(lab.measured.runs) <= changes.MOST_RUNS
-        for case in change.cases(lab)
-    ]
-    is_clear = bool(cases) and _is_clear(lab)
-    for change, case in cases:
-        measured, asked = case.measured, case.chosen.asked
-        if (
-            measured is not None
-            and not asked
-            and (case.chosen != lab.chosen or not (is_clear or len(measured.runs) > FEW))
-        ):
-            case = replace(case, chosen=choose_model(measured, "auto"))
-        inertia = changes.refit(case)
-        if inertia is not None and inertia.interval_95 is not None and inertia.interval_95[0] <= 0:
-            inertia = None
-        deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-        yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
+    if len(lab.measured.runs) > changes.MOST_RUNS:
+        return
+    answer, is_clear = lab.fit.inertia, _is_clear(lab)
+    for change in changes.CHANGES:
+        for case in change.cases(lab) if wanted in (change.use, change.name) else ():
+            measured = case.measured or lab.measured
+            if not (case.chosen.asked or (case.chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
+                case = replace(case, chosen=choose_model(measured, "auto"))
+            inertia = changes.refit(case)
+            if inertia is not None and (inertia.interval_95 or (1.0, 1.0))[0] <= 0:
+                inertia = None
+            deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+            yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
 
 
 FAR_FROM_LIMIT = 2.0

@@ -355,16 +355,16 @@ def compare_with_ball(
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    u_of_mass, u_of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
-    mass_u = u_of_mass.at(mass) if has_ball and u_of_mass else None
-    diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
+    mass_u, diameter_u = (
+        u.at(value) if has_ball and (u := uncertainties.get(f"u_ball_{name}")) else None
+        for name, value in (("mass", mass), ("diameter", diameter))
+    )
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
         bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
-    expected = solid + bore + rod + disk
-    expected_u = None
+    expected, expected_u = solid + bore + rod + disk, None
     if mass_u is not None or diameter_u is not None:
         # 2/5 m (d/2)² grows as m and as d².
         expected_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)

@@ -429,18 +429,15 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     across = adjustment.transverse_inertia(measured)
     total = measured.torque + residual_torque
     # The weight spins as well.
-    whole = inertia + measured.added
-    runs = measured
-    if chosen.released or (chosen.tilted and measured.spin_start is not None):
-        lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            steady = physics.precession_rate(total, measured.spin, whole, *lean)
+    runs, whole = measured, inertia + measured.added
+    lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if chosen.released:
             is_stated = chosen.asked or measured.motion is not None
             runs = _released(measured, steady, total, whole, across, is_stated)
-        else:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
+        elif chosen.tilted and measured.spin_start is not None:
+            runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     if not chosen.earth:
         return runs
     # The floor turns while a run is timed; at a pole if the latitude is unknown. Counterclockwise is positive.

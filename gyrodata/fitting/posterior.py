@@ -177,15 +177,11 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         else:
             high = high + 4.0
     mean, variance = parts.moments()
-    each = np.ones(weight.shape)
-    return Posterior(
-        weight.reshape(-1),
-        mean.reshape(3, -1),
-        np.sqrt(variance.reshape(3, -1)),
-        (factor[:, None] * each).reshape(-1),
-        (widths * each).reshape(-1),
-        float(top + math.log(total)),
-    )
+    # One part for each pair of s and w.
+    s, w = np.broadcast_arrays(factor[:, None], widths)
+    mean, u = mean.reshape(3, -1), np.sqrt(variance).reshape(3, -1)
+    evidence = float(top + math.log(total))
+    return Posterior(weight.reshape(-1), mean, u, s.reshape(-1), w.reshape(-1), evidence)
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:

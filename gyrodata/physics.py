@@ -217,7 +217,7 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1
 
 
-# --- stability and nutation ----------------------------------------------------------------------------------
+# --- stability -----------------------------------------------------------------------------------------------
 
 
 def least_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike) -> Any:
@@ -247,26 +247,6 @@ def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike
     """
     half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
     return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
-
-
-def nutation_rate(
-    total_spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    precession_rate: ArrayLike = 0.0,
-    pitch: ArrayLike = 0.0,
-) -> Any:
-    """Rate of a small nutation about steady precession: √((I_zz ω3/I − 2 φ̇ cosθ)² + (φ̇ sinθ)²).
-
-    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size if no
-    torque acts.
-
-    The second derivative of the effective potential of θ at the steady state of eq. (8), over I; h m g is taken out of
-    it by eq. (8) itself.
-    """
-    free = np.multiply(inertia, total_spin) / transverse_inertia
-    rate = np.asarray(precession_rate, dtype=float)
-    return np.hypot(free - 2 * rate * np.sin(pitch), rate * np.cos(pitch))
 
 
 # --- a rod released from rest -----------------------------------------------------------------------------------

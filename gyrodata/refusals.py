@@ -44,17 +44,16 @@ def count_findings(
     answers = [counts for counts in fitting.explaining_counts(measured) if believed(counts)]
     if not answers:
         return []
-    words = "; or else those of ".join(
-        ", those of ".join(
-            f"{load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
-            f"not {turn_words(measured.turns[groups[k][0]]).split(' ')[0]}"
-            for k, turns in counts.items()
-        )
-        for counts in answers
-    )
+
+    def words(k: int, turns: float) -> str:
+        first = groups[k][0]
+        written = turn_words(measured.turns[first]).split(" ")[0]
+        return f"{load_words(measured, first)} fit {turn_words(turns)}, not {written}"
+
+    each = [", those of ".join(words(k, turns) for k, turns in counts.items()) for counts in answers]
     column = readings.columns.get("turns") or readings.columns.get("angle")
     cell = column.cell(min(groups[k][0] for k in answers[0])) if column else None
-    return [readings.say("turns_of_weights_wrong", cell, counts=words)]
+    return [readings.say("turns_of_weights_wrong", cell, counts="; or else those of ".join(each))]
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:

@@ -398,9 +398,6 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
     now = percent_u(lab.fit.inertia)
-    gains = [
-        (percent_u(one.inertia), one.words) for _, one in effects.answers(lab, "advice") if one.inertia is not None
-    ]
-    return tuple(
-        f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
-    )
+    gains = sorted((percent_u(one.inertia), one.words) for _, one in effects.answers(lab, "advice") if one.inertia)
+    worth = [(then, words) for then, words in gains if then < WORTH * now]
+    return tuple(f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in worth)

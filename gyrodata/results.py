@@ -342,9 +342,8 @@ class Analysis(Struct, frozen=True, eq=False):
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
-        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}' + (
-            f"<ul>{found}</ul>" if found else ""
-        )
+        listed = f"<ul>{found}</ul>" if found else ""
+        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}{listed}'
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting.markdown").markdown_report(self))

@@ -227,10 +227,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         plain = _lever(measured, index)
         lever, swing = plain * weight, sense[index] * measured.time[index] * weight
         effort = swing * torque
-        aa, ab, bb, ae, be = (
-            np.add.reduce(product)
-            for product in (lever * lever, lever * swing, swing * swing, lever * effort, swing * effort)
-        )
+        products = lever * lever, lever * swing, swing * swing, lever * effort, swing * effort
+        aa, ab, bb, ae, be = (np.add.reduce(product) for product in products)
         determinant = aa * bb - ab * ab
         # Equal runs do not determine a line.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -313,9 +311,8 @@ def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(N
     """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
-    u = next(
-        (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time"), 0 * measured.time
-    )
+    sizes = (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time")
+    u = next(sizes, 0 * measured.time)
     return cast(Floats, np.abs(time - bounded) / np.hypot(u[index], 0.01 * bounded))
 
 

@@ -61,9 +61,9 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
 def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
     columns, load, spins = readings.columns, parts.load_role(readings.columns), spin_columns(readings)
-    weighed, released = load == "mass", readings.motion == "released"
-    no_mass = None if weighed else f"the {load} is given, and no mass"
+    no_mass = None if load == "mass" else f"the {load} is given, and no mass"
     no_law = "the log does not show how the spin falls, or the spin is read three times in each run"
+    shows_law = len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
     often, never = "the spin is read more than once in each run", "one spin is given for the whole log"
     has_ball = "ball_mass" in readings.constants and "ball_diameter" in readings.constants
     no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
@@ -73,9 +73,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         "u_g": no_mass,
         "u_position_zero": None if load != "torque" and "position" in columns else "no position is read",
         "u_spin_delay": None if parts.read_once(spins) else often if len(spins) > 1 else never,
-        "u_decay_exponent": None
-        if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
-        else no_law,
+        "u_decay_exponent": None if shows_law else no_law,
         "u_ball_mass": no_ball,
         "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
         "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
@@ -83,9 +81,9 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     read = {load, timing.role, "pitch", *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
-    read |= {"weight_diameter"} if weighed else set()
+    read |= {"weight_diameter"} if load == "mass" else set()
     read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
-    if "pitch" in columns or released:
+    if "pitch" in columns or readings.motion == "released":
         read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
     read &= set(columns)
     found = []

@@ -274,10 +274,9 @@ def _mean_spins(
         mean = 1 + parts.lateness(readings) * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
         return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
-    diagnostics.extend(
-        readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=100 * (end[i] / start[i] - 1))
-        for i in np.flatnonzero(end > start * 1.02).tolist()
-    )
+    for i in np.flatnonzero(end > start * 1.02).tolist():
+        percent = 100 * (end[i] / start[i] - 1)
+        diagnostics.append(readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent))
     return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
 
 

@@ -219,8 +219,7 @@ def fit(
     begun = agree if agree and len(signs) > 1 else [result for _, result in signed]
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
-    results = [_integrated(measured, one) for one in begun]
-    results.sort(key=lambda pair: -pair[1].evidence)
+    results = sorted(map(_integrated, begun), key=lambda pair: -pair[1].evidence)
     first, answer = results[0]
     several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
     if len(several) > 1:
@@ -229,7 +228,7 @@ def fit(
     contradicted = None
     if measured.balance_test is not None:
         allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(replace(measured, balance_test=None), first).quantiles(2)[1]
+        ends = _integrate_at(first, tested=False).quantiles(2)[1]
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
     return replace(
@@ -291,9 +290,9 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
     )
 
 
-def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Posterior]:
+def _integrated(begun: FitResult) -> tuple[FitResult, Posterior]:
     """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
-    found = _integrate_at(measured, begun)
+    found = _integrate_at(begun)
     scatter, width = found.typical_widths()
     start = Start(*(found.mean[:2] @ found.weight).tolist())
     problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
@@ -302,12 +301,12 @@ def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Po
     except NoFit:
         return begun, found
     result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
-    return result, _integrate_at(measured, result)
+    return result, _integrate_at(result)
 
 
-def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
+def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
-    adjusted, inertia = result.adjusted, result.inertia.value
+    adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.scatter * adjusted.rows
@@ -322,9 +321,10 @@ def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
         runs=float(adjusted.kept.sum()),
         scatter=result.scatter,
     )
-    tested = None if measured.balance_test is None else measured.balance_test(inertia) / lightest
+    test = measured.balance_test if tested else None
+    width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), tested).times(unit)
+    return posterior.integrate(conditions, scale, times_stated(measured), width).times(unit)
 
 
 def _estimate(ends: Floats, unit: str) -> Estimate:

@@ -11,17 +11,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata import effects, findings, fitting, mistakes, refusals, tables
 from gyrodata.changes import Lab
-from gyrodata.effects import Outcome, Sensitivity
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
-from gyrodata.results import DOF_REASON, DOUBTS, Analysis, Doubt, Options, Result
+from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
 from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
@@ -116,13 +115,16 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = look_for_patterns(measured, fit)
-    exponent = tables.overall_exponent(measured, kept) if whole else None
-    seen = findings.Seen(readings, lab, outliers, no_odd_run, p, listed, patterns, exponent, tuple(sizes), whole)
+    exponent = tables.common_exponent(measured, tables.kept_groups(measured, kept)) if whole else None
+    seen = findings.Seen(
+        **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
+        patterns=patterns, exponent=exponent, sizes=tuple(sizes), whole=whole,
+    )  # fmt: skip
     found += findings.findings(seen)
     changed = list(effects.answers(lab, "sensitivity")) if whole else []
-    without = {one.case.torque: one.inertia for one in changed if one.case.torque is not None and one.inertia}
+    without = {case.torque: one.inertia for case, one in changed if case.torque is not None and one.inertia}
     as_written = fit.inertia if measured.balanced else None
-    balanced = next((one.inertia for one in changed if one.name == "balanced"), as_written)
+    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), as_written)
     out = set(lab.left_out)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
@@ -148,7 +150,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=tuple(_sensitivity(fit.inertia, one) for one in changed),
+        sensitivity=tuple(one for _, one in changed),
         effects=listed,
         power_law=tables.power_laws(measured, kept) if whole else (),
         exponent=exponent,
@@ -227,8 +229,8 @@ def fit_runs(
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if fit.inertia.interval_95 is not None and refusals.is_unmeasured(fit.inertia):
-            raise LogError([refusals.not_measured(readings, fit)])
+        if unmeasured := refusals.not_measured(readings, fit):
+            raise LogError(unmeasured)
     except NoFit as reason:
         miscounted = refusals.count_findings(readings, measured)
         raise LogError(miscounted or [refusals.refusal(readings, measured, str(reason), keep_flagged)]) from None
@@ -236,20 +238,8 @@ def fit_runs(
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
-    shown = tuple(
-        replace(outlier, deviation=float(fit.deviations[outlier.index])) if outlier.index in left_out else outlier
-        for outlier in outliers
-    )
     lab = Lab(readings, runs, fit, chosen, left_out)
-    return lab, explain(readings, runs, chosen, shown, screened or fit), without
-
-
-def _sensitivity(answer: Estimate, outcome: Outcome) -> Sensitivity:
-    """Compare I_zz of a changed log with I_zz of the log."""
-    inertia = outcome.inertia
-    deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-    return Sensitivity(outcome.name, outcome.words, inertia, deviation)
+    return lab, explain(readings, lab, outliers, screened or fit), without
 
 
 def _result(estimate: Estimate) -> Result:
@@ -259,7 +249,4 @@ def _result(estimate: Estimate) -> Result:
     assert interval is not None
     half = (interval[1] - interval[0]) / 2
     relative, k = abs(u / value) if value else None, half / u if u else None
-    return Result(
-        value, u, estimate.unit, interval,
-        k=k, dof=None, expanded_u=half, relative_u=relative, level=0.95, dof_reason=DOF_REASON,
-    )  # fmt: skip
+    return Result(value, u, estimate.unit, interval, k=k, expanded_u=half, relative_u=relative)

@@ -75,10 +75,8 @@ class SelfCheck(Struct, frozen=True):
         """Return a table, or two if the log does not scatter as stated."""
         labs = f"{self.labs} simulated labs like this one"
         if self.estimators_with_scatter is None:
-            parts = [
-                "the scatter of this log agrees with what is stated",
-                _table(f"{labs}, as stated", self.estimators),
-            ]
+            stated = "the scatter of this log agrees with what is stated"
+            parts = [stated, _table(f"{labs}, as stated", self.estimators)]
         else:
             parts = [
                 f"the scatter of this log is {self.scatter:.2g} times what is stated: trust the first table",
@@ -91,10 +89,8 @@ class SelfCheck(Struct, frozen=True):
 
 def _table(title: str, estimators: tuple[Performance, ...]) -> str:
     heads = ("bias", "rmse", "mean u", "in 68 %", "in 95 %")
-    lines = [
-        f"{title}; all in % of the true I_zz",
-        f"{'fit':<16}{''.join(f'{head:>9}' for head in heads)}{'µs per lab':>12}",
-    ]
+    header = f"{'fit':<16}{''.join(f'{head:>9}' for head in heads)}{'µs per lab':>12}"
+    lines = [f"{title}; all in % of the true I_zz", header]
     notes = []
     for one in estimators:
         name = one.name.replace("_", " ").replace("constant", "intercept")
@@ -103,10 +99,8 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
         cells = ("-" if value is None else f"{100 * value:{form}}" for value, form in zip(values, forms, strict=True))
         lines.append(f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}")
         if one.refused and (one.rmse is not None or name == "recommended"):
-            notes.append(
-                f"{name}: {one.refused} of the labs have no answer, because the fit is refused or a simulated time is "
-                "not above zero; they are not in the numbers above"
-            )
+            why = "because the fit is refused or a simulated time is not above zero; they are not in the numbers above"
+            notes.append(f"{name}: {one.refused} of the labs have no answer, {why}")
     return "\n".join([*lines, f"{'honest':<43}{68.3:>9}{'95.0':>9}", *notes])
 
 

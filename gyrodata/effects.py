@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, fitting, physics
-from gyrodata.changes import Case, EffectCase, Lab
+from gyrodata.changes import Case, Lab
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
@@ -51,24 +51,24 @@ def relative_u(fit: FitResult) -> float:
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
-def _bias(lab: Lab, case: EffectCase) -> float | None:
+def _bias(lab: Lab, case: Case) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
-    found = changes.refit(lab, replace(case, widths=case.widths or lab.fit.widths))
+    found = changes.refit(replace(case, widths=case.widths or lab.fit.widths))
     if found is None:
         return None
     ratio = found.value / float(lab.fit.adjusted.unknowns[0])
     if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
         # A large effect changes how the runs scatter, and so the widths.
-        found = changes.refit(lab, case)
+        found = changes.refit(case)
         if found is None:
             return None
         ratio = found.value / lab.fit.inertia.value
     return ratio - 1 if case.without else 1 / ratio - 1
 
 
-def _why(lab: Lab, name: str, case: EffectCase, bias: float | None) -> str:
+def _why(lab: Lab, name: str, case: Case, bias: float | None) -> str:
     """Describe why an effect was left out or kept, with its size if this decided."""
     u = relative_u(lab.fit)
     if not case.sized or (bias is not None and u == 0):
@@ -105,7 +105,6 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
         if change.use != "effect" or (names and change.name not in names):
             continue
         for case in change.cases(some):
-            assert isinstance(case, EffectCase)
             bias = _bias(some, case)
             if change.name == "earth" and bias is not None and not fitting.earth_is_told(lab.measured):
                 bias = abs(bias)
@@ -166,37 +165,21 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-class Outcome(Struct, frozen=True):
-    """The answer to one question."""
-
-    name: str
-    words: str
-    inertia: Estimate | None
-    """[kg*m^2]; None if the changed log has no answer: an interval that contains zero."""
-    case: Case
-
-
-def answers(lab: Lab, wanted: str) -> Iterator[Outcome]:
+def answers(lab: Lab, wanted: str) -> Iterator[tuple[Case, Sensitivity]]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
-    cases = [
-        (change, case)
-        for change in changes.CHANGES
-        if wanted in (change.use, change.name) and len(lab.measured.runs) <= changes.MOST_RUNS
-        for case in change.cases(lab)
-    ]
-    is_clear = bool(cases) and _is_clear(lab)
-    for change, case in cases:
-        inertia = None if case.measured is None else _answer(lab, case, case.measured, is_clear)
-        yield Outcome(change.name, change.words.format(case.words), inertia, case)
-
-
-def _answer(lab: Lab, case: Case, measured: Measurements, is_clear: bool) -> Estimate | None:
-    """Fit a changed lab with the model that it needs."""
-    is_chosen = is_clear or len(measured.runs) > FEW
-    keeps = case.chosen.asked or (is_chosen and case.chosen == lab.chosen)
-    chosen = case.chosen if keeps else choose_model(measured, "auto")
-    inertia = changes.refit(lab, replace(case, chosen=chosen))
-    return inertia if inertia is None or (inertia.interval_95 or (1.0, 1.0))[0] > 0 else None
+    if len(lab.measured.runs) > changes.MOST_RUNS:
+        return
+    answer, is_clear = lab.fit.inertia, _is_clear(lab)
+    for change in changes.CHANGES:
+        for case in change.cases(lab) if wanted in (change.use, change.name) else ():
+            measured = case.measured or lab.measured
+            if not (case.chosen.asked or (case.chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
+                case = replace(case, chosen=choose_model(measured, "auto"))
+            inertia = changes.refit(case)
+            if inertia is not None and (inertia.interval_95 or (1.0, 1.0))[0] <= 0:
+                inertia = None
+            deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+            yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
 
 
 FAR_FROM_LIMIT = 2.0

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, effects, fitting
@@ -19,9 +19,9 @@ from gyrodata.changes import Lab
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements, spin_columns, torque_groups
+from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.mistakes import INERTIA_RANGE, explaining_mistakes, unit_within
-from gyrodata.patterns import CHANCE, Pattern, pattern_words
+from gyrodata.patterns import CHANCE, Pattern, pattern_values
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, Readings, kind_of_role, to_display
 from gyrodata.readings.roles import TIMINGS
@@ -34,11 +34,10 @@ def percent_u(inertia: Estimate) -> float:
     return 100 * (inertia.u or 0.0) / abs(inertia.value)
 
 
-class Seen(Struct, frozen=True):
-    """A log after its fit."""
+class Seen(Lab, frozen=True, kw_only=True):
+    """A log and its fit, with all that the checks need."""
 
     readings: Readings
-    lab: Lab
     outliers: tuple[Outlier, ...]
     without: Estimate | None
     """I_zz without any odd run [kg*m^2], if one is kept."""
@@ -51,16 +50,6 @@ class Seen(Struct, frozen=True):
     """Questions about readings, asked before the fit."""
     whole: bool
     """False if only a grade is asked for: without advice, doubts and what takes several fits."""
-
-    @property
-    def measured(self) -> Measurements:
-        """The runs."""
-        return self.lab.measured
-
-    @property
-    def fit(self) -> FitResult:
-        """Their fit."""
-        return self.lab.fit
 
     @property
     def contradicts_itself(self) -> bool:
@@ -77,16 +66,12 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
     readings, without = seen.readings, seen.without
     timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
-    out = set(seen.lab.left_out)
+    out = set(seen.left_out)
+    kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else ""
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
-        if outlier.index in out:
-            done = "left out"
-            hint = "correct the cell if you know the mistake, or repeat the run; --keep-flagged keeps the run"
-        else:
-            done = f"kept; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else "kept"
-            hint = "repeat the run; if you know what went wrong, put # before its line to leave it out"
-        run, reason = seen.measured.runs[outlier.index], outlier_reason(seen.measured, outlier)
-        yield readings.say("outlier", timing.cell(outlier.index), run=run, reason=reason, done=done, hint=hint)
+        i = outlier.index
+        values = {"run": seen.measured.runs[i], "reason": outlier_reason(seen.measured, outlier), "without": kept}
+        yield readings.say("outlier_left_out" if i in out else "outlier_kept", timing.cell(i), **values)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
         yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
 
@@ -106,21 +91,16 @@ NO_ACCIDENT = 0.001
 
 def _other_motion(seen: Seen) -> str:
     """Return the beginning of a hint if another motion of the rod explains how the runs deviate; "" if not."""
-    measured, chosen = seen.measured, seen.lab.chosen
+    measured, chosen = seen.measured, seen.chosen
     if seen.p is None or seen.p > NO_ACCIDENT or chosen.asked:
         return ""
     for motion, words in (("released", "was released from rest"), ("steady", "was guided until it precessed steadily")):
-        if measured.motion == motion:
-            continue
-        try:
-            model = replace(chosen, released=motion == "released")
-            other = replace(measured, motion=motion)
-            _, fit = fitting.fit_model(other, model, seen.lab.left_out, fitting.AS_STATED)
-        except fitting.NoFit:
-            continue
-        p = fitting.chi2_tail(fit.chi2, fit.dof)
-        if p > EXPLAINED:
-            return f'if the rod {words}, the runs agree (p = {p:.1g}): write "# motion: {motion}". If not, '
+        model, other = replace(chosen, released=motion == "released"), replace(measured, motion=motion)
+        with suppress(fitting.NoFit):
+            _, fit = fitting.fit_model(other, model, seen.left_out, fitting.AS_STATED)
+            p = fitting.chi2_tail(fit.chi2, fit.dof)
+            if measured.motion != motion and p > EXPLAINED:
+                return f'if the rod {words}, the runs agree (p = {p:.1g}): write "# motion: {motion}". If not, '
     return ""
 
 
@@ -144,24 +124,18 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
     """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
     if seen.contradicts_itself or not seen.whole:
         return
-    measured, left_out = seen.measured, seen.lab.left_out
+    measured, left_out = seen.measured, seen.left_out
 
     def named(runs: list[int]) -> str:
         *first, last = (measured.runs[i] for i in runs)
         return f"runs {', '.join(first)} and {last}" if first else f"run {last}"
 
     for gone, rest, other in fitting.rivals(measured, seen.fit, left_out):
-        yield seen.readings.say(
-            "either_run_wrong",
-            gone=named(gone),
-            gone_are="is" if len(gone) == 1 else "are",
-            rest=named(rest),
-            rest_are="is" if len(rest) == 1 else "are",
-            load=load_words(measured, gone[0]),
-            here=seen.fit.inertia.value,
-            there=other.inertia.value,
-        )
-    gone = next((group for group in torque_groups(measured) if len(group) > 1 and set(group) <= set(left_out)), [])
+        gone_are, rest_are = ("is" if len(runs) == 1 else "are" for runs in (gone, rest))
+        words = {"gone": named(gone), "rest": named(rest), "gone_are": gone_are, "rest_are": rest_are}
+        answers = {"here": seen.fit.inertia.value, "there": other.inertia.value}
+        yield seen.readings.say("either_run_wrong", **words, load=load_words(measured, gone[0]), **answers)
+    gone = next((group for group in measured.by_torque if len(group) > 1 and set(group) <= set(left_out)), [])
     if gone and (poor := _poor_balance(measured, seen.fit)):
         # The runs do not say which of two weights is wrong; the balance does.
         yield seen.readings.say("either_weight_wrong", load=load_words(measured, gone[0]), poor=poor)
@@ -202,7 +176,7 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    then = next((outcome.inertia for outcome in effects.answers(seen.lab, "direction")), None)
+    then = next((one.inertia for _, one in effects.answers(seen, "direction")), None)
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
@@ -235,11 +209,9 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
     first = seen.patterns[0] if seen.patterns else None
     if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
         return
-    words, hint = pattern_words(first)
-    hint = _other_motion(seen) + hint
     p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
-    name = "agrees_too_well" if first.name == "agreement" else "pattern_in_residuals"
-    yield seen.readings.say(name, pattern=words, p=p, tests=len(seen.patterns), hint=hint)
+    values = {"p": p, "tests": len(seen.patterns), "motion": _other_motion(seen)}
+    yield seen.readings.say(first.name, **pattern_values(first), **values)
 
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
@@ -297,9 +269,9 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
-    for outcome in effects.answers(seen.lab, "digits"):
-        role, better = outcome.words, outcome.inertia
-        rounding = changes.rounding(seen.lab, role)
+    for case, answer in effects.answers(seen, "digits"):
+        role, better = case.words, answer.inertia
+        rounding = changes.rounding(seen, role)
         if better is None or rounding is None:
             continue
         run, column, kind = int(np.argmax(rounding[0])), readings.columns[role], kind_of_role(role)
@@ -313,22 +285,10 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
         # A spreadsheet removes zeros at the end of a number.
         how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
-        yield readings.say(
-            "digits_too_few",
-            column.cell(run),
-            role=role,
-            text=reading.text,
-            low=value - step / 2,
-            high=high,
-            percent=100 * rounding[1] ** 2,
-            now=shown,
-            then=then,
-            power=power,
-            example=f"{value:.{digits}f}",
-            how=how,
-            u=half,
-            unit=in_unit,
-        )
+        typed = {"role": role, "text": reading.text, "low": value - step / 2, "high": high}
+        gain = {"percent": 100 * rounding[1] ** 2, "now": shown, "then": then, "power": power}
+        better_typed = {"example": f"{value:.{digits}f}", "how": how, "u": half, "unit": in_unit}
+        yield readings.say("digits_too_few", column.cell(run), **typed, **gain, **better_typed)
 
 
 def _model(seen: Seen) -> Iterator[Diagnostic]:
@@ -350,7 +310,7 @@ def _model(seen: Seen) -> Iterator[Diagnostic]:
         direction = "lower" if held.bias > 0 else "higher"
         yield readings.say("tachometer_not_told", off=100 * abs(held.bias), direction=direction)
     release = next((effect for effect in seen.effects if effect.effect == "release"), None)
-    if release is None or release.bias is None or measured.motion is not None or seen.lab.chosen.asked:
+    if release is None or release.bias is None or measured.motion is not None or seen.chosen.asked:
         return
     off = {"off": 100 * abs(release.bias), "direction": "high" if release.bias > 0 else "low"}
     if release.kept:
@@ -383,27 +343,22 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     lever = arm * float(np.median(rate * spin)) / measured.g
     fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
     asked = (
-        (fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND,
-         f"Is a spin of {fastest / RPM:.5g} rpm right? A ball spun by hand makes 100 to 1500 rpm"),
-        (turn > LONG_TURN, "time", (1.0, LONG_TURN),
-         f"Is one turn in {turn / 60:.2g} min right? With a weight on the rod a turn takes seconds to minutes"),
-        (float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN),
-         f"Is one turn in {turn:.2g} s right? The rod would precess nearly as fast as the ball spins"),
-        (arm < SHORT_ARM, "position", (0.04, 0.6),
-         f"Is an arm of {100 * arm:.3g} cm right? Measured from the centre, the weight would be inside the ball"),
-        (lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND,
-         f"Is I_zz right? m x² of the weight is {lever:.2g} times I_zz, so the weight dominates the ball"),
-    )  # fmt: skip
+        ("spin_not_usual", fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND),
+        ("turn_not_usual", turn > LONG_TURN, "time", (1.0, LONG_TURN)),
+        ("turn_too_fast", float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN)),
+        ("arm_not_usual", arm < SHORT_ARM, "position", (0.04, 0.6)),
+        ("weight_too_large", lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND),
+    )
+    values = {"rpm": fastest / RPM, "minutes": turn / 60, "turn": turn, "arm": 100 * arm, "lever": lever}
     found: dict[str, Diagnostic] = {}
-    for odd, role, range_, words in asked:
-        if not odd or role in found:
-            continue
+    for name, odd, role, range_ in asked:
         column = readings.columns.get(role)
-        unit = unit_within(readings, role, range_) if column else ""
-        hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
-        if not unit:
-            hint = "check the unit in the header of each column; if it is right, leave it"
-        found[role] = readings.say("size_not_usual", column.place(0) if column else None, question=words, hint=hint)
+        unit = unit_within(readings, role, range_) if odd and column else ""
+        hint = "check the unit in the header of each column; if it is right, leave it"
+        if unit:
+            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
+        if odd and role not in found:
+            found[role] = readings.say(name, column.place(0) if column else None, **values, hint=hint)
     return found.values()
 
 
@@ -443,7 +398,6 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
     now = percent_u(lab.fit.inertia)
-    gains = [(percent_u(one.inertia), one.words) for one in effects.answers(lab, "advice") if one.inertia is not None]
-    return tuple(
-        f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains) if then < WORTH * now
-    )
+    gains = sorted((percent_u(one.inertia), one.words) for _, one in effects.answers(lab, "advice") if one.inertia)
+    worth = [(then, words) for then, words in gains if then < WORTH * now]
+    return tuple(f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in worth)

@@ -213,13 +213,6 @@ SIZES = (
 )
 
 
-def far_off(readings: Readings, size: Size) -> tuple[int, str] | None:
-    """Return the first run with an impossible reading, and the unit that explains it; None if all are possible."""
-    values, (low, high) = readings.columns[size.role].values if size.role in readings.columns else (), size.possible
-    run = next((run for run, value in enumerate(values) if value and not low <= abs(value) <= high), None)
-    return None if run is None else (run, unit_within(readings, size.role, size.usual))
-
-
 def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
     """Return another unit that brings all readings of a column into a usual range [SI unit]; "" if there is none."""
     values = [abs(value) for value in readings.columns[role].values if value]
@@ -275,21 +268,17 @@ def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
         return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
     found = []
     for size in SIZES:
-        far = far_off(readings, size)
-        if far is None:
+        column, kind, (least, most) = readings.columns.get(size.role), kind_of_role(size.role), size.possible
+        values = column.values if column else ()
+        run = next((run for run, value in enumerate(values) if value and not least <= abs(value) <= most), None)
+        if column is None or run is None:
             continue
-        run, unit = far
-        column, kind = readings.columns[size.role], kind_of_role(size.role)
+        unit = unit_within(readings, size.role, size.usual)
         own = column.unit or to_display(1.0, size.role)[1]
-        meant = None if unit else meant_in(readings, size, run)
-        sizes = abs(column.values[run] or 0.0), *size.possible, meant[1] if meant else 0.0
-        value, low, high, there = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
-        if unit:
-            hint = f'is it the unit? If {unit} is meant, write the header as "{size.role} [{unit}]"'
-        elif meant is not None:
-            hint = f"is it in {meant[0]}? That is {there}, which other runs have: write it so in this cell"
-        else:
-            hint = "check the unit, the column, and the typed digits"
-        values = {"role": size.role, "value": value, "low": low, "high": high, "hint": hint}
-        found.append(readings.say("size_unusual", column.cell(run), **values))
+        meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
+        sizes = abs(column.values[run] or 0.0), *size.possible, there
+        value, low, high, near = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
+        words = {"role": size.role, "value": value, "low": low, "high": high, "unit": meant, "there": near}
+        name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
+        found.append(readings.say(name, column.cell(run), **words))
     return found

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -56,43 +57,6 @@ class Pattern(Struct, frozen=True):
     """The same, corrected for all tests by Holm's method."""
 
 
-ONLY_IF = "the runs {} {{of}} agree with the others only if {} is {{percent:.2g}} % {{more}}"
-
-WORDS = {
-    "order": "the residuals change with the order of the runs, as if the balance drifted by {milli:.2g} mN·m "
-    "from the first run to the last",
-    "spin": "the residuals change with the spin, as if the spin was read late, or a drag or a nutation depended on it",
-    "torque": "the residuals change with the torque, and not linearly, as if the rod sank, or the turns of a weight "
-    "were wrong",
-    "time_bias": "short times are off more than long ones, as if the stopwatch was {late} than stated by about "
-    "{size:.2g} s",
-    "position_zero": "the runs agree only if every position is {milli:.2g} mm {more}, as if the arm was not "
-    "measured from the centre of the ball",
-    "mass": ONLY_IF.format("of", "its mass") + ", as if a label was wrong",
-    "position": ONLY_IF.format("at", "the position") + ", as if it was misread",
-    "force": ONLY_IF.format("of", "its force"),
-    "applied_torque": ONLY_IF.format("of", "the torque"),
-    "agreement": "the runs agree better than the stated uncertainties: chi-square is {statistic:.2g} of what it should "
-    "be",
-}
-"""Description of each pattern, by its name."""
-
-HINTS = {
-    "order": "fix the balance weight, check step 2 again, and repeat the first run at the end",
-    "spin": "read the spin at the midpoint of each run, and write the start of the motion: # motion: steady, or "
-    "# motion: released",
-    "torque": "write the pitch of each run, and count the turns of each weight again",
-    "time_bias": "state the bias of your hand, for example # u_time_bias: {twice:.1g} s, or time more turns",
-    "position_zero": "measure the arm from the centre of the ball, or state # u_position_zero: {milli:.1g} mm",
-    "mass": "weigh it",
-    "position": "measure it again",
-    "force": "measure it again",
-    "applied_torque": "measure it again",
-    "agreement": "your hand is steadier than assumed: state it, for example # u_time: 0.05 s; and write the times as "
-    "you read them",
-}
-"""What to do about each pattern."""
-
 NEAR = 0.15
 """A mass with two exchanged digits is named if it agrees with the size of the pattern within this part of it."""
 
@@ -100,20 +64,19 @@ SHARED = ("mass", "position", "force", "torque", "position_zero")
 """Sources of error that are tested for a pull."""
 
 
-def pattern_words(pattern: Pattern) -> tuple[str, str]:
-    """Return the description of a pattern and the remedy."""
+def pattern_values(pattern: Pattern) -> dict[str, Any]:
+    """Return the values of the message about a pattern; the message has its name."""
     size = pattern.size or 0.0
-    off = abs(size)
-    values = {"of": pattern.of, "statistic": pattern.statistic, "size": off, "twice": 2 * off, "milli": 1e3 * off}
-    # If the reading is too large, the true value is smaller.
-    values |= {"percent": 100 * off, "more": "less" if size > 0 else "more", "late": "later" if size > 0 else "earlier"}
-    words, hint = (texts[pattern.name].format(**values) for texts in (WORDS, HINTS))
+    off, digits = abs(size), ""
     if pattern.name == "mass" and " g" in pattern.of:
         written = f"{float(pattern.of.split()[0]):#.4g}"
         for meant in exchanged_digits(written):
             if abs(float(meant) / float(written) - (1 - size)) < NEAR * off:
-                hint += f": is it {float(meant):g} g, and two digits are exchanged?"
-    return words, hint
+                digits += f": is it {float(meant):g} g, and two digits are exchanged?"
+    # If the reading is too large, the true value is smaller.
+    more, late = ("less", "later") if size > 0 else ("more", "earlier")
+    values = {"of": pattern.of, "statistic": pattern.statistic, "digits": digits, "more": more, "late": late}
+    return values | {"size": off, "twice": 2 * off, "milli": 1e3 * off, "percent": 100 * off}
 
 
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:

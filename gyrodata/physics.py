@@ -10,8 +10,8 @@ frame that follows the rod, the *precession rate* φ̇ about the vertical.
 
 Everywhere `torque` is h m g, that of the level rod [N*m], `inertia` I_zz and `transverse_inertia` I across the rod
 through the fixed point [kg*m^2]; masses are in kg, lengths in m, times in s, rates and spins in rad/s, angles in rad.
-All arguments are arrays or numbers that broadcast; a result that does not exist is NaN. ``total_spin`` means
-that a spin is ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
+All arguments are arrays or numbers that broadcast; a result that does not exist is NaN. The *total
+spin* is ω3 = ψ̇ + φ̇ cosθ, as a tachometer that stands still reads it.
 
 The *biases* say what a simplification does to I_zz: I_zz estimated over true, minus 1, of one run. A fit with M0 and b
 as unknowns can weight runs negatively, so its bias can have another sign than those of all its runs.
@@ -99,13 +99,7 @@ def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
 
 
 def precession_rate(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike = 0.0,
-    pitch: ArrayLike = 0.0,
-    *,
-    total_spin: bool = False,
+    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike = 0.0, pitch: ArrayLike = 0.0
 ) -> Any:
     """Slow rate of steady precession: eq. (8), which is eq. (9) for a horizontal rod.
 
@@ -113,13 +107,13 @@ def precession_rate(
     spin below `least_spin`, or a level rod that does not spin. 0 for no torque. With no spin, and the rod hanging, the
     positive one of the two rates of a conical pendulum.
 
-    a φ̇² + b φ̇ − h m g = 0, with b = I_zz × spin and a = (I_zz − I) cosθ, or −I cosθ for the total spin, is solved as
+    a φ̇² + b φ̇ − h m g = 0, with b = I_zz × spin and a = (I_zz − I) cosθ, is solved as
     2 h m g/(b + sgn(b)√D), D = b² + 4 a h m g: the textbook form is 0/0 for a horizontal rod and loses all digits near
     it. Where D nearly vanishes the rate itself is ill-conditioned: a relative error ε of D/b² moves it by √ε.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         load = np.asarray(torque, dtype=float)
-        doubled = _doubled(load, spin, inertia, _curvature(inertia, transverse_inertia, pitch, total_spin))
+        doubled = _doubled(load, spin, inertia, _curvature(inertia, transverse_inertia, pitch))
         rate = 2 * load / doubled
     idle = doubled == 0
     if idle.any():
@@ -129,13 +123,7 @@ def precession_rate(
 
 
 def fast_precession_rate(
-    torque: ArrayLike,
-    spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    pitch: ArrayLike,
-    *,
-    total_spin: bool = False,
+    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
 ) -> Any:
     """Fast rate of steady precession, the other root of eq. (8); hardly ever seen in a lab.
 
@@ -143,7 +131,7 @@ def fast_precession_rate(
     level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        curvature = _curvature(inertia, transverse_inertia, pitch, total_spin)
+        curvature = _curvature(inertia, transverse_inertia, pitch)
         return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (2 * curvature)
 
 
@@ -153,10 +141,9 @@ def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> 
     return momentum + np.copysign(np.sqrt(momentum * momentum + 4 * curvature * load), momentum)
 
 
-def _curvature(inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike, total_spin: bool) -> Any:
+def _curvature(inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike) -> Any:
     """Coefficient a of φ̇² in eq. (8)."""
-    difference = np.negative(across) if total_spin else np.subtract(inertia, across)
-    return difference * np.sin(pitch)
+    return np.subtract(inertia, across) * np.sin(pitch)
 
 
 def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike) -> Any:
@@ -166,21 +153,14 @@ def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: Arra
 
 
 def tilt_bias(
-    precession_rate: ArrayLike,
-    spin: ArrayLike,
-    pitch: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    *,
-    total_spin: bool = False,
+    precession_rate: ArrayLike, spin: ArrayLike, pitch: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
 ) -> Any:
     """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
 
-    Exact for steady precession; −(I/I_zz)(φ̇/ω3) sin(pitch) if the spin is the total one.
+    Exact for steady precession.
     """
-    own = 0.0 if total_spin else 1.0
     ratio = np.divide(transverse_inertia, inertia)
-    return (own - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
+    return (1.0 - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
 
 
 # --- a spin that falls while it is timed ----------------------------------------------------------------------
@@ -206,24 +186,15 @@ def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = V
     return np.multiply(start, np.exp(-half)) * sinhc(half - share) / sinhc(share)
 
 
-def harmonic_mean_spin_slopes(start: ArrayLike, end: ArrayLike) -> tuple[Any, Any]:
-    """Derivatives of `harmonic_mean_spin` [1], for viscous drag, with respect to the start and the end.
+def harmonic_mean_spin_share(start: ArrayLike, end: ArrayLike) -> Any:
+    """Relative change of `harmonic_mean_spin` for a relative change of the start [1], for viscous drag.
 
-    Both are 1/2 if the spin does not change. They satisfy start·s₁ + end·s₂ = mean, because the mean
-    scales with the readings.
+    1/2 if the spin does not change. The share of the end is the rest, because the mean scales with the readings.
     """
-    start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
-    decay = np.log(start / end)
-    # f(d) = d/(e^d − 1); mean = start f(d); f' is a difference of near-equal numbers below |d| ~ 1e-3.
-    near = np.abs(decay) < 1e-3
-    safe = np.where(near, 1.0, decay)
-    value = np.where(near, 1 - decay / 2 + decay**2 / 12, safe / np.expm1(safe))
-    slope = np.where(
-        near,
-        -0.5 + decay / 6 - decay**3 / 180,
-        (np.expm1(safe) - safe * np.exp(safe)) / np.expm1(safe) ** 2,
-    )
-    return value + slope, -slope * start / end
+    half = np.log(np.divide(start, end)) / 2
+    near = np.abs(half) < 1e-4
+    safe = np.where(near, 1.0, half)
+    return (1 - np.where(near, half / 3, 1 / np.tanh(safe) - 1 / safe)) / 2
 
 
 def simpson_mean_spin(start: ArrayLike, half: ArrayLike, end: ArrayLike) -> Any:
@@ -246,23 +217,16 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
     return harmonic_mean_spin(start, end) / harmonic_mean_spin(start, end, 0.0) - 1
 
 
-# --- stability and nutation ----------------------------------------------------------------------------------
+# --- stability -----------------------------------------------------------------------------------------------
 
 
-def least_spin(
-    torque: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    pitch: ArrayLike,
-    *,
-    total_spin: bool = False,
-) -> Any:
+def least_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike) -> Any:
     """Return the minimum spin for steady precession, from D = 0 in eq. (8).
 
-    2√((I − I_zz) cosθ h m g)/I_zz [rad/s], with I in the place of I − I_zz for the total spin; 0 if every spin has a
-    steady precession. A level rod under a torque needs a spin above 0.
+    2√((I − I_zz) cosθ h m g)/I_zz [rad/s]; 0 if every spin has a steady precession. A level rod
+    under a torque needs a spin above 0.
     """
-    curvature = _curvature(inertia, transverse_inertia, pitch, total_spin)
+    curvature = _curvature(inertia, transverse_inertia, pitch)
     return 2 * np.sqrt(np.maximum(-curvature * np.asarray(torque), 0.0)) / inertia
 
 
@@ -283,26 +247,6 @@ def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike
     """
     half = np.multiply(inertia, total_spin) / np.multiply(2.0, transverse_inertia)
     return np.sqrt(np.maximum(np.divide(torque, transverse_inertia) - half * half, 0.0))
-
-
-def nutation_rate(
-    total_spin: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
-    precession_rate: ArrayLike = 0.0,
-    pitch: ArrayLike = 0.0,
-) -> Any:
-    """Rate of a small nutation about steady precession: √((I_zz ω3/I − 2 φ̇ cosθ)² + (φ̇ sinθ)²).
-
-    Rate [rad/s], not negative. Without precession I_zz |ω3|/I, which is exact for a nutation of any size if no
-    torque acts.
-
-    The second derivative of the effective potential of θ at the steady state of eq. (8), over I; h m g is taken out of
-    it by eq. (8) itself.
-    """
-    free = np.multiply(inertia, total_spin) / transverse_inertia
-    rate = np.asarray(precession_rate, dtype=float)
-    return np.hypot(free - 2 * rate * np.sin(pitch), rate * np.cos(pitch))
 
 
 # --- a rod released from rest -----------------------------------------------------------------------------------
@@ -386,11 +330,7 @@ def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia
 
 
 def momentum_change(
-    rotation: ArrayLike,
-    rotation_change: ArrayLike,
-    frame: ArrayLike,
-    inertia: ArrayLike,
-    transverse_inertia: ArrayLike,
+    rotation: ArrayLike, rotation_change: ArrayLike, frame: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
 ) -> Floats:
     """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H [N*m].
 

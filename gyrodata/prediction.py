@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import asdict
+from msgspec.structs import asdict, replace
 
 from gyrodata import motion, physics
 from gyrodata.physics import RPM
@@ -117,6 +117,7 @@ def predict_precession(
     horizontal = _finite(physics.precession_rate(torque, spin, inertia))
     critical = float(physics.least_spin(torque, *top))
     upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
+    growth = float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia))
     never = "" if slow is not None else "At this pitch the spin is too slow for steady precession. "
     sense, moves = "counterclockwise" if torque * spin > 0 else "clockwise", "falls" if torque > 0 else "rises"
     case = "no_torque" if torque == 0 else "no_spin" if spin == 0 else "turns"
@@ -141,26 +142,21 @@ def predict_precession(
         critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
         released=_released(motion.Top(inertia, transverse_inertia, torque), spin, pitch),
-        sleeping=Sleeping(
-            stable=abs(spin) > upright or torque < 0,
-            critical_spin=upright,
-            growth_rate=float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia)),
-        ),
+        sleeping=Sleeping(abs(spin) > upright or torque < 0, upright, growth),
     )
 
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
-    sag, greatest = nutation.mean_sag + 0.0, nutation.greatest_sag + 0.0
+    found = Released(sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0)
     if spin == 0:
         reason = "mean_rate, nutation_rate, click_error_s: without spin the rod swings and does not precess"
-        return Released(sag=sag, greatest_sag=greatest, reason=reason)
-    rate = 2 * math.pi / nutation.period
-    if top.torque == 0:
-        reason = "click_error_s: without a torque the rod keeps its direction"
-        return Released(sag=sag, greatest_sag=greatest, mean_rate=0.0, nutation_rate=rate, reason=reason)
+        return replace(found, reason=reason)
     mean = _finite(motion.mean_precession_rate(top, spin, pitch))
-    return Released(sag=sag, greatest_sag=greatest, mean_rate=mean, nutation_rate=rate, click_error_s=nutation.lead)
+    found = replace(found, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period)
+    if top.torque == 0:
+        return replace(found, reason="click_error_s: without a torque the rod keeps its direction")
+    return replace(found, click_error_s=nutation.lead)
 
 
 # --- the rotation of the Earth ---------------------------------------------------------------------------------
@@ -354,18 +350,18 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
     top = motion.Top(inertia, transverse_inertia, torque)
     # The force replaces gravity: the rod is level if it is at right angles to the force.
     nutation = motion.nutation(top, spin)
-    acceleration = torque * length / transverse_inertia
+    missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
+    tip = Tip(
+        torque=torque,
+        greatest_yield=nutation.greatest_sag,
+        acceleration=torque * length / transverse_inertia,
+        why=_say("tip", "no_spin"),
+        reason=f"{missing}: without spin the rod follows the force",
+        angle_deg=0.0,
+        direction="along the force",
+    )
     if spin == 0:
-        missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
-        return Tip(
-            torque=torque,
-            greatest_yield=nutation.greatest_sag,
-            acceleration=acceleration,
-            why=_say("tip", "no_spin"),
-            reason=f"{missing}: without spin the rod follows the force",
-            angle_deg=0.0,
-            direction="along the force",
-        )
+        return tip
     speed = length * abs(nutation.sideways)
     estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
     error = estimate / speed - 1
@@ -373,11 +369,10 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
     if error > SLOW:
         why = f"{why} {_say('tip', 'slow')}"
         direction = "at right angles to the force and also far along it: the spin is slow"
-    return Tip(
-        torque=torque,
-        greatest_yield=nutation.greatest_sag,
-        acceleration=acceleration,
+    return replace(
+        tip,
         why=why,
+        reason="",
         speed=speed,
         turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
         angle_deg=math.copysign(90.0, spin),

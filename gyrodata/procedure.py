@@ -14,7 +14,7 @@ from gyrodata import effects, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import WORTH, percent_u
-from gyrodata.measurements import Measurements, measure, torque_groups
+from gyrodata.measurements import Measurements, measure
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
 from gyrodata.results import Analysis
@@ -64,7 +64,7 @@ def what_lacks(
 
 def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
     """Ask for three weights, and for three spins of each that are far enough apart."""
-    groups = [group for group in torque_groups(measured) if measured.torque[group[0]] != 0]
+    groups = [group for group in measured.by_torque if measured.torque[group[0]] != 0]
     if len(groups) < 3:
         torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
         one = len(groups) == 1
@@ -92,7 +92,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
     now = percent_u(analysis.fit.inertia)
-    inertia = next((outcome.inertia for outcome in effects.answers(analysis.lab, "unloaded_run")), None)
+    inertia = next((one.inertia for _, one in effects.answers(analysis.lab, "unloaded_run")), None)
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)
 

@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from gyrodata import fitting, physics
 from gyrodata.effects import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.fitting import FitResult
+from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words, turn_words
@@ -26,7 +26,7 @@ def count_findings(
 
     `fit` is the fit with the written counts and without the runs that are left out; None if that fit failed.
     """
-    groups = torque_groups(measured)
+    groups = measured.by_torque
 
     def believed(counts: dict[int, float]) -> bool:
         """Return whether the times are much more likely with other counts."""
@@ -44,17 +44,16 @@ def count_findings(
     answers = [counts for counts in fitting.explaining_counts(measured) if believed(counts)]
     if not answers:
         return []
-    words = "; or else those of ".join(
-        ", those of ".join(
-            f"{load_words(measured, groups[k][0])} fit {turn_words(turns)}, "
-            f"not {turn_words(measured.turns[groups[k][0]]).split(' ')[0]}"
-            for k, turns in counts.items()
-        )
-        for counts in answers
-    )
+
+    def words(k: int, turns: float) -> str:
+        first = groups[k][0]
+        written = turn_words(measured.turns[first]).split(" ")[0]
+        return f"{load_words(measured, first)} fit {turn_words(turns)}, not {written}"
+
+    each = [", those of ".join(words(k, turns) for k, turns in counts.items()) for counts in answers]
     column = readings.columns.get("turns") or readings.columns.get("angle")
     cell = column.cell(min(groups[k][0] for k in answers[0])) if column else None
-    return [readings.say("turns_of_weights_wrong", cell, counts=words)]
+    return [readings.say("turns_of_weights_wrong", cell, counts="; or else those of ".join(each))]
 
 
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
@@ -96,47 +95,29 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
 
 def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: bool) -> Diagnostic:
     """Make the error of a log without an answer: the reason, and what to check."""
-    groups = [group for group in torque_groups(measured) if measured.torque[group[0]]]
+    groups = [group for group in measured.by_torque if measured.torque[group[0]]]
     single = [sorted(np.abs(measured.torque[group] / measured.product[group]).tolist()) for group in groups]
     low, high = min(values[0] for values in single), max(values[-1] for values in single)
     across = 0.0 if measured.transverse_inertia is None else np.median(measured.transverse_inertia)
+    values = {"why": why, "across": across, "low": low, "high": high}
     if keep_flagged:
-        hint = "omit --keep-flagged, so that a run that does not agree with the others is left out"
-    elif across and not low / 3 < across < 10 * high:
-        hint = (
-            f"transverse_inertia is {across:.2g} kg·m², and each run gives an I_zz of {low:.2g} to {high:.2g} kg·m², "
-            "which is far from it: check for a wrong unit of time, spin, mass or position"
-        )
-    elif high < 1.5 * low:
-        hint = (
-            f"the runs agree with each other (each gives {low:.2g} to {high:.2g} kg·m²), so check the uncertainties: "
-            "state those of your stopwatch and tachometer, for example # u_time: 0.14 s and # u_spin: 0.2 %"
-        )
-    else:
-        middle = [values[len(values) // 2] for values in single]
-        shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
-        hint = (
-            "check for a wrong unit, a wrong count of turns, or exchanged weights; each weight alone gives "
-            f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''} kg·m²"
-        )
-    return readings.say("no_inertia_fits", why=why, hint=hint)
+        return readings.say("no_inertia_with_flagged", **values)
+    if across and not low / 3 < across < 10 * high:
+        return readings.say("no_inertia_with_transverse", **values)
+    if high < 1.5 * low:
+        return readings.say("no_inertia_with_uncertainties", **values)
+    middle = [each[len(each) // 2] for each in single]
+    shown = [f"{load_words(measured, group[0])}: {value:.2g}" for group, value in zip(groups, middle, strict=True)]
+    return readings.say("no_inertia_fits", why=why, each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}")
 
 
-def is_unmeasured(inertia: Estimate) -> bool:
-    """Return whether the interval of I_zz includes zero, or u is nearly as large as I_zz."""
-    low = inertia.value if inertia.interval_95 is None else inertia.interval_95[0]
-    return low <= 0 or (inertia.u or 0.0) > 0.7 * inertia.value
-
-
-def not_measured(readings: Readings, fit: FitResult) -> Diagnostic:
-    """Report that the interval of I_zz is too wide, and why."""
-    assert fit.inertia.interval_95 is not None
-    low, high = fit.inertia.interval_95
+def not_measured(readings: Readings, fit: FitResult) -> list[Diagnostic]:
+    """Report that the interval of I_zz includes zero, or that u is nearly as large as I_zz, and why."""
+    inertia = fit.inertia
+    low, high = inertia.interval_95 or (inertia.value, inertia.value)
+    if low > 0 and (inertia.u or 0.0) <= 0.7 * inertia.value:
+        return []
     widest = fit.budget[0].source if fit.budget else "time"
-    hint = f"the largest part comes from u_{widest}: check its value in the log"
-    if widest == "residual_torque":
-        hint = "these runs cannot separate M0 from I_zz: add runs with another weight, and a balance test"
-    elif widest == "unexplained_scatter":
-        hint = "the runs contradict each other: check for a wrong unit, a wrong count of turns, or a typing mistake"
+    names = {"residual_torque": "not_measured_for_m0", "unexplained_scatter": "not_measured_for_scatter"}
     fault = "includes zero" if low <= 0 else "is too wide"
-    return readings.say("not_measured", low=low, high=high, fault=fault, hint=hint)
+    return [readings.say(names.get(widest, "not_measured"), low=low, high=high, fault=fault, widest=widest)]

@@ -82,15 +82,15 @@ class Result(Estimate, frozen=True, kw_only=True):
 
     k: float | None
     """Coverage factor: half the 95 % interval over u [1]."""
-    dof: float | None
+    dof: float | None = None
     """Degrees of freedom; null, see dof_reason."""
     expanded_u: float | None
     """k·u, half the 95 % interval."""
     relative_u: float | None
     """u over the value [1]."""
-    level: float
+    level: float = 0.95
     """Probability of the interval [1]."""
-    dof_reason: str | None
+    dof_reason: str | None = DOF_REASON
     """Why dof is null."""
 
     @property
@@ -342,9 +342,8 @@ class Analysis(Struct, frozen=True, eq=False):
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
-        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}' + (
-            f"<ul>{found}</ul>" if found else ""
-        )
+        listed = f"<ul>{found}</ul>" if found else ""
+        return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}{listed}'
 
     def _repr_markdown_(self) -> str:
         return str(_above("reporting.markdown").markdown_report(self))

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 from gyrodata.quantities import as_read
 from gyrodata.units import Uncertainty
@@ -56,7 +56,7 @@ def run_table(
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
-    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.influence
+    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     everyone = range(len(measured.runs))
     marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
@@ -135,32 +135,34 @@ def torque_table(
     measured: Measurements, fit: FitResult, kept: list[int], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    torques, all_products = [], fit.sense * np.abs(measured.product)
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    groups = torque_groups(measured)
-    for k, (group, used) in enumerate(zip(groups, _kept_groups(measured, kept), strict=True)):
-        runs = used or group
-        product, time = all_products[runs], measured.time[runs]
-        size = measured.own_relative[runs] * np.abs(product)
-        weight = 1 / np.maximum(size, 1e-12) ** 2
-        mean = float(np.average(product, weights=weight))
+    torques = []
+    for k, (group, used) in enumerate(zip(measured.by_torque, kept_groups(measured, kept), strict=True)):
+        i, runs = group[0], used or group
+        size, weight, mean, chi2 = _about_mean(measured, runs)
         alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
         # A late or early hand changes all runs in the same direction, each by b/T.
-        hand = measured.timing_bias_u * np.average(product / time, weights=weight)
-        spread = chi2 = p = None
-        if len(runs) > 1:
-            spread = float(np.std(product, ddof=1))
-            if size.all():
-                chi2 = float(np.sum(((product - mean) / size) ** 2))
-                p = fitting.chi2_tail(chi2, len(runs) - 1)
-        mean_u = math.hypot(alone, hand, scale * mean)
-        of_mean = MeanProduct(mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
-        slope = 2 * math.pi / abs(mean)
-        per_spin = Estimate(slope, slope * mean_u / abs(mean), "s^2/rad")
-        i = group[0]
+        each_second = float(np.average(measured.product[runs] / measured.time[runs], weights=weight))
+        mean_u = math.hypot(alone, measured.timing_bias_u * each_second, scale * mean)
+        several = len(runs) > 1
+        spread = float(np.std(np.abs(measured.product[runs]), ddof=1)) if several else None
+        p = fitting.chi2_tail(chi2, len(runs) - 1) if several and chi2 is not None else None
+        sign = float(fit.sense[i])
+        product = MeanProduct(sign * mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2 if several else None)
+        slope = 2 * math.pi / mean
+        per_spin = Estimate(slope, slope * mean_u / mean, "s^2/rad")
         load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
-        torques.append(Torque(*load, len(runs), without.get(k), of_mean, per_spin))
+        torques.append(Torque(*load, len(runs), without.get(k), product, per_spin))
     return tuple(torques)
+
+
+def _about_mean(measured: Measurements, runs: list[int]) -> tuple[Floats, Floats, float, float | None]:
+    """Compute the mean of |φ̇ψ̇| of some runs: u of each run's own, their weights, the mean, and χ², None if u is 0."""
+    product = np.abs(measured.product[runs])
+    size = measured.own_relative[runs] * product
+    weight = 1 / np.maximum(size, 1e-12) ** 2
+    mean = float(np.average(product, weights=weight))
+    return size, weight, mean, float(np.sum(((product - mean) / size) ** 2)) if size.all() else None
 
 
 # --- the laws ---------------------------------------------------------------------------------------------------
@@ -200,8 +202,8 @@ class Constancy(Struct, frozen=True):
 def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    for group, used in zip(torque_groups(measured), _kept_groups(measured, kept), strict=True):
-        exponent, torque = _common_exponent(measured, [used]), float(measured.torque[group[0]])
+    for group, used in zip(measured.by_torque, kept_groups(measured, kept), strict=True):
+        exponent, torque = common_exponent(measured, [used]), float(measured.torque[group[0]])
         if exponent is None:
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
         else:
@@ -210,34 +212,25 @@ def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
     return tuple(laws)
 
 
-def overall_exponent(measured: Measurements, kept: list[int]) -> Exponent | None:
-    """Exponent of the period against the spin, the same for all torques; None if no torque has different spins."""
-    return _common_exponent(measured, _kept_groups(measured, kept))
-
-
-def _common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
-    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own.
+def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent | None:
+    """Fit one slope of ln τ on ln ψ̇ to groups of runs that have each a constant of their own; None without one.
 
     The slope is Σ c ln τ / Σ c ln ψ̇ with c the weighted distance from the group's mean; a late or early hand changes
     every ln τ by b/T.
     """
     spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
-    across = along = late = 0.0
-    torques = 0
-    for group in groups:
-        if len(group) < 2 or np.ptp(spin[group]) < 0.02:
-            continue
+    spread = [group for group in groups if len(group) > 1 and np.ptp(spin[group]) >= 0.02]
+    if not spread:
+        return None
+    sums = np.zeros(3)
+    for group in spread:
         weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
         away = weight * (spin[group] - np.average(spin[group], weights=weight))
-        across += float(away @ spin[group])
-        along += float(away @ period[group])
-        late += float(away @ (1 / measured.time[group]))
-        torques += 1
-    if not torques:
-        return None
+        sums += [away @ spin[group], away @ period[group], away @ (1 / measured.time[group])]
+    across, along, late = sums.tolist()
     value = along / across
     u = math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
-    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=len(spread))
 
 
 def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
@@ -245,24 +238,23 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    groups = [group for group in _kept_groups(measured, kept) if len(group) > 1]
+    groups = [group for group in kept_groups(measured, kept) if len(group) > 1]
     if not measured.own_relative.all() or not groups:
         return None
     count = sum(map(len, groups))
-    dof, chi2, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
+    dof, total, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
     for group in groups:
-        product, own = np.abs(measured.product[group]), measured.own_relative[group]
-        mean = np.average(product, weights=1 / (product * own) ** 2)
-        chi2 += float(np.sum(((product - mean) / (product * own)) ** 2))
-        scatter += float(np.sum((product / mean - 1) ** 2)) / dof
-        expected += float(np.sum(own**2)) / count
-    return Constancy(math.sqrt(scatter), math.sqrt(expected), chi2, dof, fitting.chi2_tail(chi2, dof))
+        _, _, mean, chi2 = _about_mean(measured, group)
+        total += chi2 or 0.0
+        scatter += float(np.sum((np.abs(measured.product[group]) / mean - 1) ** 2)) / dof
+        expected += float(np.sum(measured.own_relative[group] ** 2)) / count
+    return Constancy(math.sqrt(scatter), math.sqrt(expected), total, dof, fitting.chi2_tail(total, dof))
 
 
-def _kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
+def kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
     """List the runs of each torque that are used."""
     inside = set(kept)
-    return [[i for i in group if i in inside] for group in torque_groups(measured)]
+    return [[i for i in group if i in inside] for group in measured.by_torque]
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------
@@ -296,24 +288,22 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
     found = [NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)]
     for name, words in (("through_origin", "without an intercept"), ("with_constant", "with an intercept")):
         intercept = name == "with_constant"
-        slope, u, constant, u_constant = fitting.ordinary_line(product, torque, intercept)
-        inertia = Estimate(float(slope), or_none(u), "kg*m^2")
-        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs assumed independent"
-        if len(kept) == 1:
-            note += "; one run has no scatter, so no u"
-        if math.isnan(inertia.value) or (intercept and not fitting.torques_differ(torque)):
-            if intercept and len(kept) < 2:
+        slope, u, constant, u_constant = map(or_none, fitting.ordinary_line(product, torque, intercept))
+        if slope is None or (intercept and not fitting.torques_differ(torque)):
+            note = (
+                "not possible: all torques are equal, so a slope and an intercept cannot be separated; "
+                "add runs with another weight or position"
+            )
+            if len(kept) < 2:
                 note = "not possible: a line with a constant needs at least two different points"
-            elif intercept:
-                note = (
-                    "not possible: all torques are equal, so a slope and an intercept cannot be separated; "
-                    "add runs with another weight or position"
-                )
             found.append(NamedFit(name, None, None, note))
             continue
-        difference = inertia.value - fit.inertia.value
+        note = f"least squares of M on φ̇ψ̇, {words}; u from the scatter, runs assumed independent"
+        note += "; one run has no scatter, so no u" if len(kept) == 1 else ""
+        difference = slope - fit.inertia.value
         deviation = difference / fit.inertia.u if fit.inertia.u else None
-        minus_m0 = Estimate(float(constant), or_none(u_constant), "N*m") if intercept else None
+        minus_m0 = Estimate(constant or 0.0, u_constant, "N*m") if intercept else None
+        inertia = Estimate(slope, u, "kg*m^2")
         found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
     return tuple(found)
 
@@ -365,16 +355,16 @@ def compare_with_ball(
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    u_of_mass, u_of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
-    mass_u = u_of_mass.at(mass) if has_ball and u_of_mass else None
-    diameter_u = u_of_diameter.at(diameter) if has_ball and u_of_diameter else None
+    mass_u, diameter_u = (
+        u.at(value) if has_ball and (u := uncertainties.get(f"u_ball_{name}")) else None
+        for name, value in (("mass", mass), ("diameter", diameter))
+    )
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
         bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
-    expected = solid + bore + rod + disk
-    expected_u = None
+    expected, expected_u = solid + bore + rod + disk, None
     if mass_u is not None or diameter_u is not None:
         # 2/5 m (d/2)² grows as m and as d².
         expected_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)

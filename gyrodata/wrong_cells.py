@@ -16,7 +16,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import fitting
-from gyrodata.fitting import ChosenModel, FitResult, Outlier
+from gyrodata.changes import Lab
+from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.mistakes import other_units
 from gyrodata.patterns import exchanged_digits
@@ -43,17 +44,18 @@ FROM_OTHERS = 5
 """Rank of a value that was computed from the other runs: it explains nothing."""
 
 
-def explain(
-    readings: Readings, measured: Measurements, chosen: ChosenModel, outliers: Sequence[Outlier], others: FitResult
-) -> tuple[Outlier, ...]:
+def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: FitResult) -> tuple[Outlier, ...]:
     """Return odd runs with the corrections that fit, the most likely first; `others`: the fit without these runs."""
+    measured = lab.measured
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0
     typical = max(1.0, fitting.MAD_TO_SD * float(np.median(np.abs(others.deviations[kept]))))
     explained = []
     for number, outlier in enumerate(outliers):
         i, found = outlier.index, []
-        if outlier.turns is not None and _is_usual(measured, i, outlier.turns):
+        # A number of turns is likely that is usual, that other runs have, or that is off by one or a half.
+        likely_turns = {*fitting.USUAL_COUNTS, *measured.turns, *(measured.turns[i] + np.array([-1, -0.5, 0.5, 1]))}
+        if outlier.turns is not None and np.isclose(outlier.turns, [*likely_turns], rtol=1e-9, atol=0).any():
             words = f"fits {turn_words(outlier.turns)}, not {turn_words(measured.turns[i]).split(' ')[0]}"
             alike = measured.turns[kept & (measured.torque == measured.torque[i])]
             # The count that all other runs of this weight have is more likely than another count.
@@ -61,8 +63,8 @@ def explain(
         if number < MOST_ODD and len(measured.runs) <= MOST_RUNS:
             for rank, words, changed in _changes(readings, measured, others, i):
                 with suppress(fitting.NoFit):
-                    runs = fitting.corrected(measure(changed), others, chosen)
-                    fit = fitting.fit(runs, fitting.AS_STATED, tilted=chosen.tilted, left_out=odd)
+                    runs = fitting.corrected(measure(changed), others, lab.chosen)
+                    fit = fitting.fit(runs, fitting.AS_STATED, tilted=lab.chosen.tilted, left_out=odd)
                     off = abs(float(fit.deviations[i])) / typical
                     if off < FITS:
                         found.append((rank, off, words))
@@ -73,15 +75,11 @@ def explain(
             # A run that is not clearly wrong may be odd by chance; then several corrections may fit, or none.
             slips = [words for rank, _, words in found if rank <= 0]
             likely, maybe = [], slips if len(slips) == 1 else []
-        cells, expected = tuple(likely[:MOST_TOLD]), float(others.fitted_time[i])
-        explained.append(replace(outlier, expected=expected, cells=cells, maybe="" if likely else "".join(maybe)))
+        # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
+        deviation = float(lab.fit.deviations[i]) if i in lab.left_out else outlier.deviation
+        told = replace(outlier, cells=tuple(likely[:MOST_TOLD]), maybe="" if likely else "".join(maybe))
+        explained.append(replace(told, deviation=deviation, expected=float(others.fitted_time[i])))
     return tuple(explained)
-
-
-def _is_usual(measured: Measurements, index: int, turns: float) -> bool:
-    """Return whether this number of turns is usual, is in other runs of this log, or is off by one or a half."""
-    near = [measured.turns[index] + step for step in (-1, -0.5, 0.5, 1)]
-    return any(math.isclose(turns, count) for count in (*fitting.USUAL_COUNTS, *measured.turns, *near))
 
 
 class Cell(NamedTuple):

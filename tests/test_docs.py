@@ -144,12 +144,16 @@ def mean_spin(lab: dict[str, float]) -> float:
     return float(physics.harmonic_mean_spin(lab["start"], lab["end"]))
 
 
+def total_spin(lab: dict[str, float]) -> float:
+    return lab["ψ̇"] + lab["φ̇"] * math.sin(lab["pitch"])
+
+
 BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
     "tilted rod, eq. (9) for eq. (8)":
         lambda lab: physics.tilt_bias(lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]),
     "tilted rod, total spin taken for ψ̇":
-        lambda lab: physics.tilt_bias(lab["φ̇"], lab["ψ̇"] + lab["φ̇"] * math.sin(lab["pitch"]), lab["pitch"], lab["I_zz"],
-                                      lab["I"], total_spin=True),
+        lambda lab: physics.tilt_bias(lab["φ̇"], total_spin(lab), lab["pitch"], lab["I_zz"], lab["I"])
+                    - (1 - lab["ψ̇"] / total_spin(lab)),
     "nutation after letting go": lambda lab: physics.release_bias(lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]),
     "nutation, its phase at one click, at most":
         lambda lab: physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"],

@@ -5,15 +5,7 @@ contains the textbook fits for comparison. `fit_line` fits a line to points with
 `adjustment` contains the equation that is fitted.
 """
 
-from gyrodata.fitting.adjustment import (
-    MAD_TO_SD,
-    MANY,
-    NEGLIGIBLE,
-    NoFit,
-    sample,
-    torques_differ,
-    transverse_inertia,
-)
+from gyrodata.fitting.adjustment import MAD_TO_SD, MANY, NEGLIGIBLE, NoFit, sample, torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
     AS_STATED,
     ChosenModel,

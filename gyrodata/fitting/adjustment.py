@@ -119,12 +119,12 @@ class Problem:
 
     def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
         """Compute the torque of each run [N*m] and its derivatives by quantity."""
+        mass, position, force, g = values[MASS], values[POSITION], values[FORCE], values[G]
         if self.by_weight:
-            pull = values[MASS] * values[G]
-            slopes = {MASS: values[POSITION] * values[G], POSITION: pull, G: values[MASS] * values[POSITION]}
-            return pull * values[POSITION], slopes
+            pull = mass * g
+            return pull * position, {MASS: position * g, POSITION: pull, G: mass * position}
         if self.by_force:
-            return values[FORCE] * values[POSITION], {POSITION: values[FORCE], FORCE: values[POSITION]}
+            return force * position, {POSITION: force, FORCE: position}
         return values[TORQUE], {TORQUE: np.ones(self.count)}
 
     def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
@@ -227,10 +227,8 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         plain = _lever(measured, index)
         lever, swing = plain * weight, sense[index] * measured.time[index] * weight
         effort = swing * torque
-        aa, ab, bb, ae, be = (
-            np.add.reduce(product)
-            for product in (lever * lever, lever * swing, swing * swing, lever * effort, swing * effort)
-        )
+        products = lever * lever, lever * swing, swing * swing, lever * effort, swing * effort
+        aa, ab, bb, ae, be = (np.add.reduce(product) for product in products)
         determinant = aa * bb - ab * ab
         # Equal runs do not determine a line.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -313,9 +311,8 @@ def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(N
     """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
-    u = next(
-        (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time"), 0 * measured.time
-    )
+    sizes = (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time")
+    u = next(sizes, 0 * measured.time)
     return cast(Floats, np.abs(time - bounded) / np.hypot(u[index], 0.01 * bounded))
 
 
@@ -369,15 +366,10 @@ class Adjusted(Struct, frozen=True):
     """False: this is not a solution."""
 
 
-def adjust(
-    problem: Problem,
-    sense: Floats,
-    start: Start,
-    prior_width: float,
-    kept: Floats,
-    factor: float,
-) -> Adjusted:
-    """Iterate the adjustment to a credible solution.
+# Values that are not finite are refused after the iteration.
+@np.errstate(all="ignore")
+def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
+    """Repeat the linearised least squares until the steps converge to a credible solution.
 
     Parameters
     ----------
@@ -402,18 +394,6 @@ def adjust(
     scale = np.array([start.inertia, prior_width, problem.measured.timing_bias_u])
     unknowns = np.zeros(3 + problem.shared_count)
     unknowns[:2] = 1.0, start.residual_torque / prior_width
-    try:
-        adjusted = _iterate(problem, sense, kept, scale, unknowns)
-    except np.linalg.LinAlgError:
-        raise NoFit("these runs do not determine the unknowns separately") from None
-    _insist_on_solution(adjusted, start.inertia, factor)
-    return adjusted
-
-
-# Values that are not finite are refused after the iteration.
-@np.errstate(all="ignore")
-def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unknowns: Floats) -> Adjusted:
-    """Repeat the linearised least squares until the steps converge."""
     single = np.zeros_like(problem.absolute)
     count, width = problem.count, len(unknowns)
     # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
@@ -439,8 +419,10 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         rows[count:, -1] = -unknowns[1:]
         # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.
         whole = np.triu(np.linalg.qr(rows, mode="raw")[0].T[:width])
-        factor = whole[:, :-1]
-        step = np.linalg.solve(factor, whole[:, -1])
+        triangle = whole[:, :-1]
+        if not triangle.diagonal().all():
+            raise NoFit("these runs do not determine the unknowns separately")
+        step = np.linalg.solve(triangle, whole[:, -1])
         # One step at most halves or doubles I_zz.
         limit, size = 0.5 * abs(unknowns[0]), abs(step[0])
         if size > limit:
@@ -464,7 +446,7 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         if converged:
             break
     # Covariance, deleted residuals and influence at the end.
-    inverse = np.linalg.inv(factor)
+    inverse = np.linalg.inv(triangle)
     q = rows[:, :-1] @ inverse
     # The leverage of a run in the fit is removed; for a run outside, the variance of its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
@@ -472,7 +454,7 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
     variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
     gain = q @ inverse[0] * scale[0]
     weighted = kept * closed / np.sqrt(own)
-    return Adjusted(
+    adjusted = Adjusted(
         problem=problem,
         unknowns=unknowns[:3] * scale,
         covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale),
@@ -489,6 +471,8 @@ def _iterate(problem: Problem, sense: Floats, kept: Floats, scale: Floats, unkno
         chi2=chi2,
         converged=bool(converged),
     )
+    _insist_on_solution(adjusted, start.inertia, factor)
+    return adjusted
 
 
 FACTOR = 3.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -111,20 +111,18 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     dof: int
     deviations: Floats
     """Time minus the prediction of the *other* runs, over the standard uncertainty of this difference, shape (n,)."""
-    influence: Floats
-    """Change of I_zz when one run is left out, to first order [kg*m^2]; 0 for a run that is, shape (n,)."""
-    budget: tuple[Share, ...]
     widths: Widths
     """Widths with which the runs were adjusted."""
-    contradicted_balance: float | None
-    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
-    two_signs: bool
-    """True if M0 can have either sign, and the answer includes both."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
-    posterior: Posterior | None
+    budget: tuple[Share, ...] = ()
+    contradicted_balance: float | None = None
+    """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
+    two_signs: bool = False
+    """True if M0 can have either sign, and the answer includes both."""
+    posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
 
     @cached_property
@@ -133,12 +131,10 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         problem = self.adjusted.problem
         values, _ = problem.truth(np.zeros_like(self.adjusted.slopes), self.adjusted.shared)
         inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
-        torque, whole = problem.torque(values)[0] + residual_torque, inertia + values[ADDED]
-        if problem.tilted:
-            spin = self.sense * values[SPIN]
-            rate = np.abs(physics.precession_rate(torque, spin, whole, values[TRANSVERSE], values[PITCH]))
-        else:
-            rate = np.abs(physics.horizontal_precession_rate(torque, values[SPIN], whole))
+        torque = problem.torque(values)[0] + residual_torque
+        # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
+        top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
+        rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
             u = np.sqrt(self.adjusted.independent_variance) / np.abs(torque)
@@ -179,11 +175,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
 
 def fit(
-    measured: Measurements,
-    widths: Widths | None = None,
-    *,
-    tilted: bool = False,
-    left_out: Collection[int] = (),
+    measured: Measurements, widths: Widths | None = None, *, tilted: bool = False, left_out: Collection[int] = ()
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -213,11 +205,21 @@ def fit(
     """
     kept = np.ones(len(measured.runs))
     kept[list(left_out)] = 0.0
-    begun = _by_sign(measured, tilted, kept, widths or AS_STATED)
+    # Without a direction of the runs without a weight, M0 can have both signs.
+    signs = (1.0,) if measured.sense[kept > 0].all() else (1.0, -1.0)
+    signed: list[tuple[float, FitResult]] = []
+    for sign in signs:
+        try:
+            sense = adjustment.assume_sense(measured, sign)
+            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths or AS_STATED)))
+        except NoFit:
+            if sign == signs[-1] and not signed:
+                raise
+    agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
+    begun = agree if agree and len(signs) > 1 else [result for _, result in signed]
     if widths is not None:
         return min(begun, key=lambda result: result.chi2)
-    results = [_integrated(measured, one) for one in begun]
-    results.sort(key=lambda pair: -pair[1].evidence)
+    results = sorted(map(_integrated, begun), key=lambda pair: -pair[1].evidence)
     first, answer = results[0]
     several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
     if len(several) > 1:
@@ -226,7 +228,7 @@ def fit(
     contradicted = None
     if measured.balance_test is not None:
         allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(replace(measured, balance_test=None), first).quantiles(2)[1]
+        ends = _integrate_at(first, tested=False).quantiles(2)[1]
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
     return replace(
@@ -238,23 +240,6 @@ def fit(
         contradicted_balance=contradicted,
         posterior=answer,
     )
-
-
-def _by_sign(measured: Measurements, tilted: bool, kept: Floats, widths: Widths) -> list[FitResult]:
-    """Fit at fixed widths; twice, for both signs of M0, if runs without a weight do not state a direction."""
-    if measured.sense[kept > 0].all():
-        return [_at_widths(measured, adjustment.assume_sense(measured, 1.0), tilted, kept, widths)]
-    signed: list[tuple[float, FitResult]] = []
-    for sign in (1.0, -1.0):
-        try:
-            sense = adjustment.assume_sense(measured, sign)
-            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths)))
-        except NoFit:
-            # M0 may not be able to have this sign.
-            if sign < 0 and not signed:
-                raise
-    agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
-    return agree or [result for _, result in signed]
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
@@ -299,34 +284,29 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
         chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(differ),
         deviations=adjusted.deviations,
-        influence=adjusted.influence,
-        budget=(),
         widths=widths,
-        contradicted_balance=None,
-        two_signs=False,
         sense=sense,
         adjusted=adjusted,
-        posterior=None,
     )
 
 
-def _integrated(measured: Measurements, begun: FitResult) -> tuple[FitResult, Posterior]:
+def _integrated(begun: FitResult) -> tuple[FitResult, Posterior]:
     """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
-    found = _integrate_at(measured, begun)
+    found = _integrate_at(begun)
     scatter, width = found.typical_widths()
-    start = Start(*found.middle()[:2].tolist())
+    start = Start(*(found.mean[:2] @ found.weight).tolist())
     problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
     try:
         adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR)
     except NoFit:
         return begun, found
     result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
-    return result, _integrate_at(measured, result)
+    return result, _integrate_at(result)
 
 
-def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
+def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
-    adjusted, inertia = result.adjusted, result.inertia.value
+    adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.scatter * adjusted.rows
@@ -341,9 +321,10 @@ def _integrate_at(measured: Measurements, result: FitResult) -> Posterior:
         runs=float(adjusted.kept.sum()),
         scatter=result.scatter,
     )
-    tested = None if measured.balance_test is None else measured.balance_test(inertia) / lightest
+    test = measured.balance_test if tested else None
+    width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), tested).times(unit)
+    return posterior.integrate(conditions, scale, times_stated(measured), width).times(unit)
 
 
 def _estimate(ends: Floats, unit: str) -> Estimate:
@@ -391,10 +372,8 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
         if variance > 0
     ]
-    for row, name, words in (
-        (count, "residual_torque", "all runs"),
-        (count + 1, "time_bias", SOURCES["time_bias"].shared_by),
-    ):
+    hand = SOURCES["time_bias"].shared_by
+    for row, name, words in (count, "residual_torque", "all runs"), (count + 1, "time_bias", hand):
         if gain[row]:
             shares.append((name, True, words, abs(float(gain[row]))))
     if excess > 0:
@@ -450,18 +429,15 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     across = adjustment.transverse_inertia(measured)
     total = measured.torque + residual_torque
     # The weight spins as well.
-    whole = inertia + measured.added
-    runs = measured
-    if chosen.released or (chosen.tilted and measured.spin_start is not None):
-        lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            steady = physics.precession_rate(total, measured.spin, whole, *lean)
+    runs, whole = measured, inertia + measured.added
+    lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if chosen.released:
             is_stated = chosen.asked or measured.motion is not None
             runs = _released(measured, steady, total, whole, across, is_stated)
-        else:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
+        elif chosen.tilted and measured.spin_start is not None:
+            runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     if not chosen.earth:
         return runs
     # The floor turns while a run is timed; at a pole if the latitude is unknown. Counterclockwise is positive.
@@ -534,10 +510,7 @@ def earth_is_told(measured: Measurements) -> bool:
 
 
 def fit_model(
-    measured: Measurements,
-    chosen: ChosenModel,
-    left_out: Collection[int] = (),
-    widths: Widths | None = None,
+    measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = (), widths: Widths | None = None
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a model: correct the runs with the result of the fit, until both agree.
 
@@ -563,16 +536,13 @@ def fit_model(
     """
     sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
     bare = runs = replace(measured, slowing=None, sources=sources)
-
-    def fitted(widths: Widths | None) -> FitResult:
-        return fit(runs, widths, tilted=chosen.tilted, left_out=left_out)
-
+    fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     if not is_corrected(runs, chosen):
-        return runs, fitted(widths)
-    result = fitted(AS_STATED)
+        return runs, fitted(runs, widths)
+    result = fitted(runs, AS_STATED)
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
-        result = fitted(AS_STATED)
+        result = fitted(runs, AS_STATED)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
             break
-    return runs, result if widths == AS_STATED else fitted(widths)
+    return runs, result if widths == AS_STATED else fitted(runs, widths)

@@ -298,9 +298,8 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
         part = np.asarray(0.0 if value is None else value, dtype=float)
         part = np.full(count, part) if part.ndim == 0 else part
         if part.shape not in ((count,), (count, count)):
-            raise ValueError(
-                f"{name} has shape {part.shape}; pass a number, {count} variances, or a {count} × {count} matrix"
-            )
+            wanted = f"pass a number, {count} variances, or a {count} × {count} matrix"
+            raise ValueError(f"{name} has shape {part.shape}; {wanted}")
         if not np.isfinite(part).all():
             raise ValueError(f"{name} contains a value that is not finite; pass 0 for exact values")
         if name != "cov_xy":
@@ -335,9 +334,8 @@ def _root(matrix: Floats) -> Floats:
         raise ValueError("an error with variance 0 has a covariance with another; pass 0 for both")
     values, vectors = np.linalg.eigh(correlation)
     if values[0] < -1e-9 * values[-1]:
-        raise ValueError(
-            "the covariance matrix has a negative eigenvalue; check the signs and sizes of the off-diagonal elements"
-        )
+        signs = "check the signs and sizes of the off-diagonal elements"
+        raise ValueError(f"the covariance matrix has a negative eigenvalue; {signs}")
     # A rounded zero must not become an uncertainty of 1e-8.
     kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
     return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))

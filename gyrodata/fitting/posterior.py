@@ -116,25 +116,17 @@ class Posterior(Struct, frozen=True):
         """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5)."""
         return _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
 
-    def middle(self) -> Floats:
-        """Compute the mean of I_zz, M0 and b, shape (3,)."""
-        return self.mean @ self.weight
-
     def times(self, unit: Floats) -> Posterior:
         """Convert I_zz, M0 and b to other units, shape (3,)."""
         each = unit[:, None]
         return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1])
-
-    def typical(self, values: Floats) -> float:
-        """Compute the geometric mean of s or of the width of M0."""
-        return math.exp(float(self.weight @ np.log(values)))
 
     def typical_widths(self) -> tuple[float, float]:
         """Return a typical s, and the width of M0 that alone gives u(I_zz) of all widths with this s."""
         # The parts are sorted by s; each s has the same number of widths.
         each = self.weight.reshape(STEPS, -1)
         count = each.shape[1]
-        factor = self.typical(self.factor)
+        factor = math.exp(float(self.weight @ np.log(self.factor)))
         most = np.maximum.reduce(each, axis=1)
         away = np.abs(np.log(self.factor[::count] / factor))
         at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
@@ -185,15 +177,11 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         else:
             high = high + 4.0
     mean, variance = parts.moments()
-    each = np.ones(weight.shape)
-    return Posterior(
-        weight.reshape(-1),
-        mean.reshape(3, -1),
-        np.sqrt(variance.reshape(3, -1)),
-        (factor[:, None] * each).reshape(-1),
-        (widths * each).reshape(-1),
-        float(top + math.log(total)),
-    )
+    # One part for each pair of s and w.
+    s, w = np.broadcast_arrays(factor[:, None], widths)
+    mean, u = mean.reshape(3, -1), np.sqrt(variance).reshape(3, -1)
+    evidence = float(top + math.log(total))
+    return Posterior(weight.reshape(-1), mean, u, s.reshape(-1), w.reshape(-1), evidence)
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:

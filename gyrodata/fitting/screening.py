@@ -11,7 +11,7 @@ import numpy as np
 from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, assume_sense, first_guess, median, rough_misfit
 from gyrodata.fitting.inertia import AS_STATED, FitResult, Outlier, balance_scale, fit, lightest_torque
 from gyrodata.fitting.lines import chi2_tail
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
 MASKED = 1e-3
@@ -129,14 +129,13 @@ def rivals(
     """
 
     def unlikely(result: FitResult) -> float:
-        if measured.balance_test is not None:
-            width = measured.balance_test(result.inertia.value)
-        else:
-            width = balance_scale(measured, result.inertia.value, lightest_torque(measured, result.adjusted.kept))
+        inertia, lightest = result.inertia.value, lightest_torque(measured, result.adjusted.kept)
+        test = measured.balance_test
+        width = test(inertia) if test is not None else balance_scale(measured, inertia, lightest)
         return 1 + (result.residual_torque.value / max(width, 1e-12)) ** 2
 
     found = []
-    for group in torque_groups(measured):
+    for group in measured.by_torque:
         gone = sorted(set(group) & set(left_out))
         rest = sorted(set(group) - set(left_out))
         instead = {*left_out, *rest} - set(gone)
@@ -175,13 +174,13 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     Returns
     -------
     list of dict
-        The corrections that change the fewest torques: number of the group in `torque_groups`, and its revolutions.
+        The corrections that change the fewest torques: number of the group in `by_torque`, and its revolutions.
         Empty if the torques agree without a correction, or if there is no correction.
     """
-    numbers = [k for k, group in enumerate(torque_groups(measured)) if measured.torque[group[0]]]
+    numbers = [k for k, group in enumerate(measured.by_torque) if measured.torque[group[0]]]
     if not 2 <= len(numbers) <= MOST_TORQUES:
         return []
-    groups = [torque_groups(measured)[k] for k in numbers]
+    groups = [measured.by_torque[k] for k in numbers]
     torque = np.array([measured.torque[group[0]] for group in groups])
     product = np.sign(torque) * [median(np.abs(measured.product[group])) for group in groups]
     # If runs of one torque have different counts, the counts are not a common mistake.

@@ -7,10 +7,5 @@ written in several runs, it is one reading: equal weights share their error, and
 """
 
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, WHOLE
-from gyrodata.measurements.measured import Measurements, measure, select, torque_groups, total_spin_excess
-from gyrodata.measurements.sources import (
-    Source,
-    as_spin,
-    mean_spin,
-    spin_columns,
-)
+from gyrodata.measurements.measured import Measurements, measure, select, total_spin_excess
+from gyrodata.measurements.sources import Source, as_spin, mean_spin, spin_columns

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -36,65 +36,56 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
 
 def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
-    rate = 2 * np.pi * measured.turns / measured.time
-    expected: dict[str, Callable[[], Floats]] = {
-        "precession_period": lambda: measured.time / measured.turns,
-        "precession_rate": lambda: rate,
-        "torque": lambda: np.abs(measured.torque),
-        "spin": lambda: measured.spin,
-        "spin_period": lambda: 2 * np.pi / measured.spin,
-        "inertia": lambda: np.abs(measured.torque) / (rate * measured.spin),
-        "mass": lambda: measured.mass,
-        "position": lambda: np.abs(measured.position),
-        "time": lambda: measured.time,
-        "turns": lambda: measured.turns,
-        "angle": lambda: 2 * np.pi * measured.turns,
-    }
-    found = []
+    torque = np.abs(measured.torque)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = 2 * np.pi * measured.turns / measured.time
+        expected = {
+            "precession_period": measured.time / measured.turns,
+            "precession_rate": rate,
+            "torque": torque,
+            "spin": measured.spin,
+            "spin_period": 2 * np.pi / measured.spin,
+            "inertia": torque / (rate * measured.spin),
+            "mass": measured.mass,
+            "position": np.abs(measured.position),
+            "time": measured.time,
+            "turns": measured.turns,
+            "angle": 2 * np.pi * measured.turns,
+        }
     # These columns are always the readings themselves.
-    own = {"mass", "position", "time"}
-    compared = [column for role, column in readings.columns.items() if role not in own]
-    for column in (*compared, *readings.others):
-        if column.role not in expected:
-            continue
-        with np.errstate(divide="ignore", invalid="ignore"):
-            finding = _compare(readings, column, expected[column.role]())
-        if finding is not None:
-            found.append(finding)
-    return found
+    compared = [column for role, column in readings.columns.items() if role not in ("mass", "position", "time")]
+    pairs = [(column, expected[column.role]) for column in (*compared, *readings.others) if column.role in expected]
+    return [finding for column, values in pairs for finding in _compare(readings, column, values)]
 
 
 def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Name every stated ``u_…`` that has no effect, with the reason, unless it is zero."""
-    columns = readings.columns
-    load = next(role for role in ("mass", "force", "torque") if role in columns)
-    weighed, spins, ball = load == "mass", spin_columns(readings), {"ball_mass", "ball_diameter"}
-    placed = load != "torque" and "position" in columns
-    silent: dict[str, str | None] = {
+    columns, load, spins = readings.columns, parts.load_role(readings.columns), spin_columns(readings)
+    no_mass = None if load == "mass" else f"the {load} is given, and no mass"
+    no_law = "the log does not show how the spin falls, or the spin is read three times in each run"
+    shows_law = len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
+    often, never = "the spin is read more than once in each run", "one spin is given for the whole log"
+    has_ball = "ball_mass" in readings.constants and "ball_diameter" in readings.constants
+    no_ball = None if has_ball else "ball_mass and ball_diameter are not both given"
+    silent = {
         "u_time_bias": "rates are given, not times of a stopwatch" if timing.role == "precession_rate" else None,
-        "u_mass_scale": None if weighed else f"the {load} is given, and no mass",
-        "u_g": None if weighed else f"the {load} is given, and no mass",
-        "u_position_zero": None if placed else "no position is read",
-        "u_spin_delay": _not_at_half_time(spins),
-        "u_decay_exponent": None
-        if len(spins) == 2 or (parts.read_once(spins) and measured.drag is not None)
-        else "the log does not show how the spin falls, or the spin is read three times in each run",
-        **dict.fromkeys(
-            ("u_ball_mass", "u_ball_diameter"),
-            None if ball <= set(readings.constants) else "ball_mass and ball_diameter are not both given",
-        ),
+        "u_mass_scale": no_mass,
+        "u_g": no_mass,
+        "u_position_zero": None if load != "torque" and "position" in columns else "no position is read",
+        "u_spin_delay": None if parts.read_once(spins) else often if len(spins) > 1 else never,
+        "u_decay_exponent": None if shows_law else no_law,
+        "u_ball_mass": no_ball,
+        "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
         "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
     }
-    if readings.position_from == "surface":
-        silent["u_ball_diameter"] = None
-    read = {load, timing.role, *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
+    read = {load, timing.role, "pitch", *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
-    read |= {"weight_diameter"} if weighed else set()
+    read |= {"weight_diameter"} if load == "mass" else set()
     read |= {"spin_turns"} if spins[0].role == "spin_time" else set()
-    read |= {"pitch"}
     if "pitch" in columns or readings.motion == "released":
         read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
+    read &= set(columns)
     found = []
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
@@ -106,11 +97,11 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
             why = "whole turns end where they began, so no mark is sighted"
         elif any(
             as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
-            for role in read & set(columns)
+            for role in read
             if key in u_keys(role)
         ):
             why = None
-        elif base in read & set(columns):
+        elif base in read:
             why = f"every {base} has an uncertainty of its own"
         else:
             why = _why_not_read(base, columns, timing)
@@ -150,13 +141,6 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
     return [readings.say("rows_identical", Place(copied[0][1], 1), lines=shown)]
 
 
-def _not_at_half_time(spins: tuple[Column, ...]) -> str | None:
-    """Return the reason why a late reading of the spin is not an error source; None if it is one."""
-    if len(spins) > 1:
-        return "the spin is read more than once in each run"
-    return None if any(spot >= 0 for spot in spins[0].spots) else "one spin is given for the whole log"
-
-
 def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> str:
     """Return the reason why the readings of a role, or their uncertainties, are not used."""
     if role == "inertia":
@@ -183,26 +167,23 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
     return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
 
 
-def _compare(readings: Readings, column: Column, expected: Floats) -> Diagnostic | None:
+def _compare(readings: Readings, column: Column, expected: Floats) -> Iterator[Diagnostic]:
     """Create a finding for a column, at its first row that deviates by more than 5 % and two last digits."""
     with np.errstate(invalid="ignore"):
         gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
         wrong = gap > np.maximum(0.05 * np.abs(expected), 2 * np.array(column.steps))
-    if not wrong.any():
-        return None
     # A reading that is used for several runs is compared once.
     there = np.flatnonzero(np.isfinite(gap))
     _, at = np.unique(np.array(column.spots)[there], return_index=True)
     off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
     if not off:
-        return None
+        return
     first = off[0]
     ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
-    runs = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
     hint = "check the turns, the units and the arithmetic of this column"
     used = readings.columns.get(column.role)
     if used is not None and used.header != column.header:
         hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
-    runs = f"run{'s' if len(off) > 1 else ''} {runs}"
-    cell = column.cell(first)
-    return readings.say("derived_column_disagrees", cell, header=column.header, ratio=ratio, runs=runs, hint=hint)
+    names = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
+    values = {"header": column.header, "ratio": ratio, "runs": f"run{'s' if len(off) > 1 else ''} {names}"}
+    yield readings.say("derived_column_disagrees", column.cell(first), **values, hint=hint)

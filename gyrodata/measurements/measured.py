@@ -9,14 +9,13 @@ from typing import Any, cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from gyrodata import physics
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
-from gyrodata.measurements.drag import Drag, find_drag
-from gyrodata.measurements.sources import Source, as_spin, spin_columns, values_of
+from gyrodata.measurements.sources import Drag, Source, as_spin, find_drag, spin_columns, values_of
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 
@@ -103,14 +102,12 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque, in the order of the log."""
         loads = np.where(np.isnan(self.mass), np.where(np.isnan(self.force), self.given_torque, self.force), self.mass)
-        alike: dict[tuple[float, ...], list[int]] = {}
-        for i, key in enumerate(zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)):
-            alike.setdefault(key, []).append(i)
         groups: dict[tuple[str, str, str], list[int]] = {}
-        for (load, position, sense), runs in alike.items():
+        each = zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)
+        for i, (load, position, sense) in enumerate(each):
             words = (f"{load:.9g}", f"{position:.9g}", f"{sense:g}" if load == 0 else "")
-            groups.setdefault(words, []).extend(runs)
-        return [sorted(group) for group in groups.values()]
+            groups.setdefault(words, []).append(i)
+        return list(groups.values())
 
     @cached_property
     def product(self) -> Floats:
@@ -146,51 +143,50 @@ def measure(readings: Readings) -> Measurements:
     """Compute the measured values of a log and their uncertainty components."""
     readings = without_loads(readings)
     diagnostics: list[Diagnostic] = []
-    count = len(readings.runs)
-    nothing = np.full(count, np.nan)
-    columns = readings.columns
+    columns, count = readings.columns, len(readings.runs)
+    nothing, values = np.full(count, np.nan), {role: values_of(column) for role, column in columns.items()}
 
     latitude = readings.constants.get("latitude")
     usual_g = physics.STANDARD_GRAVITY if latitude is None else float(physics.normal_gravity(latitude))
     g = readings.constants.get("g", usual_g)
-    uses_weight = "mass" in columns
-    uses_force = not uses_weight and "force" in columns
-    uses_torque = not uses_weight and not uses_force
-    if uses_weight and latitude is None and "g" not in readings.constants:
+    kind = parts.load_role(columns)
+    if kind == "mass" and latitude is None and "g" not in readings.constants:
         diagnostics.append(readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY))
-    mass = values_of(columns["mass"]) if uses_weight else nothing
-    force = values_of(columns["force"]) if uses_force else nothing
-    given_torque = values_of(columns["torque"]) if uses_torque else nothing
-    position = nothing
-    if not uses_torque:
-        load = mass if uses_weight else force
-        position = np.where(load == 0, 0.0, values_of(columns["position"]) if "position" in columns else nothing)
-    torque = given_torque if uses_torque else force * position if uses_force else physics.torque(mass, position, g)
+    load = values[kind]
+    position, torque, added = nothing, load, np.zeros(count)
+    if kind != "torque":
+        position = np.where(load == 0, 0.0, values.get("position", nothing))
+        torque = physics.torque(load, position, g if kind == "mass" else 1.0)
+    if kind == "mass" and "weight_diameter" in columns:
+        # Half of m r², as of a disk.
+        added = np.nan_to_num(0.5 * load * (values["weight_diameter"] / 2) ** 2)
 
     timing = timing_column(columns)
-    time, turns = _timing(timing, columns, count)
+    time, turns = values[timing.role], np.ones(count)
+    if timing.role == "time":
+        turns = np.abs(values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi))
+    elif timing.role == "precession_rate":
+        time = 2 * np.pi / np.abs(time)
     drag = _drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
-    pitch = values_of(columns["pitch"]) if "pitch" in columns else np.zeros(count)
+    pitch = values.get("pitch", np.zeros(count))
     if readings.tachometer == "still":
         spin = spin - total_spin_excess(sense, turns, time, np.nan_to_num(pitch))
-    transverse = None
-    if "transverse_inertia" in columns:
-        transverse = values_of(columns["transverse_inertia"])
-
+    transverse, nutation = values.get("transverse_inertia"), values.get("nutation_period")
+    directions = values.get("precession_sense")
+    timed, (bias, _) = timing.role != "precession_rate", parts.stated_or_default(readings, "time_bias")
     balance_test, balance_test_from = _balance(readings)
-    bias, _ = parts.stated_or_default(readings, "time_bias")
-    measurements = Measurements(
+    return Measurements(
         runs=readings.runs,
         lines=readings.lines,
         time=time,
         turns=turns,
         spin=spin,
-        mass=mass,
+        mass=load if kind == "mass" else nothing,
         position=position,
-        force=force,
-        given_torque=given_torque,
+        force=load if kind == "force" else nothing,
+        given_torque=load if kind == "torque" else nothing,
         torque=torque,
         sense=sense,
         pitch=np.nan_to_num(pitch),
@@ -198,33 +194,25 @@ def measure(readings: Readings) -> Measurements:
         spin_start=spin_start,
         spin_end=spin_end,
         g=g,
-        timed=timing.role != "precession_rate",
-        timing_bias_u=bias.absolute if timing.role != "precession_rate" else 0.0,
+        timed=timed,
+        timing_bias_u=bias.absolute if timed else 0.0,
         balance_test=balance_test,
         balance_test_from=balance_test_from,
-        sources=(
-            *parts.list_sources(readings, timing, time, turns, spin, mass, position, drag),
-            *parts.tilt_sources(readings, pitch, transverse),
-        ),
-        diagnostics=(),
+        sources=tuple(parts.list_sources(readings, timing, time, turns, spin, position, pitch, drag)),
         spin_readings=len(spin_columns(readings)),
         motion=readings.motion,
         tachometer=readings.tachometer,
-        precession_sense=np.nan_to_num(values_of(columns["precession_sense"]))
-        if "precession_sense" in columns
-        else None,
+        precession_sense=None if directions is None else np.nan_to_num(directions),
         balanced=readings.balanced,
-        added=_added(columns, mass) if uses_weight else 0.0,
+        added=added,
         latitude=latitude,
-        mass_step=np.array(columns["mass"].steps) if uses_weight else None,
+        mass_step=np.array(columns["mass"].steps) if kind == "mass" else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
         torque_unseen=_torque_unseen(readings, diagnostics),
-        nutation_ratio=spin * values_of(columns["nutation_period"]) / (2 * np.pi)
-        if "nutation_period" in columns and transverse is None
-        else None,
+        nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
         drag=drag,
+        diagnostics=tuple(diagnostics),
     )
-    return replace(measurements, diagnostics=tuple(diagnostics))
 
 
 def without_loads(readings: Readings) -> Readings:
@@ -243,28 +231,14 @@ def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats)
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     """Select some of the runs, with the errors that they share."""
     index = np.asarray(kept, dtype=int)
-    fields: dict[str, Any] = {
-        name: value[index]
-        for name in measurements.__struct_fields__
-        if isinstance(value := getattr(measurements, name), np.ndarray)
-    }
-    fields["runs"] = tuple(measurements.runs[i] for i in index)
-    fields["lines"] = tuple(measurements.lines[i] for i in index)
-    fields["sources"] = tuple(
-        replace(
-            source,
-            groups=source.groups[index],
-            absolute=source.absolute[index],
-            relative=source.relative[index],
-        )
-        for source in measurements.sources
-    )
-    return replace(measurements, **fields)
 
+    def some(record: Any) -> Any:
+        arrays = {name: value for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
+        return replace(record, **{name: value[index] for name, value in arrays.items()})
 
-def torque_groups(measurements: Measurements) -> list[list[int]]:
-    """Return the runs of each applied torque, in the order of the log."""
-    return measurements.by_torque
+    runs, lines = (tuple(names[i] for i in index) for names in (measurements.runs, measurements.lines))
+    sources = tuple(map(some, measurements.sources))
+    return cast(Measurements, replace(some(measurements), runs=runs, lines=lines, sources=sources))
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:
@@ -272,22 +246,6 @@ def timing_column(table: Mapping[str, Column]) -> Column:
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
     return table["precession_period"] if "precession_period" in table else table["precession_rate"]
-
-
-def _timing(timing: Column, table: Mapping[str, Column], count: int) -> tuple[Floats, Floats]:
-    """Return the interval [s] and the revolutions of each run."""
-    if timing.role == "time":
-        turns = values_of(table["turns"]) if "turns" in table else values_of(table["angle"]) / (2 * np.pi)
-        return values_of(timing), np.abs(turns)
-    values = values_of(timing)
-    return values if timing.role == "precession_period" else 2 * np.pi / np.abs(values), np.ones(count)
-
-
-def _added(table: Mapping[str, Column], mass: Floats) -> Floats | float:
-    """Compute the moment of inertia of each run's weight about the rod [kg*m^2]: half of m r², as of a disk."""
-    if "weight_diameter" not in table:
-        return 0.0
-    return np.nan_to_num(0.5 * mass * (values_of(table["weight_diameter"]) / 2) ** 2)
 
 
 def _drag(readings: Readings, time: Floats) -> Drag | None:
@@ -316,10 +274,9 @@ def _mean_spins(
         mean = 1 + parts.lateness(readings) * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
         return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
-    diagnostics.extend(
-        readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=100 * (end[i] / start[i] - 1))
-        for i in np.flatnonzero(end > start * 1.02).tolist()
-    )
+    for i in np.flatnonzero(end > start * 1.02).tolist():
+        percent = 100 * (end[i] / start[i] - 1)
+        diagnostics.append(readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent))
     return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
 
 

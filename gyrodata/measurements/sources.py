@@ -6,7 +6,7 @@ The table in `error_sources` contains their defaults.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -24,7 +24,6 @@ from gyrodata.error_sources import (
     WHOLE,
     Quantity,
 )
-from gyrodata.measurements.drag import Drag
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import stated_u
@@ -73,73 +72,64 @@ class Source(Struct, frozen=True):
         return int((np.bincount(self.groups + 1)[1:] > 1).sum())
 
 
+def load_role(columns: Mapping[str, Column]) -> str:
+    """Return the role that gives the torque: masses, else forces, else the torque itself."""
+    return next(role for role in ("mass", "force", "torque") if role in columns)
+
+
 def list_sources(
     readings: Readings,
     timing: Column,
     time: Floats,
     turns: Floats,
     spin: Floats,
-    mass: Floats,
     position: Floats,
+    pitch: Floats,
     drag: Drag | None,
-) -> list[Source]:
-    """List all sources of error of a log except those of a tilt, in the order of the table."""
-    columns = readings.columns
+) -> Iterator[Source]:
+    """List all sources of error of a log, in the order of the table."""
+    columns, used = readings.columns, spin_columns(readings)
+    yield from _timing_sources(readings, timing, time, turns)
     relative_spin, default = _spin_errors(readings)
-    used = spin_columns(readings)
     groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
-    sources = [
-        *_timing_sources(readings, timing, time, turns),
-        _source(
-            "spin",
-            groups,
-            np.zeros(len(spin)),
-            relative_spin,
-            default,
-            SOURCES["time"].usual if used[0].role == "spin_time" else None,
-        ),
-        _of_whole_log(readings, "spin_scale"),
-        *_decay_sources(readings, used, spin, drag),
-    ]
-    load = next(role for role in ("mass", "force", "torque") if role in columns)
+    usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
+    yield _source("spin", groups, 0.0, relative_spin, default, usual)
+    yield _of_whole_log(readings, "spin_scale")
+    yield from _decay_sources(readings, used, spin, drag)
+    load = load_role(columns)
     values = values_of(columns[load])
-    sources.append(_by_value(load, columns[load], values, values != 0))
+    yield _by_value(load, columns[load], values, values != 0)
     if load == "mass":
-        sources.append(_of_whole_log(readings, "mass_scale"))
+        yield _of_whole_log(readings, "mass_scale")
     # Without a position not one run has a weight.
-    if load == "torque" or "position" not in columns:
-        return sources
-    sources.append(_by_value("position", columns["position"], position, values != 0))
-    zero = _of_whole_log(readings, "position_zero")
-    # The length added to every position is only as well known as the ball's diameter or the rod's length.
-    sources.append(replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u)))
-    if load == "mass":
-        sources.append(_gravity_source(readings))
-        sources += _diameter_sources(columns, mass)
-    return sources
+    if load != "torque" and "position" in columns:
+        yield _by_value("position", columns["position"], position, values != 0)
+        zero = _of_whole_log(readings, "position_zero")
+        # The length added to every position is only as well known as the ball's diameter or the rod's length.
+        yield replace(zero, absolute=np.hypot(zero.absolute, readings.origin_u))
+        if load == "mass":
+            known: tuple[Uncertainty | None, str | None] = None, None
+            if "g" in readings.constants:
+                known = Uncertainty(), "0"
+            elif "latitude" in readings.constants:
+                known = NORMAL_GRAVITY_U, "0.01 %, from the latitude"
+            yield _of_whole_log(readings, "g", *known)
+            yield from _diameter_sources(columns, values)
+    yield from _tilt_sources(readings, pitch)
 
 
-def _gravity_source(readings: Readings) -> Source:
-    """Return the uncertainty of g: none if the log states it, small if the log states the latitude."""
-    if "g" in readings.constants:
-        return _of_whole_log(readings, "g", Uncertainty(), "0")
-    if "latitude" in readings.constants:
-        return _of_whole_log(readings, "g", NORMAL_GRAVITY_U, "0.01 %, from the latitude")
-    return _of_whole_log(readings, "g")
-
-
-def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> list[Source]:
+def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> Iterator[Source]:
     """List the uncertainty of the inertia of each weight, if the log states that of its diameter."""
     column = columns.get("weight_diameter")
-    if column is None or all(reading.u is None for reading in column.readings):
-        return []
-    across = values_of(column)
-    pairs = zip(column.readings, across.tolist(), strict=True)
-    given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
-    # Half of m r²: an error of the diameter counts twice.
-    doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
-    groups = _numbered([f"{value:.9g}" if size else None for value, size in zip(across.tolist(), doubt, strict=True)])
-    return [_source("weight_diameter", groups, np.zeros(len(mass)), doubt, False)]
+    if column is not None and any(reading.u is not None for reading in column.readings):
+        across = values_of(column)
+        pairs = zip(column.readings, across.tolist(), strict=True)
+        given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
+        # Half of m r²: an error of the diameter counts twice.
+        doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
+        sizes = zip(across.tolist(), doubt, strict=True)
+        groups = _numbered([f"{value:.9g}" if size else None for value, size in sizes])
+        yield _source("weight_diameter", groups, 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
@@ -152,43 +142,37 @@ def lateness(readings: Readings) -> float:
     return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
 
 
-def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> list[Source]:
+def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> Iterator[Source]:
     """List what is uncertain of a spin that falls: when it was read, and the law by which it falls."""
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
-    every, nothing = np.zeros(len(spin), dtype=int), np.zeros(len(spin))
-    late = math.hypot(lateness(readings), delay.absolute)
+    every, late = np.zeros(len(spin), dtype=int), math.hypot(lateness(readings), delay.absolute)
     if read_once(used) and drag is None:
         rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
-        return [_source("spin_delay", every, nothing, np.full(len(spin), late * rate), delay_default)]
-    if read_once(used) and drag is not None:
+        yield _source("spin_delay", every, 0.0, late * rate, delay_default)
+    elif read_once(used) and drag is not None:
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
         words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
-        return [
-            _source("spin_delay", every, nothing, delay.absolute * drag.at(spin), delay_default, words),
-            _source("decay_exponent", every, nothing, by_law, law_default),
-        ]
-    if len(used) == 2:
+        yield _source("spin_delay", every, 0.0, delay.absolute * drag.at(spin), delay_default, words)
+        yield _source("decay_exponent", every, 0.0, by_law, law_default)
+    elif len(used) == 2:
         u = law.at(1.0) if drag is None else drag.u_exponent
         doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
-        return [_source("decay_exponent", every, nothing, doubt, law_default)]
-    return []
+        yield _source("decay_exponent", every, 0.0, doubt, law_default)
 
 
-def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> list[Source]:
+def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times, and of the timed angles."""
-    columns, every = readings.columns, np.arange(len(time))
+    own, usual = np.arange(len(time)), SOURCES[timing.role if timing.role == "precession_rate" else "time"].default
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
-        absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
-        return [_source("precession_rate", every, np.zeros(len(time)), relative + absolute / rate, default)]
-    absolute, relative, default = _stated_for_period(columns, timing, time, turns) or _reading_errors(
-        timing, time, SOURCES["time"].default
-    )
-    sources = [_source("time", every, absolute, relative, default)]
+        absolute, relative, default = _reading_errors(timing, rate, usual)
+        yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
+    else:
+        stated = _stated_for_period(readings.columns, timing, time, turns)
+        yield _source("time", own, *(stated or _reading_errors(timing, time, usual)))
     if timing.role == "time":
-        sources += _sighting_sources(readings, turns)
-    return sources
+        yield from _sighting_sources(readings, turns)
 
 
 def is_part(turns: Floats) -> Any:
@@ -196,7 +180,7 @@ def is_part(turns: Floats) -> Any:
     return np.abs(turns - np.round(turns)) > WHOLE
 
 
-def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
+def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
     """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
     column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
     per_turn = 1.0 if column.role == "turns" else 2 * np.pi
@@ -211,8 +195,6 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
     doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
     rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
     absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
-    if not (absolute.any() or relative.any()):
-        return []
     groups: list[object] = list(range(len(turns)))
     for i in rounded:
         # Runs with the same rounded turns are off by the same.
@@ -220,29 +202,25 @@ def _sighting_sources(readings: Readings, turns: Floats) -> list[Source]:
     source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
     if rounded:
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
-    return [source]
+    if absolute.any() or relative.any():
+        yield source
 
 
-def tilt_sources(readings: Readings, pitch: Floats, transverse: Floats | None) -> list[Source]:
+def _tilt_sources(readings: Readings, pitch: Floats) -> Iterator[Source]:
     """List the uncertainties of the pitch and of I for a tilted or a released rod."""
-    count = len(readings.runs)
-    sources = []
-    if "pitch" in readings.columns:
-        errors = _reading_errors(readings.columns["pitch"], pitch, SOURCES["pitch"].default)
-        sources.append(_source("pitch", np.arange(count), *errors))
+    columns, every = readings.columns, np.zeros(len(pitch), dtype=int)
+    if "pitch" in columns:
+        errors = _reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
+        yield _source("pitch", np.arange(len(pitch)), *errors)
     elif readings.motion != "released":
-        return []
+        return
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    known = SOURCES["transverse_inertia"]
-    role = "nutation_period" if transverse is None else "transverse_inertia"
-    if role in readings.columns:
-        column = readings.columns[role]
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is not None:
+        known = SOURCES["transverse_inertia"]
         stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
-        default, usual = not stated, known.usual
-        size = max(stated) if stated else known.default.relative
-    doubt = np.zeros(count), np.full(count, size)
-    sources.append(_source("transverse_inertia", np.zeros(count, dtype=int), *doubt, default, usual))
-    return sources
+        default, usual, size = not stated, known.usual, max(stated, default=known.default.relative)
+    yield _source("transverse_inertia", every, 0.0, size, default, usual)
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
@@ -252,22 +230,20 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 
 
 def _source(
-    key: str, groups: Integers, absolute: Floats, relative: Floats, default: bool, usual: str | None = None
+    key: str, groups: Integers, absolute: Any, relative: Any, default: bool, usual: str | None = None
 ) -> Source:
-    """Create a source of the table for a log."""
-    kind = SOURCES[key]
+    """Create a source of the table for a log, with one size of its errors or one for each run."""
+    kind, nothing = SOURCES[key], np.zeros(len(groups))
     words = kind.usual if usual is None else usual
-    return Source(key, kind.quantity, groups, absolute, relative, kind.shared_by, default, words)
+    return Source(key, kind.quantity, groups, nothing + absolute, nothing + relative, kind.shared_by, default, words)
 
 
 def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None, words: str | None = None) -> Source:
     """Return a component that all runs share; `usual` describes its default if this log has another one."""
-    count = len(readings.runs)
     used, default = stated_or_default(readings, key)
     if default and usual is not None:
         used = usual
-    sizes = np.full(count, used.absolute), np.full(count, used.relative)
-    return _source(key, np.zeros(count, dtype=int), *sizes, default, words)
+    return _source(key, np.zeros(len(readings.runs), dtype=int), used.absolute, used.relative, default, words)
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
@@ -278,22 +254,20 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
-    each = [value if touch else None for value, touch in zip(values.tolist(), touched.tolist(), strict=True)]
-    text = {value: None if value is None else f"{value:.9g}" for value in dict.fromkeys(each)}
-    group = _numbered([text[value] for value in each])
-
-    def largest(sizes: Floats) -> Floats:
+    each = zip(values.tolist(), touched.tolist(), strict=True)
+    group = _numbered([f"{value:.9g}" if touch else None for value, touch in each])
+    for sizes in (absolute, relative):
         most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
-        return np.where(touched, most[group], sizes)
-
-    return _source(key, group, largest(absolute), largest(relative), default)
+        sizes[touched] = most[group[touched]]
+    return _source(key, group, absolute, relative, default)
 
 
 def _numbered(keys: Sequence[object]) -> Integers:
     """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
-    distinct = [key for key in dict.fromkeys(keys) if key is not None]
-    numbers: dict[object, int] = {None: -1, **{key: number for number, key in enumerate(distinct)}}
+    numbers: dict[object, int] = {None: -1}
+    for key in keys:
+        numbers.setdefault(key, len(numbers) - 1)
     return np.array([numbers[key] for key in keys], dtype=int)
 
 
@@ -346,7 +320,12 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     any_default = False
     for column in used:
         values = np.abs(values_of(column))
-        absolute, relative, default = _reading_errors(column, values, _default_of_spin(readings, column))
+        usual = SOURCES["spin"].default
+        if column.role == "spin_time":
+            # Several turns are timed with the stopwatch.
+            fewest = min(value for value in readings.columns["spin_turns"].values if value)
+            usual = Uncertainty(SOURCES["time"].default.absolute / fewest)
+        absolute, relative, default = _reading_errors(column, values, usual)
         # The same relative uncertainty for a period and for its reciprocal.
         parts.append(relative + absolute / values)
         if column.role == "spin_time":
@@ -358,17 +337,86 @@ def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
     return np.sqrt(squares), any_default
 
 
-def _default_of_spin(readings: Readings, column: Column) -> Uncertainty:
-    """Return the default uncertainty of a spin that is read, or of turns that are timed with the stopwatch."""
-    if column.role != "spin_time":
-        return SOURCES["spin"].default
-    fewest = min(value for value in readings.columns["spin_turns"].values if value)
-    return Uncertainty(SOURCES["time"].default.absolute / fewest)
-
-
 def values_of(column: Column) -> Floats:
     """Return the values of a column [SI], shape (n,); NaN for a blank cell."""
     return np.array(column.values, dtype=float)
+
+
+# --- how the spin falls --------------------------------------------------------------------------------------
+
+NO_POWER_LAW = 0.3
+"""Smallest standard uncertainty of the exponent: no real drag is exactly a power of the spin."""
+
+NO_LAW = 9.0
+"""With a larger reduced chi-square, the falls do not follow one law, and p keeps its expected value."""
+
+CERTAIN = 2.0
+"""A fall of the spin below this many standard uncertainties is not used."""
+
+
+class Drag(Struct, frozen=True):
+    """The drag of one gyroscope."""
+
+    rate: float
+    """Relative fall of the spin in a second at `spin` [1/s]; the inverse of the decay time."""
+    u_rate: float
+    """[1/s]"""
+    spin: float
+    """[rad/s]"""
+    exponent: float
+    """p [1]."""
+    u_exponent: float
+    """[1]"""
+
+    def at(self, spin: Floats) -> Floats:
+        """Compute the relative fall in a second at other spins [1/s], shape (n,)."""
+        return self.rate * (spin / self.spin) ** (self.exponent - 1)
+
+
+def find_drag(falls: Sequence[tuple[float, float, float]], u_spin: float, u_exponent: float) -> Drag | None:
+    """Fit the law of drag to falls of the spin.
+
+    Parameters
+    ----------
+    falls : sequence of tuple
+        Spin at the start and at the end of each fall [rad/s], and its duration [s].
+    u_spin : float
+        Relative standard uncertainty of one reading of the spin.
+    u_exponent : float
+        Standard uncertainty of p before the fit; the expected value is 1.
+
+    Returns
+    -------
+    Drag or None
+        None if the spin does not fall visibly.
+    """
+    if not falls:
+        return None
+    start, end, seconds = np.array(falls).T
+    spin, fall = np.sqrt(start * end), np.log(start / end)
+    u = math.sqrt(2) * u_spin / seconds
+    middle = float(np.exp(np.mean(np.log(spin))))
+    distance = np.log(spin / middle)
+    prior = max(u_exponent, 1e-6)
+    rate, bend = float(np.sum(fall / seconds / u**2) / np.sum(1 / u**2)), 0.0
+    # Gauss-Newton steps for the rate at the middle spin and for p − 1, which has a prior.
+    for _step in range(20):
+        # The rate at the geometric mean of both spins.
+        found = fall / seconds * physics.sinhc(bend * fall / 2)
+        shape = np.exp(bend * distance)
+        rows = np.vstack([np.column_stack([shape, rate * distance * shape]) / u[:, None], [0.0, 1 / prior]])
+        covariance = np.linalg.inv(rows.T @ rows)
+        step = covariance @ rows.T @ np.append((found - rate * shape) / u, -bend / prior)
+        rate, bend = rate + float(step[0]), float(np.clip(bend + step[1], -2.0, 2.0))
+    misfit = float(np.sum(((found - rate * shape) / u) ** 2)) / max(len(u) - 2, 1)
+    u_rate, u_bend = (np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))).tolist()
+    u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
+    if misfit > NO_LAW:
+        bend, u_bend = 0.0, u_exponent
+    return Drag(rate, u_rate, middle, 1 + bend, u_bend) if rate > CERTAIN * u_rate else None
+
+
+# --- readings of the spin ---------------------------------------------------------------------------------------
 
 
 def spin_columns(readings: Readings) -> tuple[Column, ...]:
@@ -416,5 +464,5 @@ def spin_weights(spins: list[Floats]) -> list[Floats]:
         return [part / sum(parts) for part in parts]
     if len(spins) == 1:
         return [np.ones(len(spins[0]))]
-    mean = mean_spin(spins)
-    return [slope * spin / mean for slope, spin in zip(physics.harmonic_mean_spin_slopes(*spins), spins, strict=True)]
+    share = physics.harmonic_mean_spin_share(*spins)
+    return [share, 1 - share]

@@ -22,7 +22,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
-from gyrodata.motion.top import Top
+from gyrodata.motion.integrators import Top
 
 _STEP = 0.3
 _X = np.arange(-260, 261) * _STEP

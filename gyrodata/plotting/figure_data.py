@@ -11,7 +11,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.fitting import Estimate
-from gyrodata.measurements import Measurements, torque_groups
+from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import as_read
 from gyrodata.results import Analysis
@@ -136,7 +136,7 @@ def list_looks(analysis: Analysis) -> tuple[Look, ...]:
 
 
 def _groups(analysis: Analysis) -> tuple[Group, ...]:
-    members, torques = torque_groups(analysis.measurements), analysis.torques
+    members, torques = analysis.measurements.by_torque, analysis.torques
     labels = [_label(analysis.measurements, group[0]) for group in members]
     for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
         # Runs without a weight can precess in both directions.

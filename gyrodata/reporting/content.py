@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from msgspec.structs import asdict
 
 from gyrodata import changes, diagnostics, effects
-from gyrodata.measurements import SOURCES, torque_groups
+from gyrodata.measurements import SOURCES
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
@@ -284,7 +284,7 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     marked = "The remarks in the table explain the suspected outliers."
     yield paragraph(marked if odd else "No suspected outliers; all runs are in the fit.")
     yield Picture("residuals", FIGURES["residuals"].caption)
-    group_of = {i: g for g, group in enumerate(torque_groups(analysis.measurements)) for i in group}
+    group_of = {i: g for g, group in enumerate(analysis.measurements.by_torque) for i in group}
     rows: list[tuple[elements.Cell, ...]] = []
     for i, (run, note) in enumerate(zip(analysis.run_table, analysis.readings.notes, strict=True)):
         at = f"runs.{i}"

@@ -12,7 +12,6 @@ from typing import Any
 
 from msgspec import Struct
 
-from gyrodata.measurements import torque_groups
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
 from gyrodata.results import Analysis
@@ -306,7 +305,7 @@ class Numbers:
     def load(self, group: int) -> Sentence:
         """Show the load of a torque, or the torque if the log gives no load."""
         analysis, place = self.analysis, f"torques.{group}"
-        torque, runs = analysis.torques[group], torque_groups(analysis.measurements)[group]
+        torque, runs = analysis.torques[group], analysis.measurements.by_torque[group]
         mark = Mark(group)
         left_out = ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
         if torque.torque == 0:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import PICTURES, Diagnostic
-from gyrodata.measurements import torque_groups
 from gyrodata.reporting import questions, values
 from gyrodata.reporting.content import FAR, is_wide, report
 from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
@@ -101,7 +100,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     """
     found = list(dict.fromkeys(d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"))
     found = [d for d in found if d.code not in _SAID_ELSEWHERE]
-    n, runs, groups = Numbers(analysis), analysis.run_table, list(torque_groups(analysis.measurements))
+    n, runs, groups = Numbers(analysis), analysis.run_table, analysis.measurements.by_torque
     group_of = {i: k for k, members in enumerate(groups) for i in members}
     members = groups[group_of[len(runs) - 1]]
     lines = {runs[i].line for i in members}

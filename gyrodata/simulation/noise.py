@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -38,44 +38,33 @@ NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 
 
 _SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
-_ERRORS: tuple[tuple[str, tuple[str, ...], Literal["run", "value", "log"]], ...] = (
-    ("u_time", ("time",), "run"),
-    ("u_spin", _SPINS, "run"),
-    ("u_spin_scale", _SPINS, "log"),
-    ("u_mass", ("mass",), "value"),
-    ("u_mass_scale", ("mass",), "log"),
-    ("u_position", ("position",), "value"),
-    ("u_position_zero", ("position",), "log"),
-    ("u_pitch", ("pitch",), "run"),
-    ("u_transverse_inertia", ("transverse_inertia",), "log"),
-    ("u_g", ("g",), "log"),
-    ("u_turns", ("turns",), "run"),
-)
-"""Kinds of errors: key, affected readings, and sharing. "run": each reading has its own error; "value": readings with
-the same true value share one, as for one weight in three runs; "log": all readings share one."""
+_ERRORS = (
+    "time", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch", "transverse_inertia", "g",
+    "turns",
+)  # fmt: skip
+"""The kinds of errors, in the order in which they are drawn. Readings of one weight or position share an error."""
 
 
 def put_errors(
-    true: Mapping[str, Floats],
-    noise: Mapping[str, Uncertainty],
-    random: np.random.Generator,
+    true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
 ) -> dict[str, Floats]:
     """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 
     The random numbers do not depend on the noise, so that a different noise only scales the same errors.
     """
     read = {role: np.array(values, dtype=float) for role, values in true.items()}
-    for key, roles, sharing in _ERRORS:
-        u = noise.get(key, Uncertainty())
+    for key in _ERRORS:
+        u = noise.get(f"u_{key}", Uncertainty())
+        of_whole_log = key in SOURCES and SOURCES[key].shared_by.startswith("all runs")
         of_log = float(random.standard_normal())
-        for role in roles:
+        for role in _SPINS if key.startswith("spin") else (key.removesuffix("_scale").removesuffix("_zero"),):
             if role not in true:
                 continue
             drawn: Floats | float = of_log
-            if sharing != "log":
+            if not of_whole_log:
                 _, groups = np.unique(true[role], return_inverse=True)
                 own = random.standard_normal(len(true[role]))
-                drawn = own if sharing == "run" else own[groups]
+                drawn = own[groups] if key in ("mass", "position") else own
             read[role] += (u.absolute + u.relative * true[role]) * drawn
     return read
 

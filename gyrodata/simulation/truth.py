@@ -126,9 +126,8 @@ def happen(truth: Truth, design: Design) -> Runs:
         hint = 'without a weight, only an imbalance turns the rod: --imbalance "0.3 mN m"'
         if mass[i] and position[i]:
             hint = "weight and imbalance cancel: change one of them"
-        _refuse(
-            diagnostics.SIMULATED_WITHOUT_TORQUE, f"{_run(runs, i)}: the torque is zero, so the rod never turns", hint
-        )
+        message = f"{_run(runs, i)}: the torque is zero, so the rod never turns"
+        _refuse(diagnostics.SIMULATED_WITHOUT_TORQUE, message, hint)
     return _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
 
 
@@ -195,11 +194,9 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         # The message names the run that needs the fastest spin: this spin is enough for all runs.
         i = slow[np.argmax(least[slow])]
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
-        _refuse(
-            diagnostics.SIMULATED_NO_STEADY_PRECESSION,
-            f"{_run(runs, i)}: the spin is too slow for steady precession",
-            f"at this pitch and torque it takes more than {rpm:g} rpm",
-        )
+        message = f"{_run(runs, i)}: the spin is too slow for steady precession"
+        hint = f"at this pitch and torque it takes more than {rpm:g} rpm"
+        _refuse(diagnostics.SIMULATED_NO_STEADY_PRECESSION, message, hint)
     decay, longest = truth.decay, angle / at_start
     if decay is None:
         return replace(runs, time=longest)
@@ -219,11 +216,8 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
     end = runs.spin * np.exp(-fall)
     for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
-        _refuse(
-            diagnostics.TURNS_NEVER_COMPLETED,
-            f"{_run(runs, i)}: the spin dies away before the turns are completed",
-            "take fewer turns, or a slower decay",
-        )
+        message = f"{_run(runs, i)}: the spin dies away before the turns are completed"
+        _refuse(diagnostics.TURNS_NEVER_COMPLETED, message, "take fewer turns, or a slower decay")
     return replace(runs, time=time, spin_end=end)
 
 
@@ -232,11 +226,8 @@ def _released(truth: Truth, runs: Runs) -> Runs:
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
     time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
-        _refuse(
-            diagnostics.TURNS_NEVER_COMPLETED,
-            f"{_run(runs, i)}: the rod never completes its turns",
-            'use a faster spin, or motion="steady"',
-        )
+        message = f"{_run(runs, i)}: the rod never completes its turns"
+        _refuse(diagnostics.TURNS_NEVER_COMPLETED, message, 'use a faster spin, or motion="steady"')
     return replace(runs, time=time)
 
 

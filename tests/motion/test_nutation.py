@@ -73,7 +73,8 @@ def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
     found = nutation(Top(INERTIA, across, torque), spin, pitch)
     delta = across * torque / (INERTIA * spin) ** 2
     rate = physics.precession_rate(torque, spin, INERTIA, across, pitch)
-    small = physics.nutation_rate(spin + rate * math.sin(pitch), INERTIA, across, rate, pitch)
+    along = rate * math.sin(pitch)
+    small = math.hypot(INERTIA * (spin + along) / across - 2 * along, rate * math.cos(pitch))
     click = physics.click_error(spin, INERTIA, across)
     sag, sideways = delta * math.cos(pitch), rate * math.cos(pitch)
     expected = (2 * math.pi / small, sag, 2 * sag, sideways, click)

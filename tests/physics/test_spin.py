@@ -63,13 +63,13 @@ def test_simpson_needs_no_law_and_bears_noise(fall: float) -> None:
 
 
 @pytest.mark.parametrize("fall", [0.0, 1e-4, -5e-4, 0.02, 0.5])
-def test_slopes_are_derivatives_of_the_mean(fall: float) -> None:
+def test_shares_are_derivatives_of_the_mean(fall: float) -> None:
     start, end, step = 40.0, 40.0 * math.exp(-fall), 1e-4
-    found = physics.harmonic_mean_spin_slopes(start, end)
-    mean = physics.harmonic_mean_spin
+    mean, share = physics.harmonic_mean_spin, physics.harmonic_mean_spin_share(start, end)
     by_start = (mean(start + step, end) - mean(start - step, end)) / (2 * step)
     by_end = (mean(start, end + step) - mean(start, end - step)) / (2 * step)
-    assert [float(one) for one in found] == pytest.approx([by_start, by_end], rel=1e-8)
+    found = [float(share / start), float((1 - share) / end)]
+    assert [mean(start, end) * one for one in found] == pytest.approx([by_start, by_end], rel=1e-8)
 
 
 @pytest.mark.parametrize("pitch", [0.0, 0.4, -0.5])

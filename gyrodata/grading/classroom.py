@@ -25,6 +25,7 @@ from gyrodata import __version__, disk
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
+from gyrodata.grading.exports import pages
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
 from gyrodata.grading.ledger import NO_DESK, Desk
@@ -341,7 +342,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found = exports.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
+        found = pages.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
@@ -352,7 +353,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def summary(self) -> str:
         """The text for a terminal."""
-        return "".join(exports.class_summary(self))
+        return pages.class_text(self)
 
     @cached_property
     def bench(self) -> str:

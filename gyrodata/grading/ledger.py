@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
+from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 from gyrodata.readings import Faults, decode, listing, read_reported
@@ -206,12 +206,12 @@ def _decision(
         hint = f"to change the total by this number, write bonus,{value[:60].removeprefix('+')}"
     elif what == "bonus" and value and read_number(value) is None:
         fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
-    elif what == "late" and value and not _is_points(value, points["total"]):
+    elif what == "late" and value and not is_points(value, points["total"]):
         fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
         fault = f'there is no file "{value[:60]}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and value and not _is_points(value, points[what]):
+    elif what in points and value and not is_points(value, points[what]):
         fault = f'{what} = "{value[:60]}" is not a number of points from 0 to {points[what]:g}'
         hint = f"write a number, such as {points[what] / 2:g}"
     elif (
@@ -267,15 +267,10 @@ def read_number(text: str) -> float | None:
     return number if math.isfinite(number) and "_" not in text else None
 
 
-def _is_points(text: str, most: float) -> bool:
+def is_points(text: str, most: float) -> bool:
+    """Return whether a text is a number of points."""
     points = read_number(text)
     return points is not None and 0 <= points <= most
-
-
-def same_value(one: str, other: str) -> bool:
-    """Return whether two cells agree, if possible as numbers: a spreadsheet writes 20.00 as 20."""
-    numbers = read_number(one), read_number(other)
-    return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])
 
 
 def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
@@ -335,13 +330,6 @@ class Offer(Struct, frozen=True):
     def people(self) -> tuple[str, ...]:
         """All students that the line is about."""
         return self.flag.students if self.flag is not None else (self.student,)
-
-
-def offer_points(student: str, what: str, value: str, most: float, where: str, reason: str) -> Offer:
-    """Offer points that were typed elsewhere; points that the desk would refuse are only mentioned."""
-    if _is_points(value, most):
-        return Offer(student, what, value, where, reason)
-    return Offer(student, what, "", f"{value} {where}, and is not a number of points from 0 to {most:g}", reason)
 
 
 def in_general(why: str) -> str:

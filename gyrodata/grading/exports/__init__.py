@@ -111,14 +111,6 @@ class Change(Struct, frozen=True):
     parts: tuple[CellChange, ...]
     """Other cells that have changed."""
 
-    def __str__(self) -> str:
-        who = self.name if self.student in self.name else f"{self.name} ({self.student})"
-        told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
-        if self.before == self.after:
-            told = f"{who}: {self.after}"
-        parts = ", ".join(f"{one.column} {one.before or '–'} → {one.after or '–'}" for one in self.parts)
-        return f"{told} ({parts})" if parts else told
-
 
 def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
     """Compare two texts of ``grades.csv``; return the changes by student, None if the old text is not such a table."""
@@ -146,78 +138,6 @@ def read_table(table: str) -> dict[str, dict[str, str]] | None:
         return None
     rows.pop(POINTS_ROW, None)
     return rows
-
-
-# --- a table for a terminal --------------------------------------------------------------------------------
-
-WIDEST = 28  # characters of a name that are shown
-
-
-def class_summary(found: ClassGrades) -> Iterator[str]:
-    """Write a class for people: a line about the class, a row for each student, then the flags."""
-    first = f"{shown(found.source)}: {count_text(len(found.grades), 'submission')}, {found.tally}"
-    if found.mean is not None and found.median is not None:
-        out_of = points_text(found.rubric.points)
-        first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
-    yield f"{first}\n\n"
-    rows = [("student", "points", "I_zz / own", "what to know")]
-    for grade in found.grades:
-        ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
-        name = shown(grade.name)
-        name = name if len(name) <= WIDEST else name[: WIDEST - 1] + "…"
-        rows.append((name, points_text(grade.points), ratio, _remark(found, grade)))
-    yield from (f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
-    if found.bench:
-        yield f"\n{found.bench}\n"
-    if found.flags:
-        yield "\nflags (questions, not verdicts):\n"
-    for flag in found.flags:
-        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
-        told = f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}"
-        yield f"  {shown(told)}\n"
-    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
-    if reasons:
-        yield f"\nneeds your decision (copy a line from {ledger.TODO} or class.html to {ledger.DESK}):\n"
-    for reason, names in reasons.items():
-        yield f"  {shown(f'{len(names)} × {reason}: {listing(names, 10)}')}\n"
-
-
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Group people by the reason in front."""
-    reasons: dict[str, list[str]] = {}
-    for reason, person in pairs:
-        reasons.setdefault(reason, []).append(person)
-    return reasons
-
-
-def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
-    """Return what a person has to decide, in general words, and the student."""
-    for grade in found.grades:
-        if grade.why is not None:
-            yield f"no grade: {ledger.in_general(grade.why)}", grade.student
-        for look in grade.look:
-            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
-            if found.desk.waits(offer):
-                yield offer.reason, grade.student
-        for mark in grade.marks if grade.status == "so far" else ():
-            if mark.waits:
-                yield f"points to give: {mark.title}", grade.student
-
-
-def _remark(found: ClassGrades, grade: Grade) -> str:
-    """Return what the grader has to know about a student, in one line."""
-    parts = [] if grade.why is None else [f"not graded: {grade.why}"]
-    if grade.why is None and grade.status != "graded":
-        parts.append(grade.status)
-    if grade.slips:
-        parts.append(" or ".join(slip.words for slip in grade.slips))
-    parts += grade.look
-    parts += [f"by hand: {one}" for one in grade.by_hand]
-    if grade.late_reason and grade.late_reason not in grade.look:
-        taken = f" (−{points_text(grade.late_deduction)})" if grade.late_deduction else ""
-        parts.append(f"{grade.late_reason}{taken}")
-    parts += [f"flag: {flag.kind}" for flag in found.flags_of.get(grade.student, ())]
-    return shown("; ".join(parts))
 
 
 # --- JSON --------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ import gyrodata
 from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import ASKS, Mark
+from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
@@ -99,10 +100,17 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
 
 def results_json(grade: Grade) -> str:
     """Write the results of one submission; a mark that could not be judged is a test without points, not a failure."""
-    judged = sum(mark.points for mark in grade.marks if mark.points is not None)
+    judged = [mark for mark in grade.marks if mark.points is not None]
+    # Messages of these codes may contain the value of the runs, as findings of the fit do: only their titles are shown.
+    codes = {code for code in explanations() if code.startswith("G4")}.difference(ASKS.values())
+    titles = {code: explanations()[code].title for code in codes}
+    secret = any(one["code"] in titles for one in grade.diagnostics if one["severity"] == "error")
+    visible = [mark for mark in judged if not _compares(mark)]
+    why = "the log cannot be analysed" if secret else grade.why
+    output = environment().get_template("gradescope.txt.jinja")
     results: dict[str, Any] = {
-        "score": round(max(0.0, judged - grade.late_deduction), 2),
-        "output": _output(grade),
+        "score": round(max(0.0, sum(mark.points or 0.0 for mark in judged) - grade.late_deduction), 2),
+        "output": output.render(grade=grade, judged=judged, visible=visible, why=why, titles=titles).rstrip("\n"),
         "stdout_visibility": "hidden",
         "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
         "tests": [_test(mark) for mark in grade.marks],
@@ -130,37 +138,3 @@ def _test(mark: Mark) -> dict[str, Any]:
         "visibility": "after_due_date" if _compares(mark) else "visible",
         **status,
     }
-
-
-def _output(grade: Grade) -> str:
-    """Tell the student what the numbers mean, whether the hidden criteria are met, and what to check."""
-    judged = [mark for mark in grade.marks if mark.points is not None]
-    visible = [mark for mark in judged if not _compares(mark)]
-    points = round(sum(mark.points or 0.0 for mark in visible), 2)
-    lines = [f"{points:g} of {sum(mark.out_of for mark in visible):g} points in what is shown now."]
-    for mark in filter(_compares, judged):
-        met = "met" if (mark.points or 0.0) >= mark.out_of else "met in part" if mark.points else "not met"
-        lines.append(f"{mark.title}: {met}. The points are shown after the due date.")
-    if waiting := sum(mark.out_of for mark in grade.marks if mark.waits):
-        lines.append(f"{waiting:g} points are judged later.")
-    if not judged:
-        # The reason of a failed fit may contain its last value.
-        secret = any(_tells_inertia(one["code"]) for one in grade.diagnostics if one["severity"] == "error")
-        lines = [f"This could not be graded: {'the log cannot be analysed' if secret else grade.why}."]
-        lines.append("This is not a zero: correct it and submit again, or leave it, and an instructor will look at it.")
-    if grade.late_reason:
-        taken = f" {grade.late_deduction:g} points are taken off." if grade.late_deduction else ""
-        lines.append(f"{grade.late_reason}.{taken}")
-    lines += [f"A mistake to look for: {slip.words}. To check: {slip.check}." for slip in grade.slips]
-    for one in grade.diagnostics:
-        where = f"line {one['line']}: " if one.get("line") else ""
-        words = one["message"] + (f" ({one['hint']})" if one.get("hint") else "")
-        if _tells_inertia(one["code"]):
-            words = explanations()[one["code"]].title
-        lines.append(f"{one['severity']}: {where}{words}")
-    return "\n".join(lines)
-
-
-def _tells_inertia(code: str) -> bool:
-    """Return whether the message of a diagnostic may contain the value of the runs, as findings of the fit do."""
-    return code.startswith("G4") and code not in ASKS.values()

@@ -11,7 +11,7 @@ import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
@@ -25,12 +25,13 @@ from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import COLUMNS, DESK, Offer
+from gyrodata.grading.ledger import COLUMNS, DESK, Offer, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
+from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines
-from gyrodata.reporting.values import count_text, factor_text, inertia_text, number_text, power_of_ten
+from gyrodata.reporting.values import count_text, factor_text, in_columns, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -52,6 +53,7 @@ def environment() -> Environment:
     )
     made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
     made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
+    made.filters |= {"count": count_text, "listing": listing, "columns": _columns}
     # Titles, rules and reasons are the same for many students.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
     return made
@@ -63,6 +65,12 @@ def sentence(text: object) -> str:
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
     return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+
+
+def _columns(text: str) -> str:
+    """Set the cells of lines with tabs under each other; the second and the third column are numbers."""
+    rows = [line.split("\t") for line in text.strip("\n").split("\n")]
+    return "".join(f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
 
 
 def _distance(value: float | None) -> str:
@@ -138,10 +146,34 @@ def _content(grade: Grade) -> dict[str, Any]:
     }
 
 
-# --- the page of a class -----------------------------------------------------------------------------------
+# --- a class, for a terminal, and as a page --------------------------------------------------------------
 
 # Longer lists would make a page that is too large for a browser; the other tables contain everything.
 MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
+
+
+def class_text(found: ClassGrades) -> str:
+    """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
+    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
+    return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
+
+
+def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Group people by the reason in front."""
+    reasons: dict[str, list[str]] = {}
+    for reason, person in pairs:
+        reasons.setdefault(reason, []).append(person)
+    return reasons
+
+
+def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
+    """Return what a person has to decide, in general words, and the student."""
+    for grade in found.grades:
+        reasons = [f"no grade: {in_general(grade.why)}"] if grade.why is not None else []
+        offers = [Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look]
+        reasons += [offer.reason for offer in offers if found.desk.waits(offer)]
+        reasons += [f"points to give: {one.title}" for one in grade.marks if grade.status == "so far" and one.waits]
+        yield from ((reason, grade.student) for reason in reasons)
 
 
 def class_page(
@@ -190,7 +222,6 @@ def class_page(
         "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
         "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
-        "count": count_text,
         "factor": factor,
         "unit": f"{power} kg·m²" if power else "kg·m²",
         "by_key": {grade.student: grade for grade in found.grades},

@@ -118,34 +118,32 @@ def grade_class(
     # A student who handed in nothing is graded if a person decides so.
     absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
     source, why = submissions.items[0].source, "nothing is handed in"
-    extra = [
+    extra = (
         Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
-    ]
+    )
     items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
     left = tuple(one for one in roster.absent if one.student not in absent)
     roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
-    placed = [
+    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
+    grades: Sequence[Grade] = [
         roster.named(replace(one.grade, fingerprint=None), desk.value(student, "station"))
         for student, one in made.items()
     ]
-    settled, references, scatters = settle(placed, rubric)
-    settled = tuple(
+    grades, references, scatters = settle(grades, rubric)
+    grades = [
         reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
-        for one, item in zip(settled, items, strict=True)
-    )
-    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    partners, looks = partners_of(settled, roster, meant)
-    settled = tuple(
-        replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in settled
-    )
+        for one, item in zip(grades, items, strict=True)
+    ]
+    partners, looks = partners_of(grades, roster, meant)
+    grades = [replace(one, look=(*one.look, *looks.get(one.student, ()))) for one in grades]
     flags = flag_class(prints, [*partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in settled),
+        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades),
         references=references,
         scatters=scatters,
         flags=flags,
@@ -217,9 +215,7 @@ def _entries(
     journal = options.journal or Path()
     with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
-    entries: dict[str, Entry] = {}
-    again: dict[str, str] = {}
-    waiting: list[tuple[Submission, str]] = []
+    entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
         # A copy of the submission, because a submission keeps the texts that it reads.
@@ -227,11 +223,11 @@ def _entries(
         if before is not None and not why and options.figures is not None and before.grade.own:
             paths = [figure_path(options.figures, item, name) for name in before.figures]
             why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
-        if why:
+        if before is not None and not why:
+            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
+        else:
             again[item.student] = why
             waiting.append((item, reported))
-        elif before is not None:
-            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
     if waiting:
         # Loaded here, it need not be loaded by each process that is forked from this one.
         import_module("gyrodata.analysis")
@@ -240,21 +236,20 @@ def _entries(
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, workers, options.limit, options.cluster)) as answers:
         for (item, reported), answer in answers:
+            drawn, before = dict[str, bytes](), known.get(item.student)
             if isinstance(answer, Failed):
                 grade = not_graded(item, rubric, f"{answer.why}; a person must look")
                 one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
             else:
                 one, drawn = answer
-                # The figures are written first, so that everything in the journal exists.
-                for name, data in drawn.items():
-                    folder = options.figures or Path()
-                    with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                        disk.write_whole(figure_path(folder, item, name), [data], private=True)
-            before = known.get(item.student)
             one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
             entries[item.student] = one
-            if options.journal and options.keep:
-                with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+            with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
+                # The figures are written first, so that everything in the journal exists.
+                for name, data in drawn.items():
+                    path = figure_path(options.figures or Path(), item, name)
+                    disk.write_whole(path, [data], private=True)
+                if options.journal and options.keep:
                     # The last line may have no end, if a run was stopped.
                     disk.add_to(journal, b"\n" + _line(one))
             if options.progress is not None:

@@ -138,29 +138,26 @@ def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], 
     try:
         for number, cells in _lines(data, path.name, points):
             try:
-                row = dict.fromkeys(COLUMNS, "") | cells
-                people, one = _decision(row, points, students, path.parent)
+                people, one = _decision(dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent)
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
                     waiting += not one.by
                     continue
-                key = one.what, one.value if one.what in SEVERAL else ""
+                key = one.what, one.value if one.what in SEVERAL else BETWEEN.join(people)
                 if one.what == FLAG:
                     settled[frozenset(people)] = one.value
-                    key = FLAG, BETWEEN.join(people)
                 for student in people:
                     mine = lines.setdefault(student, {})
                     at, before = mine.get(key, (number, one))
                     if before.value != one.value:
-                        message = (
-                            f'{one.what} of "{row["student"]}" is {one.value} here and {before.value} in line {at}'
-                        )
+                        who = cells["student"]
+                        message = f'{one.what} of "{who}" is {one.value} here and {before.value} in line {at}'
                         hint = "keep the line that is right, and remove the other"
                         raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
                     mine[key] = at, one
             except UnfitError as error:
                 faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
-    except (csv.Error, LookupError) as error:
+    except (csv.Error, LookupError, ValueError) as error:
         message, hint = f"cannot be read: {error.args[0]}", f"the first line is {','.join(COLUMNS)}"
         faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, path.name, number + 1)]
     if faults:
@@ -195,38 +192,34 @@ def _decision(
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
-    people, fault = sorted({_student(one, students) for one in names}), ""
+    people, number = sorted({_student(one, students) for one in names}), read_number(value)
+    fault, said = "", f'{what} = "{value[:60]}"'
     if what not in (*points, *WORDS, CORRECTED):
         fault = f'"{row["what"][:60]}" is not a criterion of the rubric, nor a word of the desk'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
-    elif what in BARE:
+    elif what in BARE or not value:
         value = ""
     elif what in points and value.startswith(("+", "-")):
         fault = f"{what} = {value[:60]} has a sign"
         hint = f"to change the total by this number, write bonus,{value[:60].removeprefix('+')}"
-    elif what == "bonus" and value and read_number(value) is None:
-        fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
-    elif what == "late" and value and not is_points(value, points["total"]):
-        fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
+    elif what == "bonus" and number is None:
+        fault, hint = f"{said} is not a number", "write the points to add, such as 2"
+    elif what == "late" and not is_points(value, points["total"]):
+        fault, hint = f"{said} is not a number of points", "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
         fault = f'there is no file "{value[:60]}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and value and not is_points(value, points[what]):
-        fault = f'{what} = "{value[:60]}" is not a number of points from 0 to {points[what]:g}'
+    elif what in points and not is_points(value, points[what]):
+        fault = f"{said} is not a number of points from 0 to {points[what]:g}"
         hint = f"write a number, such as {points[what] / 2:g}"
-    elif (
-        what == "reported" and value and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit")
-    ):
-        fault = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is not a number"}'
+    elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
+        fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
-    elif what == FLAG and value:
-        value = value.casefold()
-        if value not in VERDICTS:
-            fault = f'flag = "{value[:60]}" settles nothing'
-            hint = f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
-        elif not row["by"]:
-            fault, hint = "a flag is settled by a person", "write who has decided it, under by"
-    elif what == "partner" and value:
+    elif what == FLAG and (value := value.casefold()) not in VERDICTS:
+        fault, hint = f"{said} settles nothing", f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+    elif what == FLAG and not row["by"]:
+        fault, hint = "a flag is settled by a person", "write who has decided it, under by"
+    elif what == "partner":
         value = _student(value, students)
     if fault:
         raise UnfitError(fault, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
@@ -235,16 +228,21 @@ def _decision(
 
 def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
-    keys = sorted(next((known[form] for form in forms_of(name) if form in known), ()))
+    keys = keys_of(name, known)
     if not keys:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
-        hint = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
-        hint = hint or "write what grades.csv has under student"
+        meant = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
+        hint = meant or "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
         raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
     return name if name in keys else keys[0]
+
+
+def keys_of(name: str, known: Mapping[str, Collection[str]]) -> list[str]:
+    """Return the keys of all students with a name."""
+    return sorted(next((known[form] for form in forms_of(name) if form in known), ()))
 
 
 def forms_of(name: str) -> list[str]:
@@ -274,12 +272,12 @@ def is_points(text: str, most: float) -> bool:
 
 
 def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters."""
+    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters.
+
+    Raises ValueError too, for a damaged workbook.
+    """
     if data.startswith(b"PK"):
-        try:
-            text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
-        except ValueError as error:
-            raise LookupError(str(error)) from None
+        text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
     else:
         text = decode(data, Faults(name))[0]
     for number, cells in csv_table(text, *needed) if text.strip() else ():

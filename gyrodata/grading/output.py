@@ -41,7 +41,7 @@ def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] |
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
-    texts = (path.read_text("utf-8") for path in (folder / PUBLISHED).glob("grades-????????????.csv"))
+    texts = (path.read_text("utf-8", "replace") for path in (folder / PUBLISHED).glob("grades-????????????.csv"))
     tables = [exports.read_table(text) or {} for text in texts]
     return {
         student: None
@@ -99,14 +99,11 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
     desk = found.desk
     graded = {one for one in found.names if any(desk.value(one, what) is not None for what in ledger.SETTLING)}
     single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
+    every = {*desk.partners, *found.partners, *desk.settled}
     for flag in found.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs too.
         alone = flag.previous or len(flag.students) == 1
-        groups = (
-            {frozenset(flag.students)}.intersection(desk.settled)
-            if alone
-            else {*desk.partners, *found.partners, *desk.settled}
-        )
+        groups = {frozenset(flag.students)}.intersection(desk.settled) if alone else every
         if not all(
             graded.issuperset(part) or single.intersection(part) or any(group.issuperset(part) for group in groups)
             for part in combinations(flag.students, 1 if alone else 2)
@@ -128,9 +125,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
             ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [exports.flags_csv(found.flags)],
-            "class.html": [
-                class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, files, folder)
-            ],
+            "class.html": [class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)],
             "grades.json": exports.grades_document(found),
         }
         for name, parts in texts.items():
@@ -174,20 +169,17 @@ def write_feedback(
     person had changed.
     """
     names, changed = feedback_names(found), list[str]()
-    before: dict[str, int] | None = {}
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
         try:
             with zipfile.ZipFile(folder / ARCHIVE) as pages:
                 before = {page.filename: page.CRC for page in pages.infolist()}
-        except FileNotFoundError:
-            before = {}
         except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
-            before = None  # any page may have been changed
+            before = {}  # any page may have been changed
         for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
-            name, drawn = names[grade.student], found.figures.get(grade.student, {}) if figures else {}
-            pictures = {
-                one: (figure_path(figures or Path(), item, one).read_bytes(), words) for one, words in drawn.items()
-            }
+            name, pictures = names[grade.student], {}
+            if figures is not None:
+                drawn = found.figures.get(grade.student, {})
+                pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
             texts = feedback_html(grade, pictures), feedback_markdown(grade)
             for ending, text in zip(ENDINGS, texts, strict=True):
                 changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
@@ -205,18 +197,17 @@ def write_feedback(
     return sorted(changed)
 
 
-def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, ending: str, data: bytes) -> Iterator[str]:
+def _write_page(folder: Path, before: Mapping[str, int], name: str, ending: str, data: bytes) -> Iterator[str]:
     """Write one page, and keep the old one if a person changed it; `before` are the checksums of the last run."""
-    page = f"{FEEDBACK}/{name}{ending}"
-    old = (folder / page).read_bytes() if (folder / page).exists() else None
-    if old == data:
-        return
+    path = folder / FEEDBACK / f"{name}{ending}"
+    old = path.read_bytes() if path.exists() else data
     # The old page is kept first: it must not be lost if it cannot be kept.
-    if old is not None and (before is None or (before and zlib.crc32(old) != before.get(f"{name}{ending}"))):
+    if old != data and zlib.crc32(old) != before.get(f"{name}{ending}"):
         kept = Path(PUBLISHED, FEEDBACK, f"{name}-{_digest(old)}{ending}")
         write_whole(folder / kept, [old], private=True, sync=True)
-        yield f"{page} was changed by hand; what it was is kept as {kept.as_posix()}"
-    write_whole(folder / page, [data], private=True)
+        yield f"{FEEDBACK}/{name}{ending} was changed by hand; what it was is kept as {kept.as_posix()}"
+    if old != data or not path.exists():
+        write_whole(path, [data], private=True)
 
 
 # --- what a run says -------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import forms_of, read_list
+from gyrodata.grading.ledger import forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import listing
@@ -77,33 +77,33 @@ def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[st
     if re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
         return found, unknown
     for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
-        whole = next((meant[form] for form in forms_of(part) if form in meant), None)
-        for name in [part] if whole is not None or "," not in part else part.split(","):
-            keys = next((meant[form] for form in forms_of(name.strip()) if form in meant), ())
-            found |= set(keys) if len(keys) == 1 else set()
-            unknown += [name.strip()] if name.strip() and len(keys) != 1 else []
+        whole = "," not in part or keys_of(part, meant)
+        for name in filter(None, map(str.strip, [part] if whole else part.split(","))):
+            keys = keys_of(name, meant)
+            if len(keys) == 1:
+                found.add(*keys)
+            else:
+                unknown.append(name)
     return found, unknown
 
 
 def partners_of(
     grades: Iterable[Grade], roster: Roster, meant: Mapping[str, Collection[str]]
-) -> tuple[list[frozenset[str]], dict[str, str]]:
+) -> tuple[list[frozenset[str]], dict[str, tuple[str, ...]]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
     Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
     """
-    declared, looks = list[frozenset[str]](), dict[str, str]()
+    declared, looks = list[frozenset[str]](), dict[str, tuple[str, ...]]()
     named: dict[str, set[str]] = {}
     for grade in grades:
         listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
         named[grade.student], unknown = students_of(grade.partner, meant)
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
-            looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
-    pairs = {
-        frozenset((one, other)) for one, others in named.items() for other in others if one in named.get(other, ())
-    }
-    return [*declared, *sorted(pairs, key=sorted)], looks
+            looks[grade.student] = (f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster",)
+    pairs = [(one, other) for one, others in named.items() for other in others if one in named.get(other, ())]
+    return [*declared, *map(frozenset, sorted(pairs))], looks
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
@@ -111,7 +111,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
     try:
         rows = [cells for _, cells in read_list(data, name)]
-    except (csv.Error, LookupError) as error:
+    except (csv.Error, LookupError, ValueError) as error:
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)

@@ -202,7 +202,7 @@ def test_tables_as_a_spreadsheet_saves_them_are_read(lab: Lab) -> None:
     told = lab.decide("S0;total;12,5;x", ";;;", "s1;comment;'=1+1;", "s1;total;;", head="\ufeffStudent;What;Value;Look")
     assert lab.graded("s0", "s1") == [12.5, 20]
     assert "=1+1" in lab.read("feedback/s1/feedback.md")
-    assert "grades.csv changes for 1; " in told
+    assert "grades.csv changes for 4; " in told
 
 
 # --- in a browser -------------------------------------------------------------------------------------------

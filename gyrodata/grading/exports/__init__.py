@@ -54,7 +54,6 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
     """Return the cells of one student by column."""
     others = {flag: [one for one in (*flag.students, *flag.previous) if one != grade.student] for flag in flags}
     told = [f"{flag.kind} with {', '.join(some)}" if some else flag.kind for flag, some in others.items()]
-    four_digits = {"d": grade.d, "z": grade.zeta}
     return {
         "student": grade.student,
         "name": grade.name,
@@ -67,7 +66,8 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "reported [kg*m^2]": grade.reported.get("value"),
         "u_reported [kg*m^2]": grade.reported.get("u"),
         "matched": grade.matched,
-        **{name: None if value is None else float(f"{value:.4g}") for name, value in four_digits.items()},
+        "d": None if grade.d is None else float(f"{grade.d:.4g}"),
+        "z": None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
         "slips": "; ".join(slip.kind for slip in grade.slips),
         "flags": "; ".join(told),
         "look": "; ".join(grade.look),
@@ -79,13 +79,12 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
 
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV."""
-    rows: list[tuple[object, ...]] = [
-        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
-    ]
+    rows = []
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
         rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
-    return csv_lines(map(csv_cell, row) for row in rows)
+    head = "kind,students,earlier logs,expected by chance in this class,p,evidence\n"
+    return head + csv_lines(map(csv_cell, row) for row in rows)
 
 
 # --- changes in ``grades.csv`` ------------------------------------------------------------------------------
@@ -120,13 +119,12 @@ def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
     changes = []
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
-        if was == now:
-            continue
-        columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS) and was and now]
-        cells = (CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
-        parts = tuple(cell for cell in cells if cell.before != cell.after)
-        before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
-        changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
+        columns = [column for column in {**was, **now} if was.get(column, "") != now.get(column, "")]
+        if columns:
+            before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
+            columns = [column for column in columns if was and now and column not in ("name", TOTAL, STATUS)]
+            parts = tuple(CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
+            changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
     return tuple(changes)
 
 

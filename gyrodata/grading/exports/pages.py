@@ -23,7 +23,7 @@ from msgspec.structs import replace
 
 from gyrodata import __version__
 from gyrodata.errors import shown
-from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
+from gyrodata.grading.forensics import Fingerprint, put_beside
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import COLUMNS, DESK, Offer, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
@@ -114,18 +114,6 @@ def feedback_comment(grade: Grade) -> str:
     return environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
 
 
-def _hands(grade: Grade) -> list[str]:
-    """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
-    told = []
-    for one in grade.by_hand:
-        if one.what == "comment":
-            told.append(f"{sentence(one.value)} {f'({shown(one.by)})' if one.by else ''}".strip())
-        elif one.what in ("total", "reported", "station", "excuse"):
-            head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
-            told.append(sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
-    return told
-
-
 def _content(grade: Grade) -> dict[str, Any]:
     """Return what the templates of the feedback need."""
     if grade.status in ("on hold", "excused"):
@@ -141,7 +129,7 @@ def _content(grade: Grade) -> dict[str, Any]:
         "slip_cost": costs[0] if costs else None,
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
-        "hands": _hands(grade),
+        "hands": [line for line in words.hands(grade).split("\n") if line],
         "judged": any(one.points is not None for one in grade.marks),
     }
 
@@ -176,18 +164,12 @@ def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
         yield from ((reason, grade.student) for reason in reasons)
 
 
-def class_page(
-    found: ClassGrades,
-    feedback: Callable[[str], str],
-    offers: Sequence[Offer],
-    files: Mapping[str, str],
-    folder: Path | None = None,
-) -> str:
+def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page. `offers`: What needs a
-    decision, grouped by reason. `files`: Names of the files to look into, by student. `folder`: The folder of the class
-    page, for links to these files. All text from outside is escaped; the page contains no clock time.
+    decision, grouped by reason. `folder`: The folder of the class page, for links to files to look into. All text from
+    outside is escaped; the page contains no clock time.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
@@ -195,25 +177,22 @@ def class_page(
     items = {item.student: item for item in found.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
-        """Return the name and the address of each file besides the log; no links into a zip."""
+        """Return the name and the address of each file besides the log; no address of a file in a zip."""
         item = items[student]
-        if folder is None or not item.source.is_dir():
-            return []
-        base = Path(os.path.relpath(item.source, folder)).as_posix()
-        paths = {name: quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log}
-        return [(PurePosixPath(name).name, path) for name, path in paths.items()]
+        base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
+        paths = [base and quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log]
+        return [(PurePosixPath(name).name, path) for name, path in zip(item.beside_log, paths, strict=True)]
 
     content = {
         "found": found,
         "version": __version__,
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
-        "files": files,
         "links": links,
         "desk": DESK,
         "desk_head": ",".join(COLUMNS),
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
-        "groups": [_group(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
+        "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
         "pairs": [pair for flag in open_flags for pair in flag.pairs][: MOST["pairs"]],
         "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
         "decided": [flag for flag in found.flags if flag not in open_flags],
@@ -228,17 +207,6 @@ def class_page(
         "most": MOST,
     }
     return environment().get_template("class.html.jinja").render(content)
-
-
-def _group(reason: str, lines: list[Offer]) -> dict[str, Any]:
-    """Separate the lines about a flag from the others; "why" is what all lines say, or "" if they differ."""
-    flags: dict[Flag, list[Offer]] = {}
-    for line in lines:
-        if line.flag is not None:
-            flags.setdefault(line.flag, []).append(line)
-    others = [one for one in lines if one.flag is None]
-    why = lines[0].why if len(lines) > 1 and not flags and len({line.why for line in lines}) == 1 else ""
-    return {"reason": reason, "number": len(lines), "why": why, "lines": others, "flags": flags}
 
 
 def _beside(first: Fingerprint, second: Fingerprint) -> list[tuple[str, list[list[str]], bool, bool]]:

@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import sys
+import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -66,11 +67,10 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
             if sync:
                 os.fsync(number)
         unfinished.replace(path)
-    except InputError:
-        raise  # the file is another gyro's
-    except BaseException:
-        with suppress(OSError):
-            unfinished.unlink()
+    except BaseException as error:
+        if not isinstance(error, InputError):  # then the file is another gyro's
+            with suppress(OSError):
+                unfinished.unlink()
         raise
     if sync and os.name == "posix":
         folder = os.open(path.parent, os.O_RDONLY)
@@ -116,6 +116,15 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
         raise
 
 
+def write_zip(file: IO[bytes], parts: Iterable[tuple[str, bytes]]) -> None:
+    """Write a zip of files with names; its bytes depend on nothing else, as the time."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in parts:
+            entry = zipfile.ZipInfo(name)  # dated 1980
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
+
+
 def add_to(path: Path, data: bytes) -> None:
     """Write at the end of a private file; make the file if there is none."""
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600), "wb") as file:
@@ -131,24 +140,20 @@ def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
     """
     _make_folder(folder, private)
     path = folder / LOCK
-    number = os.open(path, os.O_RDWR | _FLAGS, 0o666)
-    try:
-        _lock(number, path)
+    with os.fdopen(os.open(path, os.O_RDWR | _FLAGS, 0o666), "wb") as file:
+        _lock(file.fileno(), path)
         try:
             yield
         finally:
             with suppress(OSError):
                 path.unlink()  # while it is locked; Windows needs the other order
-    finally:
-        os.close(number)
-        if os.name == "nt":
-            with suppress(OSError):
-                path.unlink()
+    if os.name == "nt":
+        with suppress(OSError):
+            path.unlink()
 
 
 def _lock(number: int, path: Path) -> None:
     """Lock an open file; refuse if another process has locked it, or has removed it since it was opened."""
-    free = True
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -158,15 +163,14 @@ def _lock(number: int, path: Path) -> None:
             import fcntl
 
             fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            free = os.fstat(number).st_nlink > 0
+            if not os.fstat(number).st_nlink:
+                raise PermissionError("the file is gone")
     except (BlockingIOError, PermissionError):
-        free = False
-    except (ImportError, OSError):
-        pass  # a file system without locks
-    if not free:
         message = f'another gyro is at work here: "{path.parent}"'
         hint = "wait until it is done, then run it again; or choose another folder with --out"
-        raise InputError.of(FOLDER_IN_USE, message, hint)
+        raise InputError.of(FOLDER_IN_USE, message, hint) from None
+    except (ImportError, OSError):
+        pass  # a file system without locks
 
 
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]|[. ]$')

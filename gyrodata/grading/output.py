@@ -11,7 +11,7 @@ from itertools import chain, combinations, count
 from pathlib import Path, PurePosixPath
 
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.disk import file_name, new_file, telling, write_whole
+from gyrodata.disk import file_name, new_file, telling, write_whole, write_zip
 from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
@@ -185,15 +185,9 @@ def write_feedback(
                 changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
             if progress is not None:
                 progress(number)
-        with (
-            new_file(folder / ARCHIVE, private=True) as file,
-            zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6) as archive,
-        ):
-            for name in (f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS):
-                entry = zipfile.ZipInfo(name)  # dated 1980: the bytes of the zip must not depend on the time
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = 0o644 << 16
-                archive.writestr(entry, (folder / FEEDBACK / name).read_bytes())
+        files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]
+        with new_file(folder / ARCHIVE, private=True) as file:
+            write_zip(file, ((name, (folder / FEEDBACK / name).read_bytes()) for name in files))
     return sorted(changed)
 
 

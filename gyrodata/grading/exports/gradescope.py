@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from base64 import urlsafe_b64encode
 from hashlib import sha256
 from importlib.metadata import distributions
@@ -22,6 +21,7 @@ from typing import Any
 
 import gyrodata
 from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
+from gyrodata.disk import write_zip
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import ASKS, Mark
 from gyrodata.grading.exports.pages import environment
@@ -74,11 +74,7 @@ def _wheel() -> tuple[str, bytes]:
     lines = [f"{name},sha256={digest},{len(parts[name])}\n" for name, digest in digests.items()]
     parts[f"{about}/RECORD"] = "".join([*lines, f"{about}/RECORD,,\n"]).encode()
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in parts.items():
-            entry = zipfile.ZipInfo(name)  # with a fixed date: the same package gives the same bytes
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
+    write_zip(packed, parts.items())
     return f"gyrodata-{version}-py3-none-any.whl", packed.getvalue()
 
 

@@ -25,7 +25,7 @@ from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.forensics import Fingerprint, put_beside
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import COLUMNS, DESK, Offer, in_general
+from gyrodata.grading.ledger import Offer, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
@@ -53,7 +53,8 @@ def environment() -> Environment:
     )
     made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
     made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
-    made.filters |= {"count": count_text, "listing": listing, "columns": _columns}
+    made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
+    made.globals |= {"version": __version__, "FIGURES": FIGURES, "most": MOST}
     # Titles, rules and reasons are the same for many students.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
     return made
@@ -102,11 +103,7 @@ def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None 
     `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
     name, note and number from outside is escaped; no clock time.
     """
-    images = [
-        {"png": base64.b64encode(data).decode(), "alt": words, "caption": FIGURES[name].caption}
-        for name, (data, words) in (figures or {}).items()
-    ]
-    return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+    return environment().get_template("feedback.html.jinja").render(_content(grade), figures=figures or {})
 
 
 def feedback_comment(grade: Grade) -> str:
@@ -185,26 +182,20 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
 
     content = {
         "found": found,
-        "version": __version__,
         "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
         "links": links,
-        "desk": DESK,
-        "desk_head": ",".join(COLUMNS),
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
         "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
         "pairs": [pair for flag in open_flags for pair in flag.pairs][: MOST["pairs"]],
         "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
         "decided": [flag for flag in found.flags if flag not in open_flags],
-        "marked": {student for one in offers for student in (one.student, *(one.flag.students if one.flag else ()))},
-        "words": {slip.kind: slip.words for grade in found.grades for slip in grade.slips},
+        "marked": {student for one in offers for student in one.people},
         "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
-        "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
         "factor": factor,
         "unit": f"{power} kg·m²" if power else "kg·m²",
         "by_key": {grade.student: grade for grade in found.grades},
-        "most": MOST,
     }
     return environment().get_template("class.html.jinja").render(content)
 

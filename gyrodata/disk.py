@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import sys
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -61,7 +60,8 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
         with os.fdopen(number, "wb") as file:
             _lock(number, path)
             os.ftruncate(number, 0)
-            _keep_mode(path, unfinished)
+            if path.is_file() and not path.is_symlink():
+                unfinished.chmod(path.stat().st_mode & 0o777)
             yield file
             file.flush()
             if sync:
@@ -80,11 +80,6 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
             os.close(folder)
 
 
-def _keep_mode(path: Path, new: Path) -> None:
-    if path.is_file() and not path.is_symlink():
-        new.chmod(path.stat().st_mode & 0o777)
-
-
 def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False) -> None:
     """Write a file, completely or not at all, as `new_file` does."""
     with new_file(path, private, sync) as file:
@@ -98,17 +93,11 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
     """
     is_new = not folder.exists()
     try:
-        with alone_in(folder):
-            unfinished = _unfinished(folder / "new")
-            try:
-                for name, data in contents.items():
-                    write_whole(unfinished / name, [data])
-                    _keep_mode(folder / name, unfinished / name)
-                # To rename takes no room on a disk.
-                for name in contents:
-                    (unfinished / name).replace(folder / name)
-            finally:
-                shutil.rmtree(unfinished, ignore_errors=True)
+        with alone_in(folder), ExitStack() as files:
+            for name, data in contents.items():
+                file = files.enter_context(new_file(folder / name))
+                file.write(data)
+                file.flush()  # to close and to rename it takes no room on a disk
     except OSError:
         if is_new:
             with suppress(OSError):

@@ -271,32 +271,25 @@ def is_points(text: str, most: float) -> bool:
     return points is not None and 0 <= points <= most
 
 
-def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters.
+_MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
+"""The mark in front of a text that a spreadsheet would run as a formula."""
 
-    Raises ValueError too, for a damaged workbook.
+
+def read_list(data: bytes, name: str, *needed: str, lower: bool = True) -> Iterator[tuple[int, dict[str, str]]]:
+    """Read a table, a workbook or CSV as any spreadsheet saves it: the line of each row, and its cells by column.
+
+    With `lower`, the names of the columns are in small letters. Raises csv.Error, LookupError or ValueError, with what
+    is wrong, if it is not a table or lacks a column.
     """
     if data.startswith(b"PK"):
         text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
     else:
         text = decode(data, Faults(name))[0]
-    for number, cells in csv_table(text, *needed) if text.strip() else ():
-        yield number, {column.casefold(): cell for column, cell in cells.items()}
-
-
-_MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
-"""The mark in front of a text that a spreadsheet would run as a formula."""
-
-
-def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read CSV as any spreadsheet saves it: the line of each row, and its cells by column.
-
-    Raises csv.Error or LookupError, with what is wrong, if it is not a table or lacks a column.
-    """
-    top = text.partition("\n")[0]
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
-    head = [cell.strip() for cell in next(reader, [])]
-    if lacks := [f'"{column}"' for column in needed if column not in map(str.casefold, head)]:
+    delimiter = max(",;\t", key=text.partition("\n")[0].count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True)
+    head = [cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])]
+    lacks = [f'"{column}"' for column in needed if column not in head]
+    if lacks and text.strip():
         raise LookupError(f"there is no column {' and '.join(lacks)}")
     number = reader.line_num + 1
     for cells in reader:

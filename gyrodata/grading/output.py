@@ -8,7 +8,8 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, combinations, count
-from pathlib import Path, PurePosixPath
+from pathlib import Path
+from posixpath import basename
 
 from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
 from gyrodata.disk import file_name, new_file, telling, write_whole, write_zip
@@ -27,6 +28,10 @@ TABLE, PUBLISHED = "grades.csv", "published"
 # ``grades-by-hand-DIGEST.csv`` for each that a person changed -------------------------------------------------------
 
 
+def _bytes(text: str) -> bytes:
+    return text.encode("utf-8", "replace")
+
+
 def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
 
@@ -34,15 +39,14 @@ def _digest(data: bytes) -> str:
 def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] | None:
     """Compare with the table of grades in the folder; None if the file there is not such a table."""
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        path = folder / TABLE
-        before = path.read_bytes().decode("utf-8-sig", "replace") if path.is_file() else ""
-        return exports.compare_tables(before, found.table) if before else ()
+        before = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else b""
+        return exports.compare_tables(before, _bytes(found.table)) if before else ()
 
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
-    texts = (path.read_text("utf-8", "replace") for path in (folder / PUBLISHED).glob("grades-????????????.csv"))
-    tables = [exports.read_table(text) or {} for text in texts]
+    paths = (folder / PUBLISHED).glob("grades-????????????.csv")
+    tables = [exports.read_table(path.read_bytes()) or {} for path in paths]
     return {
         student: None
         if desk.decides(student, exports.TOTAL)
@@ -115,22 +119,20 @@ def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
 def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> Iterator[str]:
     """Write everything but the feedback, and keep a table that a person changed; say where to look."""
     names = feedback_names(found)
-    files = {
-        one.student: ", ".join(PurePosixPath(name).name for name in one.beside_log) for one in found.submissions.items
-    }
+    files = {one.student: ", ".join(map(basename, one.beside_log)) for one in found.submissions.items}
     with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
+        yield from _keep_table(folder, _bytes(found.table))
         offers = find_offers(found, filled)
+        page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
         texts: dict[str, Iterable[str]] = {
             ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
             TABLE: [found.table],
             "flags.csv": [exports.flags_csv(found.flags)],
-            "class.html": [class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)],
+            "class.html": [page],
             "grades.json": exports.grades_document(found),
         }
         for name, parts in texts.items():
-            data = (part.encode("utf-8", "replace") for part in parts)
-            write_whole(folder / name, data, private=True, sync=name == TABLE)
+            write_whole(folder / name, map(_bytes, parts), private=True, sync=name == TABLE)
         if filled is not None:
             write_whole(folder / filled.file, [filled.data], private=True)
     waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
@@ -182,7 +184,7 @@ def write_feedback(
                 pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
             texts = feedback_html(grade, pictures), feedback_markdown(grade)
             for ending, text in zip(ENDINGS, texts, strict=True):
-                changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
+                changed += _write_page(folder, before, name, ending, _bytes(text))
             if progress is not None:
                 progress(number)
         files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]

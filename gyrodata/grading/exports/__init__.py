@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
 
-from gyrodata.errors import DiagnosticJson, shown
+from gyrodata.errors import DiagnosticJson, GyroError, shown
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, points_text, two_decimals
@@ -111,8 +111,8 @@ class Change(Struct, frozen=True):
     """Other cells that have changed."""
 
 
-def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
-    """Compare two texts of ``grades.csv``; return the changes by student, None if the old text is not such a table."""
+def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
+    """Compare two files of ``grades.csv``; return the changes by student, None if the old one is not such a table."""
     old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
@@ -128,14 +128,13 @@ def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
     return tuple(changes)
 
 
-def read_table(table: str) -> dict[str, dict[str, str]] | None:
+def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; return None if these columns are missing."""
     try:
-        rows = {row["student"]: row for _, row in ledger.csv_table(table, "student", STATUS, TOTAL)}
-    except (csv.Error, LookupError):
+        lines = ledger.read_list(data, "grades.csv", "student", STATUS, TOTAL, lower=False)
+        return {row["student"]: row for _, row in lines if row["student"] != POINTS_ROW}
+    except (csv.Error, LookupError, ValueError, GyroError):
         return None
-    rows.pop(POINTS_ROW, None)
-    return rows
 
 
 # --- JSON --------------------------------------------------------------------------------------------------

@@ -168,9 +168,8 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
         points = "" if special is None else sheet.value(special, at)
         if match := re.fullmatch(book.assignment, f"{title}\n{points}", re.DOTALL | re.IGNORECASE):
             titles[at] = match
-    found = titles
+    wanted, found = (assignment or "").strip().casefold(), titles
     if assignment is not None:
-        wanted = assignment.strip().casefold()
         names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
         found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
     if len(found) != 1:
@@ -210,9 +209,8 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     # The last column contains comments if its cells are not dates.
     last = len(sheet.head) - 1
     is_comment = last > top + 2 and any(not text or text.startswith("<") for text in values[last])
-    comment = last if is_comment else None
-    if "Feedback comments" in sheet.head:
-        comment = sheet.head.index("Feedback comments")
+    told = "Feedback comments"
+    comment = sheet.head.index(told) if told in sheet.head else last if is_comment else None
     places: dict[tuple[str, str], list[int]] = {}
     for row, number in rows.items():
         for value in {sheet.value(row, at).casefold() for at in range(2, top - 1)}:
@@ -229,9 +227,6 @@ def _as_html(text: str) -> str:
 
 
 # --- a CSV sheet in which only single cells may change ------------------------------------------------------
-
-
-LARGEST = 50_000_000  # bytes of a gradebook that are read
 
 
 class Sheet(Struct):
@@ -275,8 +270,6 @@ def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
     mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
     try:
-        if len(data) > LARGEST:
-            raise ValueError("is larger than 50 MB")
         text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")

@@ -15,7 +15,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
-from pathlib import Path, PurePosixPath
+from pathlib import Path
+from posixpath import basename
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -173,16 +174,18 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
     open_flags = list(dict.fromkeys(offer.flag for offer in offers if offer.flag))
     items = {item.student: item for item in found.submissions.items}
 
+    def address(path: str) -> str:
+        return quote(path.encode("utf-8", "replace"))
+
     def links(student: str) -> list[tuple[str, str]]:
         """Return the name and the address of each file besides the log; no address of a file in a zip."""
         item = items[student]
         base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
-        paths = [base and quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log]
-        return [(PurePosixPath(name).name, path) for name, path in zip(item.beside_log, paths, strict=True)]
+        return [(basename(name), base and address(f"{base}/{name}")) for name in item.beside_log]
 
     content = {
         "found": found,
-        "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
+        "link": lambda student: address(feedback(student)),
         "links": links,
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,

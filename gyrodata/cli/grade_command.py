@@ -125,9 +125,10 @@ def grade(
     )
     years = _earlier(previous or [])
     with ExitStack() as at_work:
+        if folder is not None:
+            at_work.enter_context(telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN))
         if target is not None:
-            with telling(target, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                at_work.enter_context(alone_in(target, private=True))
+            at_work.enter_context(alone_in(target, private=True))
         try:
             grades = classroom.grade_class(found, judged, options, years, desk, people)
             changes = output.changes_in(folder, grades) if folder is not None else ()

@@ -22,7 +22,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.exports import pages
@@ -213,8 +212,7 @@ def _entries(
     Also returns why entries are made, and the number of damaged lines.
     """
     journal = options.journal or Path()
-    with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
+    known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
     entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
@@ -244,20 +242,18 @@ def _entries(
                 one, drawn = answer
             one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
             entries[item.student] = one
-            with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                # The figures are written first, so that everything in the journal exists.
-                for name, data in drawn.items():
-                    path = figure_path(options.figures or Path(), item, name)
-                    disk.write_whole(path, [data], private=True)
-                if options.journal and options.keep:
-                    # The last line may have no end, if a run was stopped.
-                    disk.add_to(journal, b"\n" + _line(one))
+            # The figures are written first, so that everything in the journal exists.
+            for name, data in drawn.items():
+                path = figure_path(options.figures or Path(), item, name)
+                disk.write_whole(path, [data], private=True)
+            if options.journal and options.keep:
+                # The last line may have no end, if a run was stopped.
+                disk.add_to(journal, b"\n" + _line(one))
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
     if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
-        with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
+        disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
     return entries, again, damaged
 
 

@@ -97,22 +97,22 @@ class Desk(Struct, frozen=True):
             for one in lines
             if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
         ]
+        numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
             if one := given.get(mark.criterion):
-                points, reason = read_number(one.value) or 0.0, f"given by hand: {one.told}".removesuffix(": ")
-                marks[at] = replace(mark, points=round(points, 2), reason=reason, detail={}, rule="")
+                points, reason = round(numbers[one.what], 2), f"given by hand: {one.told}".removesuffix(": ")
+                marks[at] = replace(mark, points=points, reason=reason, detail={}, rule="")
         if late := given.get("late"):
             looks = tuple(look for look in grade.look if look != grade.late_reason)
             words = f"late: {late.value} points taken off by hand"
-            grade = replace(grade, late_deduction=read_number(late.value) or 0.0, late_reason=words, look=looks)
+            grade = replace(grade, late_deduction=numbers["late"], late_reason=words, look=looks)
         if tuple(marks) != grade.marks or late:
             grade = added_up(replace(grade, marks=tuple(marks)))
-        if total := given.get("total"):
-            points = round(read_number(total.value) or 0.0, 2)
-            grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
-        if (bonus := given.get("bonus")) and grade.points is not None:
-            grade = replace(grade, points=max(0.0, round(grade.points + (read_number(bonus.value) or 0.0), 2)))
+        if "total" in given:
+            grade = replace(grade, status="graded", why=None, points=round(numbers["total"], 2), late_deduction=0.0)
+        if "bonus" in given and grade.points is not None:
+            grade = replace(grade, points=max(0.0, round(grade.points + numbers["bonus"], 2)))
         for what, status in (("hold", "on hold"), ("excuse", "excused")):
             if what in given:
                 grade = replace(grade, status=status, why=None, points=None)
@@ -192,26 +192,26 @@ def _decision(
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
-    people, number = sorted({_student(one, students) for one in names}), read_number(value)
-    fault, said = "", f'{what} = "{value[:60]}"'
+    people, fault = sorted({_student(one, students) for one in names}), ""
+    short, most = value[:60], points.get(what, points["total"])
+    said = f'{what} = "{short}"'
     if what not in (*points, *WORDS, CORRECTED):
         fault = f'"{row["what"][:60]}" is not a criterion of the rubric, nor a word of the desk'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
     elif what in BARE or not value:
         value = ""
     elif what in points and value.startswith(("+", "-")):
-        fault = f"{what} = {value[:60]} has a sign"
-        hint = f"to change the total by this number, write bonus,{value[:60].removeprefix('+')}"
-    elif what == "bonus" and number is None:
+        fault = f"{what} = {short} has a sign"
+        hint = f"to change the total by this number, write bonus,{short.removeprefix('+')}"
+    elif what == "bonus" and read_number(value) is None:
         fault, hint = f"{said} is not a number", "write the points to add, such as 2"
-    elif what == "late" and not is_points(value, points["total"]):
+    elif what == "late" and not is_points(value, most):
         fault, hint = f"{said} is not a number of points", "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
-        fault = f'there is no file "{value[:60]}" in the folder of the grades'
+        fault = f'there is no file "{short}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and not is_points(value, points[what]):
-        fault = f"{said} is not a number of points from 0 to {points[what]:g}"
-        hint = f"write a number, such as {points[what] / 2:g}"
+    elif what in points and not is_points(value, most):
+        fault, hint = f"{said} is not a number of points from 0 to {most:g}", f"write a number, such as {most / 2:g}"
     elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
         fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
@@ -257,9 +257,8 @@ def forms_of(name: str) -> list[str]:
 
 def read_number(text: str) -> float | None:
     """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
-    *whole, last = re.split("[.,]", text)
     try:
-        number = float(f"{''.join(whole)}.{last}" if whole else last)
+        number = float(re.sub(r"[.,](?=.*[.,])", "", text, flags=re.DOTALL).replace(",", "."))
     except ValueError:
         return None
     return number if math.isfinite(number) and "_" not in text else None

@@ -11,8 +11,8 @@ from itertools import chain, combinations, count
 from pathlib import Path
 from posixpath import basename
 
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN, JOURNAL_LINES_LOST
-from gyrodata.disk import file_name, new_file, telling, write_whole, write_zip
+from gyrodata.diagnostics import JOURNAL_LINES_LOST
+from gyrodata.disk import file_name, new_file, write_whole, write_zip
 from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
@@ -38,9 +38,8 @@ def _digest(data: bytes) -> str:
 
 def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] | None:
     """Compare with the table of grades in the folder; None if the file there is not such a table."""
-    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        before = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else b""
-        return exports.compare_tables(before, _bytes(found.table)) if before else ()
+    before = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else b""
+    return exports.compare_tables(before, _bytes(found.table)) if before else ()
 
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
@@ -120,21 +119,20 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
     """Write everything but the feedback, and keep a table that a person changed; say where to look."""
     names = feedback_names(found)
     files = {one.student: ", ".join(map(basename, one.beside_log)) for one in found.submissions.items}
-    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        yield from _keep_table(folder, _bytes(found.table))
-        offers = find_offers(found, filled)
-        page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
-        texts: dict[str, Iterable[str]] = {
-            ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
-            TABLE: [found.table],
-            "flags.csv": [exports.flags_csv(found.flags)],
-            "class.html": [page],
-            "grades.json": exports.grades_document(found),
-        }
-        for name, parts in texts.items():
-            write_whole(folder / name, map(_bytes, parts), private=True, sync=name == TABLE)
-        if filled is not None:
-            write_whole(folder / filled.file, [filled.data], private=True)
+    yield from _keep_table(folder, _bytes(found.table))
+    offers = find_offers(found, filled)
+    page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
+    texts: dict[str, Iterable[str]] = {
+        ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
+        TABLE: [found.table],
+        "flags.csv": [exports.flags_csv(found.flags)],
+        "class.html": [page],
+        "grades.json": exports.grades_document(found),
+    }
+    for name, parts in texts.items():
+        write_whole(folder / name, map(_bytes, parts), private=True, sync=name == TABLE)
+    if filled is not None:
+        write_whole(folder / filled.file, [filled.data], private=True)
     waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
     yield f"grades: {folder / TABLE}{waiting}"
     yield f"class: {folder / 'class.html'}"
@@ -171,25 +169,24 @@ def write_feedback(
     person had changed.
     """
     names, changed = feedback_names(found), list[str]()
-    with telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        try:
-            with zipfile.ZipFile(folder / ARCHIVE) as pages:
-                before = {page.filename: page.CRC for page in pages.infolist()}
-        except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
-            before = {}  # any page may have been changed
-        for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
-            name, pictures = names[grade.student], {}
-            if figures is not None:
-                drawn = found.figures.get(grade.student, {})
-                pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
-            texts = feedback_html(grade, pictures), feedback_markdown(grade)
-            for ending, text in zip(ENDINGS, texts, strict=True):
-                changed += _write_page(folder, before, name, ending, _bytes(text))
-            if progress is not None:
-                progress(number)
-        files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]
-        with new_file(folder / ARCHIVE, private=True) as file:
-            write_zip(file, ((name, (folder / FEEDBACK / name).read_bytes()) for name in files))
+    try:
+        with zipfile.ZipFile(folder / ARCHIVE) as pages:
+            before = {page.filename: page.CRC for page in pages.infolist()}
+    except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
+        before = {}  # any page may have been changed
+    for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
+        name, pictures = names[grade.student], {}
+        if figures is not None:
+            drawn = found.figures.get(grade.student, {})
+            pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
+        texts = feedback_html(grade, pictures), feedback_markdown(grade)
+        for ending, text in zip(ENDINGS, texts, strict=True):
+            changed += _write_page(folder, before, name, ending, _bytes(text))
+        if progress is not None:
+            progress(number)
+    files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]
+    with new_file(folder / ARCHIVE, private=True) as file:
+        write_zip(file, ((name, (folder / FEEDBACK / name).read_bytes()) for name in files))
     return sorted(changed)
 
 

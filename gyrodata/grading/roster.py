@@ -73,18 +73,13 @@ class Roster(Struct, frozen=True):
 
 def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
-    found, unknown = set[str](), list[str]()
-    if re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
-        return found, unknown
-    for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
-        whole = "," not in part or keys_of(part, meant)
-        for name in filter(None, map(str.strip, [part] if whole else part.split(","))):
-            keys = keys_of(name, meant)
-            if len(keys) == 1:
-                found.add(*keys)
-            else:
-                unknown.append(name)
-    return found, unknown
+    names = list[str]()
+    if not re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
+        for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
+            names += [part] if "," not in part or keys_of(part, meant) else part.split(",")
+    keys = {name: keys_of(name, meant) for name in map(str.strip, names) if name}
+    found = {one[0] for one in keys.values() if len(one) == 1}
+    return found, [name for name, one in keys.items() if len(one) != 1]
 
 
 def partners_of(
@@ -144,7 +139,6 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             people.setdefault(key, person._replace(student=key))
     counts = Counter(one.name for one in (*people.values(), *absent))
     # Students with one name are shown with their keys.
-    for key, one in people.items():
-        if one.name and counts[one.name] > 1:
-            people[key] = one._replace(name=f"{one.name} ({key})")
+    shared = {key: one for key, one in people.items() if one.name and counts[one.name] > 1}
+    people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in shared.items()}
     return Roster(people, tuple(sorted(absent)))

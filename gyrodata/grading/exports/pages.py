@@ -54,6 +54,7 @@ def environment() -> Environment:
     )
     made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
     made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
+    made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
     made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
     made.globals |= {"version": __version__, "FIGURES": FIGURES, "most": MOST}
     # Titles, rules and reasons are the same for many students.
@@ -174,18 +175,15 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
     open_flags = list(dict.fromkeys(offer.flag for offer in offers if offer.flag))
     items = {item.student: item for item in found.submissions.items}
 
-    def address(path: str) -> str:
-        return quote(path.encode("utf-8", "replace"))
-
     def links(student: str) -> list[tuple[str, str]]:
         """Return the name and the address of each file besides the log; no address of a file in a zip."""
         item = items[student]
         base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
-        return [(basename(name), base and address(f"{base}/{name}")) for name in item.beside_log]
+        return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
     content = {
         "found": found,
-        "link": lambda student: address(feedback(student)),
+        "feedback": feedback,
         "links": links,
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,

@@ -36,11 +36,6 @@ def telling(folder: Path, code: str) -> Iterator[None]:
         raise InputError.of(code, message, "make room there, or choose another folder with --out") from None
 
 
-def _unfinished(path: Path) -> Path:
-    """Name a file that is not complete; always the same name, so that a run replaces what a killed one left."""
-    return path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
-
-
 def _make_folder(folder: Path, private: bool) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(0o700 if private else 0o777, exist_ok=True)
@@ -54,7 +49,8 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
     cannot be written, InputError if another gyro writes the same file.
     """
     _make_folder(path.parent, private)
-    unfinished = _unfinished(path)
+    # Always the same name, so that a run replaces what a killed one left.
+    unfinished = path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
     number = os.open(unfinished, os.O_RDWR | _FLAGS, 0o600 if private else 0o666)
     try:
         with os.fdopen(number, "wb") as file:

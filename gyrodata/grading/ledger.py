@@ -331,9 +331,8 @@ def in_general(why: str) -> str:
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
     """Write the lines sorted by student, with the names of the students and the files to look into."""
-    ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
-    rows = (
-        [*one.cells, *(csv_cell(BETWEEN.join(texts[key] for key in one.people)) for texts in (names, files))]
-        for one in ordered
-    )
-    return csv_lines([(*COLUMNS, "name", "look into"), *rows])
+    rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
+    for one in sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why)):
+        told = (BETWEEN.join(texts[key] for key in one.people) for texts in (names, files))
+        rows.append([*one.cells, *map(csv_cell, told)])
+    return csv_lines(rows)

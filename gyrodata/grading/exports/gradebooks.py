@@ -31,16 +31,16 @@ Ours = Mapping[str, Collection[str] | None]
 """Totals that each student ever had from gyro, as written; None if the student's total may be overwritten."""
 
 
-class Filled(Struct, frozen=True):
+class Filled(Struct):
     """A gradebook with grades in it."""
 
     file: str  # name of the file to write
-    data: bytes  # the file to upload
-    filled: tuple[str, ...]  # students whose grade is in it now
+    data: bytes = b""  # the file to upload
+    filled: list[str] = []  # students whose grade is in it now
     # student, old and new cell, if they differ and the old cell was not empty
-    changed: tuple[tuple[str, str, str], ...]
-    skipped: tuple[tuple[str, str], ...]  # student or row, and why nothing was written
-    by_hand: tuple[tuple[str, str], ...]  # student and total that a person has set in the gradebook
+    changed: list[tuple[str, str, str]] = []
+    skipped: list[tuple[str, str]] = []  # student or row, and why nothing was written
+    by_hand: list[tuple[str, str]] = []  # student and total that a person has set in the gradebook
 
 
 class _Layout(Struct):
@@ -79,8 +79,8 @@ def fill_book(
         code = diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED
         raise refusal(diagnostics.WORKSHEET_CANNOT_TAKE_POINTS if layout.top else code, name, words, hint)
     mark = "," if re.search(r",\d+$", layout.most) else "."
-    filled, changed = list[str](), list[tuple[str, str, str]]()
-    skipped, by_hand = list[tuple[str, str]](), list[tuple[str, str]]()
+    # Blackboard's sheet with tabs ends in .xls.
+    found = Filled(f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}")
     others = dict(layout.labels)  # rows of nobody who is graded
     for grade in sorted(grades, key=lambda grade: grade.student):
         student, known = grade.student, None if ours is None else ours.get(grade.student, ())
@@ -90,38 +90,36 @@ def fill_book(
         names = [(title, own[kind].casefold()) for title, kinds in book.known_by for kind in kinds if kind in own]
         rows = next((layout.places[one] for one in names if one in layout.places), [])
         graded, points = grade.status == "graded" and grade.points is not None, grade.points or 0.0
-        if not rows:
-            skipped.append((student, f"is not in the {book.noun}"))
-        elif not graded:
-            skipped.append((student, f"is {grade.status}{f': {grade.why}' if grade.why else ''}"))
+        if not rows or not graded:
+            why = f"is {grade.status}{f': {grade.why}' if grade.why else ''}"
+            found.skipped.append((student, why if rows else f"is not in the {book.noun}"))
         for row in rows:
             others.pop(row, None)
             before = sheet.value(row, layout.grade)
             there = read_number(before)
             same = graded and there == points
             if not same and there is not None and known is not None and two_decimals(there) not in known:
-                skipped.append((student, f"has {before}, set by hand, which is kept"))
-                by_hand.append((student, two_decimals(there)))
+                found.skipped.append((student, f"has {before}, set by hand, which is kept"))
+                found.by_hand.append((student, two_decimals(there)))
             elif graded and (why := _why_refused(sheet, layout, row, points)):
-                skipped.append((student, why))
+                found.skipped.append((student, why))
             elif graded:
                 cells = {layout.grade: two_decimals(points).replace(".", mark)}
                 if same and layout.top:
-                    skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
+                    found.skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
                     cells = {}
                 if layout.comment is not None:
                     cells[layout.comment] = _as_html(comment(grade))
                 for column, text in cells.items():
                     old = sheet.value(row, column)
                     if old != text and not _EMPTY.fullmatch(old) and read_number(old) != points:
-                        changed.append((student, old, text))
+                        found.changed.append((student, old, text))
                     sheet.put(row, column, text)
-                filled.append(student)
-    skipped += [(label, "has no submission") for label in others.values()]
-    # Blackboard's sheet with tabs ends in .xls.
-    file = f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}"
-    done = tuple(dict.fromkeys(filled))
-    return Filled(file, sheet.to_bytes(), done, tuple(changed), tuple(skipped), tuple(by_hand))
+                if student not in found.filled[-1:]:
+                    found.filled.append(student)
+    found.skipped += [(label, "has no submission") for label in others.values()]
+    found.data = sheet.to_bytes()
+    return found
 
 
 # Contents of a cell: no grade yet; no grade is needed; the grade cannot be changed.
@@ -204,8 +202,7 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     equal = [at for at, some in values.items() if len(some) == 1 and read_number(*some) is not None]
     top = sheet.head.index("Maximum Grade") if "Maximum Grade" in sheet.head else equal[-1] if equal else 0
     if not rows or top < 2:
-        message = f"{book.none}; its columns are: {listing(sheet.head)}"
-        raise refusal(book.code, sheet.name, message, book.export)
+        raise refusal(book.code, sheet.name, f"{book.none}; its columns are: {listing(sheet.head)}", book.export)
     # The last column contains comments if its cells are not dates.
     last = len(sheet.head) - 1
     is_comment = last > top + 2 and any(not text or text.startswith("<") for text in values[last])
@@ -281,8 +278,8 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         hint = "give the CSV file that the gradebook exports, not a workbook"
         hint = "export the gradebook again" if why == "is empty" else hint
         raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
-    first = f'"{delimiter}"'.join(cell.replace('"', '""') for cell in rows[0])
-    return Sheet(name, rows, delimiter, mark, encoding, text.startswith(f'"{first}"'))
+    quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
+    return Sheet(name, rows, delimiter, mark, encoding, quoted)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

@@ -36,25 +36,18 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
     if compared:
-        message = (
-            f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
-            f"nobody could earn its {compared[0].points:g} points"
-        )
+        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
+        message += f"nobody could earn its {compared[0].points:g} points"
         hint = (
-            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of "
-            '[reference] and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the '
-            "criterion out"
+            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference] "
         )
+        hint += 'and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
         raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
     name, wheel = _wheel()
     scripts = files("gyrodata.grading").joinpath("autograder")
-    setup, run = (scripts.joinpath(one).read_text("utf-8") for one in ("setup.sh", "run_autograder"))
-    return {
-        "setup.sh": setup.replace("{wheel}", name).encode(),
-        "run_autograder": run.encode(),
-        "rubric.toml": text.encode(),
-        name: wheel,
-    }
+    parts = {one: scripts.joinpath(one).read_bytes() for one in ("setup.sh", "run_autograder")}
+    parts["setup.sh"] = parts["setup.sh"].replace(b"{wheel}", name.encode())
+    return {**parts, "rubric.toml": text.encode(), name: wheel}
 
 
 def _wheel() -> tuple[str, bytes]:

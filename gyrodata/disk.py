@@ -87,7 +87,6 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
     Raises OSError if they cannot be written, InputError if another gyro writes into the folder.
     """
-    is_new = not folder.exists()
     try:
         with alone_in(folder), ExitStack() as files:
             for name, data in contents.items():
@@ -95,9 +94,8 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
                 file.write(data)
                 file.flush()  # to close and to rename it takes no room on a disk
     except OSError:
-        if is_new:
-            with suppress(OSError):
-                folder.rmdir()
+        with suppress(OSError):
+            folder.rmdir()  # if it is empty
         raise
 
 
@@ -159,7 +157,7 @@ def _lock(number: int, path: Path) -> None:
 
 
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]|[. ]$')
-_DEVICE = re.compile(r"(?i)(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(?:\.|$)")
+_DEVICE = re.compile(r"(?i)^(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(?:\.|$)")
 
 
 def file_name(name: str, room: int = 0) -> str:
@@ -168,9 +166,7 @@ def file_name(name: str, room: int = 0) -> str:
     Characters that Windows forbids become a _, and its device names get one in front. The name has at most 255 bytes
     with `room` bytes for an ending. A changed name ends in a digest of the original.
     """
-    safe = _FORBIDDEN.sub("_", name) or "_"
-    if _DEVICE.match(safe):
-        safe = f"_{safe}"
+    safe = _DEVICE.sub(r"_\g<0>", _FORBIDDEN.sub("_", name) or "_")
     if safe == name and len(os.fsencode(name)) + room <= LONGEST:
         return name
     import hashlib  # not needed by every command

@@ -27,7 +27,7 @@ from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.exports import pages
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.ledger import NO_DESK, Desk
+from gyrodata.grading.ledger import NO_DESK, Desk, grouped
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
@@ -190,8 +190,8 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
     text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     # The rubric without its references is compared first.
-    names = ("submission", "rubric", "reference", "desk", "tool")
-    return dict(zip(names, (digest, rubric.judged, rubric.digest, reported, __version__), strict=True))
+    about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
+    return {**about, "desk": reported, "tool": __version__}
 
 
 def _why_again(known: Entry | None, inputs: Mapping[str, str]) -> str:
@@ -248,17 +248,14 @@ def _entries(
                 disk.write_whole(path, [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
-                disk.add_to(journal, b"\n" + _line(one))
+                disk.add_to(journal, f"\n{to_json(one)}\n".encode())
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
     if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
-        disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
+        lines = (f"{to_json(one)}\n".encode() for one in entries.values())
+        disk.write_whole(journal, lines, private=True, sync=True)
     return entries, again, damaged
-
-
-def _line(entry: Entry) -> bytes:
-    return f"{to_json(entry)}\n".encode()
 
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Entry, dict[str, bytes]]:
@@ -333,7 +330,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found = pages.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
+        found = grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
@@ -388,8 +385,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
-            points = [grade.marks[at].points for grade in self.grades]
-            judged = [value for value in points if value is not None]
+            judged = [value for grade in self.grades if (value := grade.marks[at].points) is not None]
             full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
             yield exports.CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)

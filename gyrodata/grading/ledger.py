@@ -81,10 +81,8 @@ class Desk(Struct, frozen=True):
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
         name = self.value(item.student, CORRECTED)
-        if name is None:
-            return item
-        path = (self.folder / name).resolve()
-        return replace(item, log_name=str(path), log_file=path.name, problem=None)
+        path = (self.folder / (name or "")).resolve()
+        return replace(item, log_name=str(path), log_file=path.name, problem=None) if name is not None else item
 
     def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
@@ -231,7 +229,7 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
     keys = keys_of(name, known)
     if not keys:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
-        meant = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
+        meant = f"did you mean {' or '.join(keys_of(close[0], known))}?" if close else ""
         hint = meant or "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     if len(keys) > 1 and name not in keys:
@@ -242,7 +240,15 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
 
 def keys_of(name: str, known: Mapping[str, Collection[str]]) -> list[str]:
     """Return the keys of all students with a name."""
-    return sorted(next((known[form] for form in forms_of(name) if form in known), ()))
+    return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
+
+
+def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Group people by the text in front."""
+    found: dict[str, list[str]] = {}
+    for text, person in pairs:
+        found.setdefault(text, []).append(person)
+    return found
 
 
 def forms_of(name: str) -> list[str]:

@@ -17,7 +17,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours
-from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown, grouped
+from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
 from gyrodata.reporting.values import count_text
 
 FIGURES = "figures"
@@ -46,12 +46,8 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
     paths = (folder / PUBLISHED).glob("grades-????????????.csv")
     tables = [exports.read_table(path.read_bytes()) or {} for path in paths]
-    return {
-        student: None
-        if desk.decides(student, exports.TOTAL)
-        else {table[student][exports.TOTAL] for table in tables if student in table}
-        for student in students
-    }
+    known = {student: {table[student][exports.TOTAL] for table in tables if student in table} for student in students}
+    return {student: None if desk.decides(student, exports.TOTAL) else some for student, some in known.items()}
 
 
 def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
@@ -149,8 +145,7 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
 
     The names are those that the platform accepts, unless no system can write them.
     """
-    names: dict[str, str] = {}
-    taken: set[str] = set()
+    names, taken = dict[str, str](), set[str]()
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
         plain = "/".join(file_name(part, room=32) for part in item.feedback_name.split("/"))
@@ -214,8 +209,8 @@ def told_of(
     if found.damaged:
         message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
         told = [Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)]
-    again = grouped((why, found.names[student]) for student, why in found.again.items())
-    skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
+    again = ledger.grouped((why, found.names[student]) for student, why in found.again.items())
+    skipped = ledger.grouped((why, who) for who, why in filled.skipped) if filled else {}
     content = {
         "again": again,
         "told": told,

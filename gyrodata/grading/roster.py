@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import forms_of, keys_of, read_list
+from gyrodata.grading.ledger import forms_of, grouped, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import listing
@@ -52,23 +52,18 @@ class Roster(Struct, frozen=True):
         station = station_key(station or "") or grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
-    def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
+    def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address, by its forms as `forms_of` lists them.
 
         A key means only its own student.
         """
         called = [(one.student, (one.name, *one.ids)) for one in (*self.people.values(), *self.absent)]
         called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
-        meant: dict[str, set[str]] = {}
-        for student, names in called:
-            # Also without the key, which a name has if others have the same name.
-            for name in {*names, *(one.removesuffix(f" ({student})") for one in names)} - {""}:
-                for form in forms_of(name)[:2]:
-                    meant.setdefault(form, set()).add(student)
-        keys: dict[str, set[str]] = {}
-        for student, _ in called:
-            keys.setdefault(student.casefold(), set()).add(student)
-        return meant | keys
+        # Also without the key, which a name has if others have the same name.
+        bare = [(student, tuple(one.removesuffix(f" ({student})") for one in names)) for student, names in called]
+        pairs = [(student, name) for student, names in dict.fromkeys([*called, *bare]) for name in filter(None, names)]
+        meant = grouped((form, student) for student, name in pairs for form in forms_of(name)[:2])
+        return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
 def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
@@ -137,8 +132,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             absent.append(person)
         else:
             people.setdefault(key, person._replace(student=key))
-    counts = Counter(one.name for one in (*people.values(), *absent))
+    counts = Counter(one.name for one in (*people.values(), *absent) if one.name)
     # Students with one name are shown with their keys.
-    shared = {key: one for key, one in people.items() if one.name and counts[one.name] > 1}
-    people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in shared.items()}
+    people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in people.items() if counts[one.name] > 1}
     return Roster(people, tuple(sorted(absent)))

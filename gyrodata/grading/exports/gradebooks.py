@@ -161,14 +161,13 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
         raise refusal(book.code, sheet.name, book.none, book.export)
     every = range(1, len(sheet.rows))
     special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)
-    titles: dict[int, re.Match[str]] = {}
-    for at, title in enumerate(sheet.head):
-        points = "" if special is None else sheet.value(special, at)
-        if match := re.fullmatch(book.assignment, f"{title}\n{points}", re.DOTALL | re.IGNORECASE):
-            titles[at] = match
-    wanted, found = (assignment or "").strip().casefold(), titles
+    points = {at: "" if special is None else sheet.value(special, at) for at in range(len(sheet.head))}
+    pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
+    matches = {at: pattern.fullmatch(f"{sheet.head[at]}\n{most}") for at, most in points.items()}
+    found = titles = {at: match for at, match in matches.items() if match}
     if assignment is not None:
         names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
+        wanted = assignment.strip().casefold()
         found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
     if len(found) != 1:
         shown = listing([sheet.head[at] for at in titles]) or "none with a number after its title"

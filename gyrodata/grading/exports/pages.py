@@ -11,7 +11,7 @@ import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
@@ -26,7 +26,7 @@ from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.forensics import Fingerprint, put_beside
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import Offer, in_general
+from gyrodata.grading.ledger import Offer, grouped, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
@@ -56,7 +56,7 @@ def environment() -> Environment:
     made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
     made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
     made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
-    made.globals |= {"version": __version__, "FIGURES": FIGURES, "most": MOST}
+    made.globals |= {"version": __version__, "FIGURES": FIGURES}
     # Titles, rules and reasons are the same for many students.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
     return made
@@ -135,22 +135,11 @@ def _content(grade: Grade) -> dict[str, Any]:
 
 # --- a class, for a terminal, and as a page --------------------------------------------------------------
 
-# Longer lists would make a page that is too large for a browser; the other tables contain everything.
-MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
-
 
 def class_text(found: ClassGrades) -> str:
     """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
     reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
     return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
-
-
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Group people by the reason in front."""
-    reasons: dict[str, list[str]] = {}
-    for reason, person in pairs:
-        reasons.setdefault(reason, []).append(person)
-    return reasons
 
 
 def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
@@ -172,7 +161,6 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
-    open_flags = list(dict.fromkeys(offer.flag for offer in offers if offer.flag))
     items = {item.student: item for item in found.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
@@ -188,9 +176,7 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
         "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        "pairs": [pair for flag in open_flags for pair in flag.pairs][: MOST["pairs"]],
         "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
-        "decided": [flag for flag in found.flags if flag not in open_flags],
         "marked": {student for one in offers for student in one.people},
         "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
         "histogram": count_points(found.totals, found.rubric.points),

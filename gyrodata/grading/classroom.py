@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
-from importlib import import_module
 from pathlib import Path
 from typing import Literal
 
@@ -173,8 +172,7 @@ class Entry(Struct, frozen=True, kw_only=True):
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
-    entries: dict[str, Entry] = {}
-    damaged = 0
+    entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
             entry = from_json(line, Entry)
@@ -228,7 +226,7 @@ def _entries(
             waiting.append((item, reported))
     if waiting:
         # Loaded here, it need not be loaded by each process that is forked from this one.
-        import_module("gyrodata.analysis")
+        from gyrodata import analysis  # noqa: F401
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.

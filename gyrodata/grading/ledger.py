@@ -41,6 +41,7 @@ SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
 CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
+Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
@@ -122,16 +123,15 @@ class Desk(Struct, frozen=True):
 NO_DESK = Desk()
 
 
-def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     """Read the file; raise InputError with a fault for each line that cannot be used.
 
     `students` contains each name that a student may have in the file, by its forms as `forms_of` lists them, with the
     keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults: list[Diagnostic] = []
+    faults, left, waiting, number = list[Diagnostic](), set[tuple[str, str]](), 0, 0
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
-    left, waiting, number = set(), 0, 0
     settled: dict[frozenset[str], str] = {}
     try:
         for number, cells in _lines(data, path.name, points):
@@ -182,7 +182,7 @@ def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tupl
 
 
 def _decision(
-    row: Mapping[str, str], points: Mapping[str, float], students: Mapping[str, Collection[str]], folder: Path
+    row: dict[str, str], points: dict[str, float], students: Known, folder: Path
 ) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
@@ -224,7 +224,7 @@ def _decision(
     return people, Decision(what, value, row["by"], row["why"])
 
 
-def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
+def _student(name: str, known: Known) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
     keys = keys_of(name, known)
     if not keys:
@@ -238,7 +238,7 @@ def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
     return name if name in keys else keys[0]
 
 
-def keys_of(name: str, known: Mapping[str, Collection[str]]) -> list[str]:
+def keys_of(name: str, known: Known) -> list[str]:
     """Return the keys of all students with a name."""
     return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
 

@@ -20,8 +20,7 @@ from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
 from gyrodata.reporting.values import count_text
 
-FIGURES = "figures"
-TABLE, PUBLISHED = "grades.csv", "published"
+FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
 
 
 # --- earlier tables in the folder: ``grades-DIGEST.csv`` for each that gyro wrote, and
@@ -205,15 +204,13 @@ def told_of(
     found: ClassGrades, changes: Sequence[exports.Change] | None, filled: Filled | None, dry_run: bool
 ) -> list[str]:
     """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
-    told = []
-    if found.damaged:
-        message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
-        told = [Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)]
+    message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
+    lost = Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)
     again = ledger.grouped((why, found.names[student]) for student, why in found.again.items())
     skipped = ledger.grouped((why, who) for who, why in filled.skipped) if filled else {}
     content = {
         "again": again,
-        "told": told,
+        "lost": lost,
         "changes": changes,
         "filled": filled,
         "skipped": skipped,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import forms_of, grouped, keys_of, read_list
+from gyrodata.grading.ledger import Known, forms_of, grouped, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import listing
@@ -66,7 +66,7 @@ class Roster(Struct, frozen=True):
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
-def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
+def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
     names = list[str]()
     if not re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
@@ -78,7 +78,7 @@ def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[st
 
 
 def partners_of(
-    grades: Iterable[Grade], roster: Roster, meant: Mapping[str, Collection[str]]
+    grades: Iterable[Grade], roster: Roster, meant: Known
 ) -> tuple[list[frozenset[str]], dict[str, tuple[str, ...]]]:
     """Return the partners that the roster names, or that name each other in their logs.
 

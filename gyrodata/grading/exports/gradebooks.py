@@ -230,15 +230,11 @@ class Sheet(Struct):
 
     name: str  # shown name of the file
     rows: list[list[str]]  # all rows, blank ones too
+    head: list[str]  # the first row, without spaces around the cells
     delimiter: str  # character between cells
     mark: bytes  # byte-order mark
     encoding: str  # of the rest of the file
     quoted: bool  # True: every cell is in quotation marks; False: only cells that need them
-
-    @property
-    def head(self) -> list[str]:
-        """The first row."""
-        return [cell.strip() for cell in self.rows[0]] or [""]
 
     def value(self, row: int, column: int | None) -> str:
         """Return a cell without spaces around it; "" if the row has no such column."""
@@ -278,7 +274,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         hint = "export the gradebook again" if why == "is empty" else hint
         raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
-    return Sheet(name, rows, delimiter, mark, encoding, quoted)
+    return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, mark, encoding, quoted)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

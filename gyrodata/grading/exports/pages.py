@@ -124,12 +124,10 @@ def _content(grade: Grade) -> dict[str, Any]:
     return {
         "grade": grade,
         "short": short,
-        "told": [one for one in grade.diagnostics if one["severity"] != "note"],
         "slip_cost": costs[0] if costs else None,
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
         "hands": [line for line in words.hands(grade).split("\n") if line],
-        "judged": any(one.points is not None for one in grade.marks),
     }
 
 

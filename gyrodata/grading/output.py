@@ -163,11 +163,13 @@ def write_feedback(
     person had changed.
     """
     names, changed = feedback_names(found), list[str]()
-    try:
-        with zipfile.ZipFile(folder / ARCHIVE) as pages:
-            before = {page.filename: page.CRC for page in pages.infolist()}
-    except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
-        before = {}  # any page may have been changed
+    before: dict[str, int] | None = None  # without a zip, no page counts as changed
+    if (folder / ARCHIVE).exists():
+        try:
+            with zipfile.ZipFile(folder / ARCHIVE) as pages:
+                before = {page.filename: page.CRC for page in pages.infolist()}
+        except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
+            before = {}  # any page may have been changed
     for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
         name, pictures = names[grade.student], {}
         if figures is not None:
@@ -184,12 +186,12 @@ def write_feedback(
     return sorted(changed)
 
 
-def _write_page(folder: Path, before: Mapping[str, int], name: str, ending: str, data: bytes) -> Iterator[str]:
+def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, ending: str, data: bytes) -> Iterator[str]:
     """Write one page, and keep the old one if a person changed it; `before` are the checksums of the last run."""
     path = folder / FEEDBACK / f"{name}{ending}"
     old = path.read_bytes() if path.exists() else data
     # The old page is kept first: it must not be lost if it cannot be kept.
-    if old != data and zlib.crc32(old) != before.get(f"{name}{ending}"):
+    if old != data and before is not None and zlib.crc32(old) != before.get(f"{name}{ending}"):
         kept = Path(PUBLISHED, FEEDBACK, f"{name}-{_digest(old)}{ending}")
         write_whole(folder / kept, [old], private=True, sync=True)
         yield f"{FEEDBACK}/{name}{ending} was changed by hand; what it was is kept as {kept.as_posix()}"

@@ -120,7 +120,7 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
         columns = [column for column in {**was, **now} if was.get(column, "") != now.get(column, "")]
-        if columns:
+        if was != now:
             before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
             columns = [column for column in columns if was and now and column not in ("name", TOTAL, STATUS)]
             parts = tuple(CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)

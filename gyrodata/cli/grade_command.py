@@ -136,7 +136,7 @@ def grade(
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
                 filled = fill_book(*book, grades.grades, assignment, grades.ids, ours)
             if not quiet:
-                tell(*output.told_of(grades, changes, filled, dry_run))
+                tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
                 written = list(output.write_results(grades, target, filled))
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")

@@ -134,7 +134,7 @@ def grade_class(
         for one, item in zip(grades, items, strict=True)
     ]
     partners, looks = partners_of(grades, roster, meant)
-    grades = [replace(one, look=(*one.look, *looks.get(one.student, ()))) for one in grades]
+    grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
     flags = flag_class(prints, [*partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(

@@ -181,16 +181,14 @@ def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tupl
                 yield number, cells | {"what": what, "value": value}
 
 
-def _decision(
-    row: dict[str, str], points: dict[str, float], students: Known, folder: Path
-) -> tuple[list[str], Decision]:
+def _decision(row: dict[str, str], points: dict[str, float], known: Known, folder: Path) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
     what = row["what"] if row["what"] in points else row["what"].casefold()
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
-    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
-    people, fault = sorted({_student(one, students) for one in names}), ""
+    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
+    people, fault = sorted({_student(one, known) for one in names}), ""
     short, most = value[:60], points.get(what, points["total"])
     said = f'{what} = "{short}"'
     if what not in (*points, *WORDS, CORRECTED):
@@ -218,7 +216,7 @@ def _decision(
     elif what == FLAG and not row["by"]:
         fault, hint = "a flag is settled by a person", "write who has decided it, under by"
     elif what == "partner":
-        value = _student(value, students)
+        value = _student(value, known)
     if fault:
         raise UnfitError(fault, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
     return people, Decision(what, value, row["by"], row["why"])

@@ -6,7 +6,7 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain, combinations, count
 from pathlib import Path
 from posixpath import basename
@@ -202,9 +202,7 @@ def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, endin
 # --- what a run says -------------------------------------------------------------------------------------------
 
 
-def told_of(
-    found: ClassGrades, changes: Sequence[exports.Change] | None, filled: Filled | None, dry_run: bool
-) -> list[str]:
+def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled: Filled | None, dry_run: bool) -> str:
     """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
     message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
     lost = Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)
@@ -218,4 +216,4 @@ def told_of(
         "skipped": skipped,
         "dry_run": dry_run,
     }
-    return environment().get_template("run.txt.jinja").render(found=found, **content).split("\n")[:-1]
+    return environment().get_template("run.txt.jinja").render(found=found, **content)

@@ -77,21 +77,19 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     return found, [name for name, one in keys.items() if len(one) != 1]
 
 
-def partners_of(
-    grades: Iterable[Grade], roster: Roster, meant: Known
-) -> tuple[list[frozenset[str]], dict[str, tuple[str, ...]]]:
+def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[list[frozenset[str]], dict[str, str]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
     Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
     """
-    declared, looks = list[frozenset[str]](), dict[str, tuple[str, ...]]()
+    declared, looks = list[frozenset[str]](), dict[str, str]()
     named: dict[str, set[str]] = {}
     for grade in grades:
         listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
         named[grade.student], unknown = students_of(grade.partner, meant)
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
-            looks[grade.student] = (f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster",)
+            looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
     pairs = [(one, other) for one, others in named.items() for other in others if one in named.get(other, ())]
     return [*declared, *map(frozenset, sorted(pairs))], looks
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import sys
+import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -36,11 +36,6 @@ def telling(folder: Path, code: str) -> Iterator[None]:
         raise InputError.of(code, message, "make room there, or choose another folder with --out") from None
 
 
-def _unfinished(path: Path) -> Path:
-    """Name a file that is not complete; always the same name, so that a run replaces what a killed one left."""
-    return path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
-
-
 def _make_folder(folder: Path, private: bool) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(0o700 if private else 0o777, exist_ok=True)
@@ -54,23 +49,24 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
     cannot be written, InputError if another gyro writes the same file.
     """
     _make_folder(path.parent, private)
-    unfinished = _unfinished(path)
+    # Always the same name, so that a run replaces what a killed one left.
+    unfinished = path.with_name(f".gyro-{zlib.crc32(os.fsencode(path.name)):08x}.part")
     number = os.open(unfinished, os.O_RDWR | _FLAGS, 0o600 if private else 0o666)
     try:
         with os.fdopen(number, "wb") as file:
             _lock(number, path)
             os.ftruncate(number, 0)
-            _keep_mode(path, unfinished)
+            if path.is_file() and not path.is_symlink():
+                unfinished.chmod(path.stat().st_mode & 0o777)
             yield file
             file.flush()
             if sync:
                 os.fsync(number)
         unfinished.replace(path)
-    except InputError:
-        raise  # the file is another gyro's
-    except BaseException:
-        with suppress(OSError):
-            unfinished.unlink()
+    except BaseException as error:
+        if not isinstance(error, InputError):  # then the file is another gyro's
+            with suppress(OSError):
+                unfinished.unlink()
         raise
     if sync and os.name == "posix":
         folder = os.open(path.parent, os.O_RDONLY)
@@ -78,11 +74,6 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
             os.fsync(folder)
         finally:
             os.close(folder)
-
-
-def _keep_mode(path: Path, new: Path) -> None:
-    if path.is_file() and not path.is_symlink():
-        new.chmod(path.stat().st_mode & 0o777)
 
 
 def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False) -> None:
@@ -96,24 +87,25 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
     Raises OSError if they cannot be written, InputError if another gyro writes into the folder.
     """
-    is_new = not folder.exists()
     try:
-        with alone_in(folder):
-            unfinished = _unfinished(folder / "new")
-            try:
-                for name, data in contents.items():
-                    write_whole(unfinished / name, [data])
-                    _keep_mode(folder / name, unfinished / name)
-                # To rename takes no room on a disk.
-                for name in contents:
-                    (unfinished / name).replace(folder / name)
-            finally:
-                shutil.rmtree(unfinished, ignore_errors=True)
+        with alone_in(folder), ExitStack() as files:
+            for name, data in contents.items():
+                file = files.enter_context(new_file(folder / name))
+                file.write(data)
+                file.flush()  # to close and to rename it takes no room on a disk
     except OSError:
-        if is_new:
-            with suppress(OSError):
-                folder.rmdir()
+        with suppress(OSError):
+            folder.rmdir()  # if it is empty
         raise
+
+
+def write_zip(file: IO[bytes], parts: Iterable[tuple[str, bytes]]) -> None:
+    """Write a zip of files with names; its bytes depend on nothing else, as the time."""
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in parts:
+            entry = zipfile.ZipInfo(name)  # dated 1980
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
 
 
 def add_to(path: Path, data: bytes) -> None:
@@ -131,24 +123,20 @@ def alone_in(folder: Path, private: bool = False) -> Iterator[None]:
     """
     _make_folder(folder, private)
     path = folder / LOCK
-    number = os.open(path, os.O_RDWR | _FLAGS, 0o666)
-    try:
-        _lock(number, path)
+    with os.fdopen(os.open(path, os.O_RDWR | _FLAGS, 0o666), "wb") as file:
+        _lock(file.fileno(), path)
         try:
             yield
         finally:
             with suppress(OSError):
                 path.unlink()  # while it is locked; Windows needs the other order
-    finally:
-        os.close(number)
-        if os.name == "nt":
-            with suppress(OSError):
-                path.unlink()
+    if os.name == "nt":
+        with suppress(OSError):
+            path.unlink()
 
 
 def _lock(number: int, path: Path) -> None:
     """Lock an open file; refuse if another process has locked it, or has removed it since it was opened."""
-    free = True
     try:
         if sys.platform == "win32":
             import msvcrt
@@ -158,19 +146,18 @@ def _lock(number: int, path: Path) -> None:
             import fcntl
 
             fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            free = os.fstat(number).st_nlink > 0
+            if not os.fstat(number).st_nlink:
+                raise PermissionError("the file is gone")
     except (BlockingIOError, PermissionError):
-        free = False
-    except (ImportError, OSError):
-        pass  # a file system without locks
-    if not free:
         message = f'another gyro is at work here: "{path.parent}"'
         hint = "wait until it is done, then run it again; or choose another folder with --out"
-        raise InputError.of(FOLDER_IN_USE, message, hint)
+        raise InputError.of(FOLDER_IN_USE, message, hint) from None
+    except (ImportError, OSError):
+        pass  # a file system without locks
 
 
 _FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]|[. ]$')
-_DEVICE = re.compile(r"(?i)(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(?:\.|$)")
+_DEVICE = re.compile(r"(?i)^(?:con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³]) *(?:\.|$)")
 
 
 def file_name(name: str, room: int = 0) -> str:
@@ -179,9 +166,7 @@ def file_name(name: str, room: int = 0) -> str:
     Characters that Windows forbids become a _, and its device names get one in front. The name has at most 255 bytes
     with `room` bytes for an ending. A changed name ends in a digest of the original.
     """
-    safe = _FORBIDDEN.sub("_", name) or "_"
-    if _DEVICE.match(safe):
-        safe = f"_{safe}"
+    safe = _DEVICE.sub(r"_\g<0>", _FORBIDDEN.sub("_", name) or "_")
     if safe == name and len(os.fsencode(name)) + room <= LONGEST:
         return name
     import hashlib  # not needed by every command

@@ -92,9 +92,8 @@ def _pool(workers: int) -> Iterator[Executor]:
     """Start processes that ignore Ctrl-C, and end them all, even during a task."""
     others = multiprocessing.active_children()
     # A forked process has loaded all code already. Only on Linux is it safe to fork.
-    pool = ProcessPoolExecutor(
-        workers, multiprocessing.get_context("fork" if sys.platform == "linux" else None), _begin
-    )
+    context = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
+    pool = ProcessPoolExecutor(workers, context, _begin)
     # The processes start with the first task, and keep what is blocked then.
     block = getattr(signal, "pthread_sigmask", lambda how, signals: None)
     try:
@@ -152,5 +151,4 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
         finally:
             if alarm:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
-            if limit:
-                faulthandler.cancel_dump_traceback_later()
+            faulthandler.cancel_dump_traceback_later()

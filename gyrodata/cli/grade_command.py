@@ -88,6 +88,7 @@ def grade(
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
     from gyrodata.grading import classroom, ledger, output, submissions
+    from gyrodata.grading.exports.gradebooks import fill_book
     from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
     from gyrodata.grading.rubric import read_rubric, unknown_exceptions
@@ -96,11 +97,11 @@ def grade(
     judged = read_rubric(*_rubric(rubric))
     found = submissions.find_submissions(path.absolute(), lms, pattern, attempts)
     first = found.items[0]
-    filled: dict[str, Filled] = {}
-    book = None if gradebook is None else (_read(gradebook), gradebook.name, assignment)
+    filled: Filled | None = None
+    book = None if gradebook is None else (_read(gradebook), gradebook.name)
     if book is not None:
         # A gradebook that cannot be filled stops gyro before the class is graded.
-        output.fill_gradebook(*book, [not_graded(first, judged, "not yet")], {first.student: first.ids})
+        fill_book(*book, [not_graded(first, judged, "not yet")], assignment)
     listed = roster or gradebook
     people = Roster() if listed is None else read_roster(_read(listed), listed.name, found)
     # Decisions are used too if the grades are only printed.
@@ -124,27 +125,24 @@ def grade(
     )
     years = _earlier(previous or [])
     with ExitStack() as at_work:
+        if folder is not None:
+            at_work.enter_context(telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN))
         if target is not None:
-            with telling(target, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                at_work.enter_context(alone_in(target, private=True))
+            at_work.enter_context(alone_in(target, private=True))
         try:
             grades = classroom.grade_class(found, judged, options, years, desk, people)
             changes = output.changes_in(folder, grades) if folder is not None else ()
             if book is not None:
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
-                filled = output.fill_gradebook(*book, grades.grades, grades.ids, ours)
+                filled = fill_book(*book, grades.grades, assignment, grades.ids, ours)
             if not quiet:
-                tell(
-                    *output.summary(grades),
-                    *output.change_lines(changes, dry_run),
-                    *output.filled_lines(filled, dry_run),
-                )
+                tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
-                waiting = output.write_results(grades, target, filled)
+                written = list(output.write_results(grades, target, filled))
                 bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
                 tell(*output.write_feedback(grades, target, options.figures, bar))
                 if not quiet:
-                    tell(f"grades: {target / output.TABLE}{waiting}", f"class: {target / 'class.html'}")
+                    tell(*written)
         except KeyboardInterrupt:
             kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")

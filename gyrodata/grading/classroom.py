@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
-from importlib import import_module
 from pathlib import Path
 from typing import Literal
 
@@ -22,12 +21,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
-from gyrodata.diagnostics import GRADES_FOLDER_CANNOT_BE_WRITTEN
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
+from gyrodata.grading.exports import pages
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
 from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.ledger import NO_DESK, Desk
+from gyrodata.grading.ledger import NO_DESK, Desk, grouped
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
@@ -117,34 +116,32 @@ def grade_class(
     # A student who handed in nothing is graded if a person decides so.
     absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
     source, why = submissions.items[0].source, "nothing is handed in"
-    extra = [
+    extra = (
         Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
-    ]
+    )
     items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
     left = tuple(one for one in roster.absent if one.student not in absent)
     roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
-    placed = [
+    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
+    grades: Sequence[Grade] = [
         roster.named(replace(one.grade, fingerprint=None), desk.value(student, "station"))
         for student, one in made.items()
     ]
-    settled, references, scatters = settle(placed, rubric)
-    settled = tuple(
+    grades, references, scatters = settle(grades, rubric)
+    grades = [
         reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
-        for one, item in zip(settled, items, strict=True)
-    )
-    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    partners, looks = partners_of(settled, roster, meant)
-    settled = tuple(
-        replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in settled
-    )
+        for one, item in zip(grades, items, strict=True)
+    ]
+    partners, looks = partners_of(grades, roster, meant)
+    grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
     flags = flag_class(prints, [*partners, *desk.partners], previous)
     compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
         rubric=rubric,
-        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in settled),
+        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades),
         references=references,
         scatters=scatters,
         flags=flags,
@@ -175,8 +172,7 @@ class Entry(Struct, frozen=True, kw_only=True):
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     """Return the last entry of each student, and the number of lines that cannot be read, as after a power cut."""
-    entries: dict[str, Entry] = {}
-    damaged = 0
+    entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
             entry = from_json(line, Entry)
@@ -192,8 +188,8 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
     text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     # The rubric without its references is compared first.
-    names = ("submission", "rubric", "reference", "desk", "tool")
-    return dict(zip(names, (digest, rubric.judged, rubric.digest, reported, __version__), strict=True))
+    about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
+    return {**about, "desk": reported, "tool": __version__}
 
 
 def _why_again(known: Entry | None, inputs: Mapping[str, str]) -> str:
@@ -214,11 +210,8 @@ def _entries(
     Also returns why entries are made, and the number of damaged lines.
     """
     journal = options.journal or Path()
-    with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-        known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
-    entries: dict[str, Entry] = {}
-    again: dict[str, str] = {}
-    waiting: list[tuple[Submission, str]] = []
+    known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
+    entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
         # A copy of the submission, because a submission keeps the texts that it reads.
@@ -226,47 +219,41 @@ def _entries(
         if before is not None and not why and options.figures is not None and before.grade.own:
             paths = [figure_path(options.figures, item, name) for name in before.figures]
             why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
-        if why:
+        if before is not None and not why:
+            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
+        else:
             again[item.student] = why
             waiting.append((item, reported))
-        elif before is not None:
-            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
     if waiting:
         # Loaded here, it need not be loaded by each process that is forked from this one.
-        import_module("gyrodata.analysis")
+        from gyrodata import analysis  # noqa: F401
     work = partial(_grade_one, rubric, options.figures is not None)
     workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, workers, options.limit, options.cluster)) as answers:
         for (item, reported), answer in answers:
+            drawn, before = dict[str, bytes](), known.get(item.student)
             if isinstance(answer, Failed):
                 grade = not_graded(item, rubric, f"{answer.why}; a person must look")
                 one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
             else:
                 one, drawn = answer
-                # The figures are written first, so that everything in the journal exists.
-                for name, data in drawn.items():
-                    folder = options.figures or Path()
-                    with disk.telling(folder, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                        disk.write_whole(figure_path(folder, item, name), [data], private=True)
-            before = known.get(item.student)
             one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
             entries[item.student] = one
+            # The figures are written first, so that everything in the journal exists.
+            for name, data in drawn.items():
+                path = figure_path(options.figures or Path(), item, name)
+                disk.write_whole(path, [data], private=True)
             if options.journal and options.keep:
-                with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-                    # The last line may have no end, if a run was stopped.
-                    disk.add_to(journal, b"\n" + _line(one))
+                # The last line may have no end, if a run was stopped.
+                disk.add_to(journal, f"\n{to_json(one)}\n".encode())
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
     if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
-        with disk.telling(journal.parent, GRADES_FOLDER_CANNOT_BE_WRITTEN):
-            disk.write_whole(journal, map(_line, entries.values()), private=True, sync=True)
+        lines = (f"{to_json(one)}\n".encode() for one in entries.values())
+        disk.write_whole(journal, lines, private=True, sync=True)
     return entries, again, damaged
-
-
-def _line(entry: Entry) -> bytes:
-    return f"{to_json(entry)}\n".encode()
 
 
 def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Entry, dict[str, bytes]]:
@@ -341,7 +328,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found = exports.grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
+        found = grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
@@ -352,7 +339,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def summary(self) -> str:
         """The text for a terminal."""
-        return "".join(exports.class_summary(self))
+        return pages.class_text(self)
 
     @cached_property
     def bench(self) -> str:
@@ -396,8 +383,7 @@ class ClassGrades(Struct, frozen=True, dict=True):
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
-            points = [grade.marks[at].points for grade in self.grades]
-            judged = [value for value in points if value is not None]
+            judged = [value for grade in self.grades if (value := grade.marks[at].points) is not None]
             full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
             mean = round(statistics.fmean(judged), 4) if judged else None
             yield exports.CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)

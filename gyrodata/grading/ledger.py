@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Decision, Grade, added_up, two_decimals
+from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
 from gyrodata.readings import Faults, decode, listing, read_reported
@@ -41,6 +41,7 @@ SEVERAL = ("partner", "comment")  # a student may have several lines of these
 BARE = ("hold", "excuse")  # these need no value
 CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
+Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
@@ -81,10 +82,8 @@ class Desk(Struct, frozen=True):
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
         name = self.value(item.student, CORRECTED)
-        if name is None:
-            return item
-        path = (self.folder / name).resolve()
-        return replace(item, log_name=str(path), log_file=path.name, problem=None)
+        path = (self.folder / (name or "")).resolve()
+        return replace(item, log_name=str(path), log_file=path.name, problem=None) if name is not None else item
 
     def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
@@ -97,22 +96,22 @@ class Desk(Struct, frozen=True):
             for one in lines
             if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
         ]
+        numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
             if one := given.get(mark.criterion):
-                points, reason = read_number(one.value) or 0.0, f"given by hand: {one.told}".removesuffix(": ")
-                marks[at] = replace(mark, points=round(points, 2), reason=reason, detail={}, rule="")
+                points, reason = round(numbers[one.what], 2), f"given by hand: {one.told}".removesuffix(": ")
+                marks[at] = replace(mark, points=points, reason=reason, detail={}, rule="")
         if late := given.get("late"):
             looks = tuple(look for look in grade.look if look != grade.late_reason)
             words = f"late: {late.value} points taken off by hand"
-            grade = replace(grade, late_deduction=read_number(late.value) or 0.0, late_reason=words, look=looks)
+            grade = replace(grade, late_deduction=numbers["late"], late_reason=words, look=looks)
         if tuple(marks) != grade.marks or late:
             grade = added_up(replace(grade, marks=tuple(marks)))
-        if total := given.get("total"):
-            points = round(read_number(total.value) or 0.0, 2)
-            grade = replace(grade, status="graded", why=None, points=points, late_deduction=0.0)
-        if (bonus := given.get("bonus")) and grade.points is not None:
-            grade = replace(grade, points=max(0.0, round(grade.points + (read_number(bonus.value) or 0.0), 2)))
+        if "total" in given:
+            grade = replace(grade, status="graded", why=None, points=round(numbers["total"], 2), late_deduction=0.0)
+        if "bonus" in given and grade.points is not None:
+            grade = replace(grade, points=max(0.0, round(grade.points + numbers["bonus"], 2)))
         for what, status in (("hold", "on hold"), ("excuse", "excused")):
             if what in given:
                 grade = replace(grade, status=status, why=None, points=None)
@@ -124,43 +123,39 @@ class Desk(Struct, frozen=True):
 NO_DESK = Desk()
 
 
-def read_desk(path: Path, data: bytes, students: Mapping[str, Collection[str]], rubric: Rubric) -> Desk:
+def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     """Read the file; raise InputError with a fault for each line that cannot be used.
 
     `students` contains each name that a student may have in the file, by its forms as `forms_of` lists them, with the
     keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults: list[Diagnostic] = []
+    faults, left, waiting, number = list[Diagnostic](), set[tuple[str, str]](), 0, 0
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
-    left, waiting, number = set(), 0, 0
     settled: dict[frozenset[str], str] = {}
     try:
         for number, cells in _lines(data, path.name, points):
             try:
-                row = dict.fromkeys(COLUMNS, "") | cells
-                people, one = _decision(row, points, students, path.parent)
+                people, one = _decision(dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent)
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
                     waiting += not one.by
                     continue
-                key = one.what, one.value if one.what in SEVERAL else ""
+                key = one.what, one.value if one.what in SEVERAL else BETWEEN.join(people)
                 if one.what == FLAG:
                     settled[frozenset(people)] = one.value
-                    key = FLAG, BETWEEN.join(people)
                 for student in people:
                     mine = lines.setdefault(student, {})
                     at, before = mine.get(key, (number, one))
                     if before.value != one.value:
-                        message = (
-                            f'{one.what} of "{row["student"]}" is {one.value} here and {before.value} in line {at}'
-                        )
+                        who = cells["student"]
+                        message = f'{one.what} of "{who}" is {one.value} here and {before.value} in line {at}'
                         hint = "keep the line that is right, and remove the other"
                         raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
                     mine[key] = at, one
             except UnfitError as error:
                 faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
-    except (csv.Error, LookupError) as error:
+    except (csv.Error, LookupError, ValueError) as error:
         message, hint = f"cannot be read: {error.args[0]}", f"the first line is {','.join(COLUMNS)}"
         faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, path.name, number + 1)]
     if faults:
@@ -186,65 +181,72 @@ def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tupl
                 yield number, cells | {"what": what, "value": value}
 
 
-def _decision(
-    row: Mapping[str, str], points: Mapping[str, float], students: Mapping[str, Collection[str]], folder: Path
-) -> tuple[list[str], Decision]:
+def _decision(row: dict[str, str], points: dict[str, float], known: Known, folder: Path) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
     what = row["what"] if row["what"] in points else row["what"].casefold()
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
-    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in students else [name]
-    people, fault = sorted({_student(one, students) for one in names}), ""
+    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
+    people, fault = sorted({_student(one, known) for one in names}), ""
+    short, most = value[:60], points.get(what, points["total"])
+    said = f'{what} = "{short}"'
     if what not in (*points, *WORDS, CORRECTED):
         fault = f'"{row["what"][:60]}" is not a criterion of the rubric, nor a word of the desk'
         hint = nearest(row["what"], (*points, *WORDS[1:]))
-    elif what in BARE:
+    elif what in BARE or not value:
         value = ""
     elif what in points and value.startswith(("+", "-")):
-        fault = f"{what} = {value[:60]} has a sign"
-        hint = f"to change the total by this number, write bonus,{value[:60].removeprefix('+')}"
-    elif what == "bonus" and value and read_number(value) is None:
-        fault, hint = f'bonus = "{value[:60]}" is not a number', "write the points to add, such as 2"
-    elif what == "late" and value and not _is_points(value, points["total"]):
-        fault, hint = f'late = "{value[:60]}" is not a number of points', "write the points to take off, or 0"
+        fault = f"{what} = {short} has a sign"
+        hint = f"to change the total by this number, write bonus,{short.removeprefix('+')}"
+    elif what == "bonus" and read_number(value) is None:
+        fault, hint = f"{said} is not a number", "write the points to add, such as 2"
+    elif what == "late" and not is_points(value, most):
+        fault, hint = f"{said} is not a number of points", "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
-        fault = f'there is no file "{value[:60]}" in the folder of the grades'
+        fault = f'there is no file "{short}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and value and not _is_points(value, points[what]):
-        fault = f'{what} = "{value[:60]}" is not a number of points from 0 to {points[what]:g}'
-        hint = f"write a number, such as {points[what] / 2:g}"
-    elif (
-        what == "reported" and value and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit")
-    ):
-        fault = f'reported = "{value[:60]}" cannot be read: {read.problem or "it is not a number"}'
+    elif what in points and not is_points(value, most):
+        fault, hint = f"{said} is not a number of points from 0 to {most:g}", f"write a number, such as {most / 2:g}"
+    elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
+        fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
-    elif what == FLAG and value:
-        value = value.casefold()
-        if value not in VERDICTS:
-            fault = f'flag = "{value[:60]}" settles nothing'
-            hint = f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
-        elif not row["by"]:
-            fault, hint = "a flag is settled by a person", "write who has decided it, under by"
-    elif what == "partner" and value:
-        value = _student(value, students)
+    elif what == FLAG and (value := value.casefold()) not in VERDICTS:
+        fault, hint = f"{said} settles nothing", f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+    elif what == FLAG and not row["by"]:
+        fault, hint = "a flag is settled by a person", "write who has decided it, under by"
+    elif what == "partner":
+        value = _student(value, known)
     if fault:
         raise UnfitError(fault, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
     return people, Decision(what, value, row["by"], row["why"])
 
 
-def _student(name: str, known: Mapping[str, Collection[str]]) -> str:
+def _student(name: str, known: Known) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
-    keys = sorted(next((known[form] for form in forms_of(name) if form in known), ()))
+    keys = keys_of(name, known)
     if not keys:
         close = difflib.get_close_matches(name.casefold(), known, n=1)
-        hint = f"did you mean {' or '.join(sorted(known[close[0]]))}?" if close else ""
-        hint = hint or "write what grades.csv has under student"
+        meant = f"did you mean {' or '.join(keys_of(close[0], known))}?" if close else ""
+        hint = meant or "write what grades.csv has under student"
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
         raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
     return name if name in keys else keys[0]
+
+
+def keys_of(name: str, known: Known) -> list[str]:
+    """Return the keys of all students with a name."""
+    return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
+
+
+def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Group people by the text in front."""
+    found: dict[str, list[str]] = {}
+    for text, person in pairs:
+        found.setdefault(text, []).append(person)
+    return found
 
 
 def forms_of(name: str) -> list[str]:
@@ -259,51 +261,38 @@ def forms_of(name: str) -> list[str]:
 
 def read_number(text: str) -> float | None:
     """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
-    *whole, last = re.split("[.,]", text)
     try:
-        number = float(f"{''.join(whole)}.{last}" if whole else last)
+        number = float(re.sub(r"[.,](?=.*[.,])", "", text, flags=re.DOTALL).replace(",", "."))
     except ValueError:
         return None
     return number if math.isfinite(number) and "_" not in text else None
 
 
-def _is_points(text: str, most: float) -> bool:
+def is_points(text: str, most: float) -> bool:
+    """Return whether a text is a number of points."""
     points = read_number(text)
     return points is not None and 0 <= points <= most
-
-
-def same_value(one: str, other: str) -> bool:
-    """Return whether two cells agree, if possible as numbers: a spreadsheet writes 20.00 as 20."""
-    numbers = read_number(one), read_number(other)
-    return one.strip() == other.strip() if None in numbers else two_decimals(numbers[0]) == two_decimals(numbers[1])
-
-
-def read_list(data: bytes, name: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read a table from CSV or a workbook, as `csv_table`, but with the names of its columns in small letters."""
-    if data.startswith(b"PK"):
-        try:
-            text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
-        except ValueError as error:
-            raise LookupError(str(error)) from None
-    else:
-        text = decode(data, Faults(name))[0]
-    for number, cells in csv_table(text, *needed) if text.strip() else ():
-        yield number, {column.casefold(): cell for column, cell in cells.items()}
 
 
 _MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
 """The mark in front of a text that a spreadsheet would run as a formula."""
 
 
-def csv_table(text: str, *needed: str) -> Iterator[tuple[int, dict[str, str]]]:
-    """Read CSV as any spreadsheet saves it: the line of each row, and its cells by column.
+def read_list(data: bytes, name: str, *needed: str, lower: bool = True) -> Iterator[tuple[int, dict[str, str]]]:
+    """Read a table, a workbook or CSV as any spreadsheet saves it: the line of each row, and its cells by column.
 
-    Raises csv.Error or LookupError, with what is wrong, if it is not a table or lacks a column.
+    With `lower`, the names of the columns are in small letters. Raises csv.Error, LookupError or ValueError, with what
+    is wrong, if it is not a table or lacks a column.
     """
-    top = text.partition("\n")[0]
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=top.count), skipinitialspace=True)
-    head = [cell.strip() for cell in next(reader, [])]
-    if lacks := [f'"{column}"' for column in needed if column not in map(str.casefold, head)]:
+    if data.startswith(b"PK"):
+        text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
+    else:
+        text = decode(data, Faults(name))[0]
+    delimiter = max(",;\t", key=text.partition("\n")[0].count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True)
+    head = [cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])]
+    lacks = [f'"{column}"' for column in needed if column not in head]
+    if lacks and text.strip():
         raise LookupError(f"there is no column {' and '.join(lacks)}")
     number = reader.line_num + 1
     for cells in reader:
@@ -337,13 +326,6 @@ class Offer(Struct, frozen=True):
         return self.flag.students if self.flag is not None else (self.student,)
 
 
-def offer_points(student: str, what: str, value: str, most: float, where: str, reason: str) -> Offer:
-    """Offer points that were typed elsewhere; points that the desk would refuse are only mentioned."""
-    if _is_points(value, most):
-        return Offer(student, what, value, where, reason)
-    return Offer(student, what, "", f"{value} {where}, and is not a number of points from 0 to {most:g}", reason)
-
-
 def in_general(why: str) -> str:
     """Return the part of a reason that other students share: the words before its numbers and details."""
     if why.startswith(STALE):
@@ -353,9 +335,8 @@ def in_general(why: str) -> str:
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
     """Write the lines sorted by student, with the names of the students and the files to look into."""
-    ordered = sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why))
-    rows = (
-        [*one.cells, *(csv_cell(BETWEEN.join(texts[key] for key in one.people)) for texts in (names, files))]
-        for one in ordered
-    )
-    return csv_lines([(*COLUMNS, "name", "look into"), *rows])
+    rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
+    for one in sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why)):
+        told = (BETWEEN.join(texts[key] for key in one.people) for texts in (names, files))
+        rows.append([*one.cells, *map(csv_cell, told)])
+    return csv_lines(rows)

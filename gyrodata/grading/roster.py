@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import forms_of, read_list
+from gyrodata.grading.ledger import Known, forms_of, grouped, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
 from gyrodata.grading.yardsticks import station_key
 from gyrodata.readings import listing
@@ -52,42 +52,32 @@ class Roster(Struct, frozen=True):
         station = station_key(station or "") or grade.station or station_key(person.station) or None
         return replace(grade, name=person.name or grade.name, section=person.section, station=station)
 
-    def who_is_meant(self, submissions: Submissions) -> dict[str, set[str]]:
+    def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address, by its forms as `forms_of` lists them.
 
         A key means only its own student.
         """
         called = [(one.student, (one.name, *one.ids)) for one in (*self.people.values(), *self.absent)]
         called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
-        meant: dict[str, set[str]] = {}
-        for student, names in called:
-            # Also without the key, which a name has if others have the same name.
-            for name in {*names, *(one.removesuffix(f" ({student})") for one in names)} - {""}:
-                for form in forms_of(name)[:2]:
-                    meant.setdefault(form, set()).add(student)
-        keys: dict[str, set[str]] = {}
-        for student, _ in called:
-            keys.setdefault(student.casefold(), set()).add(student)
-        return meant | keys
+        # Also without the key, which a name has if others have the same name.
+        bare = [(student, tuple(one.removesuffix(f" ({student})") for one in names)) for student, names in called]
+        pairs = [(student, name) for student, names in dict.fromkeys([*called, *bare]) for name in filter(None, names)]
+        meant = grouped((form, student) for student, name in pairs for form in forms_of(name)[:2])
+        return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
-def students_of(text: str, meant: Mapping[str, Collection[str]]) -> tuple[set[str], list[str]]:
+def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
-    found, unknown = set[str](), list[str]()
-    if re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
-        return found, unknown
-    for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
-        whole = next((meant[form] for form in forms_of(part) if form in meant), None)
-        for name in [part] if whole is not None or "," not in part else part.split(","):
-            keys = next((meant[form] for form in forms_of(name.strip()) if form in meant), ())
-            found |= set(keys) if len(keys) == 1 else set()
-            unknown += [name.strip()] if name.strip() and len(keys) != 1 else []
-    return found, unknown
+    names = list[str]()
+    if not re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
+        for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
+            names += [part] if "," not in part or keys_of(part, meant) else part.split(",")
+    keys = {name: keys_of(name, meant) for name in map(str.strip, names) if name}
+    found = {one[0] for one in keys.values() if len(one) == 1}
+    return found, [name for name, one in keys.items() if len(one) != 1]
 
 
-def partners_of(
-    grades: Iterable[Grade], roster: Roster, meant: Mapping[str, Collection[str]]
-) -> tuple[list[frozenset[str]], dict[str, str]]:
+def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[list[frozenset[str]], dict[str, str]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
     Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
@@ -100,10 +90,8 @@ def partners_of(
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
             looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
-    pairs = {
-        frozenset((one, other)) for one, others in named.items() for other in others if one in named.get(other, ())
-    }
-    return [*declared, *sorted(pairs, key=sorted)], looks
+    pairs = [(one, other) for one, others in named.items() for other in others if one in named.get(other, ())]
+    return [*declared, *map(frozenset, sorted(pairs))], looks
 
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
@@ -111,7 +99,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
     try:
         rows = [cells for _, cells in read_list(data, name)]
-    except (csv.Error, LookupError) as error:
+    except (csv.Error, LookupError, ValueError) as error:
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)
@@ -142,9 +130,7 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
             absent.append(person)
         else:
             people.setdefault(key, person._replace(student=key))
-    counts = Counter(one.name for one in (*people.values(), *absent))
+    counts = Counter(one.name for one in (*people.values(), *absent) if one.name)
     # Students with one name are shown with their keys.
-    for key, one in people.items():
-        if one.name and counts[one.name] > 1:
-            people[key] = one._replace(name=f"{one.name} ({key})")
+    people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in people.items() if counts[one.name] > 1}
     return Roster(people, tuple(sorted(absent)))

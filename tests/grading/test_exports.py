@@ -123,8 +123,8 @@ def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> No
     data = write(before)
     assert rows_of(data.decode(encoding), part) == before, "the program itself has kept every cell"
     assignment = {"canvas": "123456", "blackboard": "12"}.get(book)
-    comments = dict.fromkeys(students, "Well <done>\nJane")
-    found = fill_book(book.split()[0], data, "book.csv", grades, assignment=assignment, comments=comments)
+    found = fill_book(data, "book.csv", grades, assignment, comment=lambda grade: "Well <done>\nJane")
+    assert found.file == f"{book.split()[0]}.csv"
     assert rows_of(found.data.decode(encoding), part) == after
     assert found.data[:3] == data[:3]
     assert (list(found.filled), [list(one) for one in found.changed]) == (filled, changed)

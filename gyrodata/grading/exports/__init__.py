@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
 
-from gyrodata.errors import DiagnosticJson, shown
+from gyrodata.errors import DiagnosticJson, GyroError, shown
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, ShownGrade, points_text, two_decimals
@@ -54,7 +54,6 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
     """Return the cells of one student by column."""
     others = {flag: [one for one in (*flag.students, *flag.previous) if one != grade.student] for flag in flags}
     told = [f"{flag.kind} with {', '.join(some)}" if some else flag.kind for flag, some in others.items()]
-    four_digits = {"d": grade.d, "z": grade.zeta}
     return {
         "student": grade.student,
         "name": grade.name,
@@ -67,7 +66,8 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "reported [kg*m^2]": grade.reported.get("value"),
         "u_reported [kg*m^2]": grade.reported.get("u"),
         "matched": grade.matched,
-        **{name: None if value is None else float(f"{value:.4g}") for name, value in four_digits.items()},
+        "d": None if grade.d is None else float(f"{grade.d:.4g}"),
+        "z": None if grade.zeta is None else float(f"{grade.zeta:.4g}"),
         "slips": "; ".join(slip.kind for slip in grade.slips),
         "flags": "; ".join(told),
         "look": "; ".join(grade.look),
@@ -79,13 +79,12 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
 
 def flags_csv(flags: Iterable[Flag]) -> str:
     """Write the flags of a class as CSV."""
-    rows: list[tuple[object, ...]] = [
-        ("kind", "students", "earlier logs", "expected by chance in this class", "p", "evidence")
-    ]
+    rows = []
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
         rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
-    return csv_lines(map(csv_cell, row) for row in rows)
+    head = "kind,students,earlier logs,expected by chance in this class,p,evidence\n"
+    return head + csv_lines(map(csv_cell, row) for row in rows)
 
 
 # --- changes in ``grades.csv`` ------------------------------------------------------------------------------
@@ -111,113 +110,31 @@ class Change(Struct, frozen=True):
     parts: tuple[CellChange, ...]
     """Other cells that have changed."""
 
-    def __str__(self) -> str:
-        who = self.name if self.student in self.name else f"{self.name} ({self.student})"
-        told = f"{who}: {self.before or 'not in it'} → {self.after or 'no longer in it'}"
-        if self.before == self.after:
-            told = f"{who}: {self.after}"
-        parts = ", ".join(f"{one.column} {one.before or '–'} → {one.after or '–'}" for one in self.parts)
-        return f"{told} ({parts})" if parts else told
 
-
-def compare_tables(then: str, today: str) -> tuple[Change, ...] | None:
-    """Compare two texts of ``grades.csv``; return the changes by student, None if the old text is not such a table."""
+def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
+    """Compare two files of ``grades.csv``; return the changes by student, None if the old one is not such a table."""
     old, new = read_table(then), read_table(today)
     if old is None or new is None:
         return None
     changes = []
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
-        if was == now:
-            continue
-        columns = [column for column in {**was, **now} if column not in ("name", TOTAL, STATUS) and was and now]
-        cells = (CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
-        parts = tuple(cell for cell in cells if cell.before != cell.after)
-        before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
-        changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
+        columns = [column for column in {**was, **now} if was.get(column, "") != now.get(column, "")]
+        if was != now:
+            before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
+            columns = [column for column in columns if was and now and column not in ("name", TOTAL, STATUS)]
+            parts = tuple(CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
+            changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
     return tuple(changes)
 
 
-def read_table(table: str) -> dict[str, dict[str, str]] | None:
+def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; return None if these columns are missing."""
     try:
-        rows = {row["student"]: row for _, row in ledger.csv_table(table, "student", STATUS, TOTAL)}
-    except (csv.Error, LookupError):
+        lines = ledger.read_list(data, "grades.csv", "student", STATUS, TOTAL, lower=False)
+        return {row["student"]: row for _, row in lines if row["student"] != POINTS_ROW}
+    except (csv.Error, LookupError, ValueError, GyroError):
         return None
-    rows.pop(POINTS_ROW, None)
-    return rows
-
-
-# --- a table for a terminal --------------------------------------------------------------------------------
-
-WIDEST = 28  # characters of a name that are shown
-
-
-def class_summary(found: ClassGrades) -> Iterator[str]:
-    """Write a class for people: a line about the class, a row for each student, then the flags."""
-    first = f"{shown(found.source)}: {count_text(len(found.grades), 'submission')}, {found.tally}"
-    if found.mean is not None and found.median is not None:
-        out_of = points_text(found.rubric.points)
-        first += f"; mean {found.mean:.2f} and median {found.median:.2f} of {out_of} points"
-    yield f"{first}\n\n"
-    rows = [("student", "points", "I_zz / own", "what to know")]
-    for grade in found.grades:
-        ratio = "–" if grade.ratio is None else f"{grade.ratio:.4g}"
-        name = shown(grade.name)
-        name = name if len(name) <= WIDEST else name[: WIDEST - 1] + "…"
-        rows.append((name, points_text(grade.points), ratio, _remark(found, grade)))
-    yield from (f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
-    if found.bench:
-        yield f"\n{found.bench}\n"
-    if found.flags:
-        yield "\nflags (questions, not verdicts):\n"
-    for flag in found.flags:
-        who = ", ".join(found.label(student) for student in (*flag.students, *flag.previous))
-        told = f"{flag.kind}: {who}: {flag.evidence}; expected by chance in such a class: {flag.expected:.2g}"
-        yield f"  {shown(told)}\n"
-    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
-    if reasons:
-        yield f"\nneeds your decision (copy a line from {ledger.TODO} or class.html to {ledger.DESK}):\n"
-    for reason, names in reasons.items():
-        yield f"  {shown(f'{len(names)} × {reason}: {listing(names, 10)}')}\n"
-
-
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Group people by the reason in front."""
-    reasons: dict[str, list[str]] = {}
-    for reason, person in pairs:
-        reasons.setdefault(reason, []).append(person)
-    return reasons
-
-
-def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
-    """Return what a person has to decide, in general words, and the student."""
-    for grade in found.grades:
-        if grade.why is not None:
-            yield f"no grade: {ledger.in_general(grade.why)}", grade.student
-        for look in grade.look:
-            offer = ledger.Offer(grade.student, TOTAL, "", look, ledger.in_general(look))
-            if found.desk.waits(offer):
-                yield offer.reason, grade.student
-        for mark in grade.marks if grade.status == "so far" else ():
-            if mark.waits:
-                yield f"points to give: {mark.title}", grade.student
-
-
-def _remark(found: ClassGrades, grade: Grade) -> str:
-    """Return what the grader has to know about a student, in one line."""
-    parts = [] if grade.why is None else [f"not graded: {grade.why}"]
-    if grade.why is None and grade.status != "graded":
-        parts.append(grade.status)
-    if grade.slips:
-        parts.append(" or ".join(slip.words for slip in grade.slips))
-    parts += grade.look
-    parts += [f"by hand: {one}" for one in grade.by_hand]
-    if grade.late_reason and grade.late_reason not in grade.look:
-        taken = f" (−{points_text(grade.late_deduction)})" if grade.late_deduction else ""
-        parts.append(f"{grade.late_reason}{taken}")
-    parts += [f"flag: {flag.kind}" for flag in found.flags_of.get(grade.student, ())]
-    return shown("; ".join(parts))
 
 
 # --- JSON --------------------------------------------------------------------------------------------------

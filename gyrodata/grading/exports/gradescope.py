@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
 from base64 import urlsafe_b64encode
 from hashlib import sha256
 from importlib.metadata import distributions
@@ -22,8 +21,10 @@ from typing import Any
 
 import gyrodata
 from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
+from gyrodata.disk import write_zip
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import ASKS, Mark
+from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
@@ -35,25 +36,18 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
     if compared:
-        message = (
-            f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
-            f"nobody could earn its {compared[0].points:g} points"
-        )
+        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
+        message += f"nobody could earn its {compared[0].points:g} points"
         hint = (
-            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of "
-            '[reference] and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the '
-            "criterion out"
+            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference] "
         )
+        hint += 'and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
         raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
     name, wheel = _wheel()
     scripts = files("gyrodata.grading").joinpath("autograder")
-    setup, run = (scripts.joinpath(one).read_text("utf-8") for one in ("setup.sh", "run_autograder"))
-    return {
-        "setup.sh": setup.replace("{wheel}", name).encode(),
-        "run_autograder": run.encode(),
-        "rubric.toml": text.encode(),
-        name: wheel,
-    }
+    parts = {one: scripts.joinpath(one).read_bytes() for one in ("setup.sh", "run_autograder")}
+    parts["setup.sh"] = parts["setup.sh"].replace(b"{wheel}", name.encode())
+    return {**parts, "rubric.toml": text.encode(), name: wheel}
 
 
 def _wheel() -> tuple[str, bytes]:
@@ -73,11 +67,7 @@ def _wheel() -> tuple[str, bytes]:
     lines = [f"{name},sha256={digest},{len(parts[name])}\n" for name, digest in digests.items()]
     parts[f"{about}/RECORD"] = "".join([*lines, f"{about}/RECORD,,\n"]).encode()
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in parts.items():
-            entry = zipfile.ZipInfo(name)  # with a fixed date: the same package gives the same bytes
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
+    write_zip(packed, parts.items())
     return f"gyrodata-{version}-py3-none-any.whl", packed.getvalue()
 
 
@@ -99,10 +89,17 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
 
 def results_json(grade: Grade) -> str:
     """Write the results of one submission; a mark that could not be judged is a test without points, not a failure."""
-    judged = sum(mark.points for mark in grade.marks if mark.points is not None)
+    judged = [mark for mark in grade.marks if mark.points is not None]
+    # Messages of these codes may contain the value of the runs, as findings of the fit do: only their titles are shown.
+    codes = {code for code in explanations() if code.startswith("G4")}.difference(ASKS.values())
+    titles = {code: explanations()[code].title for code in codes}
+    secret = any(one["code"] in titles for one in grade.diagnostics if one["severity"] == "error")
+    visible = [mark for mark in judged if not _compares(mark)]
+    why = "the log cannot be analysed" if secret else grade.why
+    output = environment().get_template("gradescope.txt.jinja")
     results: dict[str, Any] = {
-        "score": round(max(0.0, judged - grade.late_deduction), 2),
-        "output": _output(grade),
+        "score": round(max(0.0, sum(mark.points or 0.0 for mark in judged) - grade.late_deduction), 2),
+        "output": output.render(grade=grade, judged=judged, visible=visible, why=why, titles=titles).rstrip("\n"),
         "stdout_visibility": "hidden",
         "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
         "tests": [_test(mark) for mark in grade.marks],
@@ -130,37 +127,3 @@ def _test(mark: Mark) -> dict[str, Any]:
         "visibility": "after_due_date" if _compares(mark) else "visible",
         **status,
     }
-
-
-def _output(grade: Grade) -> str:
-    """Tell the student what the numbers mean, whether the hidden criteria are met, and what to check."""
-    judged = [mark for mark in grade.marks if mark.points is not None]
-    visible = [mark for mark in judged if not _compares(mark)]
-    points = round(sum(mark.points or 0.0 for mark in visible), 2)
-    lines = [f"{points:g} of {sum(mark.out_of for mark in visible):g} points in what is shown now."]
-    for mark in filter(_compares, judged):
-        met = "met" if (mark.points or 0.0) >= mark.out_of else "met in part" if mark.points else "not met"
-        lines.append(f"{mark.title}: {met}. The points are shown after the due date.")
-    if waiting := sum(mark.out_of for mark in grade.marks if mark.waits):
-        lines.append(f"{waiting:g} points are judged later.")
-    if not judged:
-        # The reason of a failed fit may contain its last value.
-        secret = any(_tells_inertia(one["code"]) for one in grade.diagnostics if one["severity"] == "error")
-        lines = [f"This could not be graded: {'the log cannot be analysed' if secret else grade.why}."]
-        lines.append("This is not a zero: correct it and submit again, or leave it, and an instructor will look at it.")
-    if grade.late_reason:
-        taken = f" {grade.late_deduction:g} points are taken off." if grade.late_deduction else ""
-        lines.append(f"{grade.late_reason}.{taken}")
-    lines += [f"A mistake to look for: {slip.words}. To check: {slip.check}." for slip in grade.slips]
-    for one in grade.diagnostics:
-        where = f"line {one['line']}: " if one.get("line") else ""
-        words = one["message"] + (f" ({one['hint']})" if one.get("hint") else "")
-        if _tells_inertia(one["code"]):
-            words = explanations()[one["code"]].title
-        lines.append(f"{one['severity']}: {where}{words}")
-    return "\n".join(lines)
-
-
-def _tells_inertia(code: str) -> bool:
-    """Return whether the message of a diagnostic may contain the value of the runs, as findings of the fit do."""
-    return code.startswith("G4") and code not in ASKS.values()

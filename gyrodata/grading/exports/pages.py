@@ -11,11 +11,12 @@ import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
-from pathlib import Path, PurePosixPath
+from pathlib import Path
+from posixpath import basename
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
@@ -23,14 +24,15 @@ from msgspec.structs import replace
 
 from gyrodata import __version__
 from gyrodata.errors import shown
-from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
+from gyrodata.grading.forensics import Fingerprint, put_beside
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import COLUMNS, DESK, Offer
+from gyrodata.grading.ledger import Offer, grouped, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
+from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines
-from gyrodata.reporting.values import count_text, factor_text, inertia_text, number_text, power_of_ten
+from gyrodata.reporting.values import count_text, factor_text, in_columns, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -52,6 +54,9 @@ def environment() -> Environment:
     )
     made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
     made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
+    made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
+    made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
+    made.globals |= {"version": __version__, "FIGURES": FIGURES}
     # Titles, rules and reasons are the same for many students.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
     return made
@@ -63,6 +68,12 @@ def sentence(text: object) -> str:
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
     return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+
+
+def _columns(text: str) -> str:
+    """Set the cells of lines with tabs under each other; the second and the third column are numbers."""
+    rows = [line.split("\t") for line in text.strip("\n").split("\n")]
+    return "".join(f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
 
 
 def _distance(value: float | None) -> str:
@@ -94,28 +105,12 @@ def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None 
     `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
     name, note and number from outside is escaped; no clock time.
     """
-    images = [
-        {"png": base64.b64encode(data).decode(), "alt": words, "caption": FIGURES[name].caption}
-        for name, (data, words) in (figures or {}).items()
-    ]
-    return environment().get_template("feedback.html.jinja").render(_content(grade), images=images)
+    return environment().get_template("feedback.html.jinja").render(_content(grade), figures=figures or {})
 
 
 def feedback_comment(grade: Grade) -> str:
     """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
     return environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
-
-
-def _hands(grade: Grade) -> list[str]:
-    """Say what a person decided, but for the criteria, whose rows say it, and what is between other people."""
-    told = []
-    for one in grade.by_hand:
-        if one.what == "comment":
-            told.append(f"{sentence(one.value)} {f'({shown(one.by)})' if one.by else ''}".strip())
-        elif one.what in ("total", "reported", "station", "excuse"):
-            head = f"{one.what.replace('reported', 'I_zz')} given by hand: {one.value}"
-            told.append(sentence(f"{head} – {one.told}" if one.value and one.told else f"{head}{one.told}"))
-    return told
 
 
 def _content(grade: Grade) -> dict[str, Any]:
@@ -129,85 +124,65 @@ def _content(grade: Grade) -> dict[str, Any]:
     return {
         "grade": grade,
         "short": short,
-        "told": [one for one in grade.diagnostics if one["severity"] != "note"],
         "slip_cost": costs[0] if costs else None,
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
-        "hands": _hands(grade),
-        "judged": any(one.points is not None for one in grade.marks),
+        "hands": [line for line in words.hands(grade).split("\n") if line],
     }
 
 
-# --- the page of a class -----------------------------------------------------------------------------------
-
-# Longer lists would make a page that is too large for a browser; the other tables contain everything.
-MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
+# --- a class, for a terminal, and as a page --------------------------------------------------------------
 
 
-def class_page(
-    found: ClassGrades,
-    feedback: Callable[[str], str],
-    offers: Sequence[Offer],
-    files: Mapping[str, str],
-    folder: Path | None = None,
-) -> str:
+def class_text(found: ClassGrades) -> str:
+    """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
+    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
+    return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
+
+
+def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
+    """Return what a person has to decide, in general words, and the student."""
+    for grade in found.grades:
+        reasons = [f"no grade: {in_general(grade.why)}"] if grade.why is not None else []
+        offers = [Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look]
+        reasons += [offer.reason for offer in offers if found.desk.waits(offer)]
+        reasons += [f"points to give: {one.title}" for one in grade.marks if grade.status == "so far" and one.waits]
+        yield from ((reason, grade.student) for reason in reasons)
+
+
+def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page. `offers`: What needs a
-    decision, grouped by reason. `files`: Names of the files to look into, by student. `folder`: The folder of the class
-    page, for links to these files. All text from outside is escaped; the page contains no clock time.
+    decision, grouped by reason. `folder`: The folder of the class page, for links to files to look into. All text from
+    outside is escaped; the page contains no clock time.
     """
     inertias = [grade.inertia for grade in found.grades if grade.inertia is not None]
     factor, power = power_of_ten(statistics.median(inertias)) if inertias else (1.0, "")
-    open_flags = list(dict.fromkeys(offer.flag for offer in offers if offer.flag))
     items = {item.student: item for item in found.submissions.items}
 
     def links(student: str) -> list[tuple[str, str]]:
-        """Return the name and the address of each file besides the log; no links into a zip."""
+        """Return the name and the address of each file besides the log; no address of a file in a zip."""
         item = items[student]
-        if folder is None or not item.source.is_dir():
-            return []
-        base = Path(os.path.relpath(item.source, folder)).as_posix()
-        paths = {name: quote(f"{base}/{name}".encode("utf-8", "replace")) for name in item.beside_log}
-        return [(PurePosixPath(name).name, path) for name, path in paths.items()]
+        base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
+        return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
     content = {
         "found": found,
-        "version": __version__,
-        "link": lambda student: quote(feedback(student).encode("utf-8", "replace")),
-        "files": files,
+        "feedback": feedback,
         "links": links,
-        "desk": DESK,
-        "desk_head": ",".join(COLUMNS),
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
-        "groups": [_group(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        "pairs": [pair for flag in open_flags for pair in flag.pairs][: MOST["pairs"]],
+        "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
         "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
-        "decided": [flag for flag in found.flags if flag not in open_flags],
-        "marked": {student for one in offers for student in (one.student, *(one.flag.students if one.flag else ()))},
-        "words": {slip.kind: slip.words for grade in found.grades for slip in grade.slips},
+        "marked": {student for one in offers for student in one.people},
         "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
-        "criteria": list(found.criteria()),
         "histogram": count_points(found.totals, found.rubric.points),
-        "count": count_text,
         "factor": factor,
         "unit": f"{power} kg·m²" if power else "kg·m²",
         "by_key": {grade.student: grade for grade in found.grades},
-        "most": MOST,
     }
     return environment().get_template("class.html.jinja").render(content)
-
-
-def _group(reason: str, lines: list[Offer]) -> dict[str, Any]:
-    """Separate the lines about a flag from the others; "why" is what all lines say, or "" if they differ."""
-    flags: dict[Flag, list[Offer]] = {}
-    for line in lines:
-        if line.flag is not None:
-            flags.setdefault(line.flag, []).append(line)
-    others = [one for one in lines if one.flag is None]
-    why = lines[0].why if len(lines) > 1 and not flags and len({line.why for line in lines}) == 1 else ""
-    return {"reason": reason, "number": len(lines), "why": why, "lines": others, "flags": flags}
 
 
 def _beside(first: Fingerprint, second: Fingerprint) -> list[tuple[str, list[list[str]], bool, bool]]:

@@ -22,19 +22,19 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER, RUBRIC_KEY_UNKNOWN
+from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import Column, Faults, Reading, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Faults, Reading, Readings, u_keys
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
 from gyrodata.reporting.values import count_text, inertia_text
-from gyrodata.toml_table import UnfitError
+from gyrodata.toml_table import UnfitError, unfit
 from gyrodata.toml_table import nearest as nearest_word
-from gyrodata.units import Uncertainty, UnitError
+from gyrodata.units import UnitError
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -348,16 +348,16 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
 
     def reference(self, source: str) -> Reference:
         """Return the values in SI; `source`: the origin in words."""
-        key = "inertia"
+        inertia = u = None
         try:
             inertia = parse_quantity(self.inertia, "inertia")
-            key = "u"
-            u = parse_uncertainty(self.u, "inertia").at(inertia)
+            u = parse_uncertainty(self.u, "inertia")
         except UnitError as error:
+            key = "inertia" if inertia is None else "u"
             raise UnfitError(f"{key}: {error}", error.hint, path=key) from None
         if inertia <= 0:
-            raise UnfitError("inertia is not above zero", 'write inertia = "4.44e-3 kg m^2"', path="inertia")
-        return Reference(inertia, u, source)
+            raise unfit("reference_not_positive", "inertia")
+        return Reference(inertia, u.at(inertia), source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -406,42 +406,35 @@ APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
 """Lines of a log that a rubric may contain, for logs without them."""
 
-Bench = Mapping[str, tuple[str, Uncertainty | None]]
-"""By the key of a line: the text, and the uncertainty that was read."""
 
-
-def read_bench(lines: Mapping[str, str]) -> Bench:
+def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
-    found: dict[str, tuple[str, Uncertainty | None]] = {}
     for key, text in lines.items():
-        path = ("bench", key)
-        if key == "from":
-            continue
-        if key not in BENCH:
-            hint = nearest_word(key, BENCH)
-            raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
+        if key not in ("from", *BENCH):
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH))
         try:
-            if key in APPARATUS:
-                read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
-            found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
+            read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:
-            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
-        except UnitError as error:
-            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
-    return found
+            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=("bench", key)) from None
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings, Answers, tuple[str, ...]]:
     """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
     readings, answers = submission.read()
-    bench = read_bench(lines)
-    own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
+    known = {*APPARATUS, *SHARED_UNCERTAINTIES, *(key for role in readings.columns for key in u_keys(role))}
+    own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
+    own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
     own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
-    if constants:
-        readings, answers = submission.read(constants)
-    readings, used = with_uncertainties(readings, {key: u for key, (_, u) in bench.items() if u is not None})
-    return readings, answers, tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in constants)
+    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
+        own.add("u_imbalance")
+    missing = {
+        key: " ".join(lines[key].split())
+        for key in lines
+        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
+    }
+    if missing:
+        readings, answers = submission.read(missing)
+    return readings, answers, tuple(f"{key} {text}" for key, text in missing.items())
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated

@@ -44,7 +44,7 @@ class Mark(Struct, frozen=True):
         return self.points is None and (self.check == "manual" or "value" in self.detail)
 
 
-class Evidence(Struct, frozen=True, kw_only=True):
+class Evidence(Struct, frozen=True):
     """Everything that the criteria look at."""
 
     rubric: Rubric
@@ -52,11 +52,11 @@ class Evidence(Struct, frozen=True, kw_only=True):
     lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
     reported: Reported | None  # I_zz as reported, its value in SI; None if there is none
+    files: tuple[str, ...]  # names of all submitted files
+    bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
     matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
     d: float | None = None  # distance of the report, as reported, from that fit [u]
     slips: tuple[Slip, ...] = ()
-    files: tuple[str, ...]  # names of all submitted files
-    bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
 
     @property
     def factor(self) -> float:

@@ -28,7 +28,7 @@ from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Faults, Reading, Readings, u_keys
+from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, u_keys
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
 from gyrodata.reporting.values import count_text, inertia_text
@@ -232,36 +232,34 @@ def find_slips(
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
-    columns, runs = dict(readings.columns), len(readings.runs)
+    torque, product = np.asarray(kind.torque), np.asarray(kind.product)
+    role = kind.column or ("turns" if np.all(torque == 1) else "position")
+    factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
+    roles = (role, "spin_start", "spin_end") if role == "spin" else (role,)
+    meant = "" if role == "turns" else kind.meant
+    # Which role is made from which column, in which unit, and by which factor.
+    made = [(one, one, meant, factor) for one in roles if one in readings.columns]
     if kind.kind == "exchanged":
-        spin, time = columns["spin"], columns["time"]
-        columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
-        columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
-    else:
-        torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
-        role = kind.column or ("turns" if np.all(torque == 1) else "position")
-        factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
-        for name in {role, *(["spin_start", "spin_end"] if role == "spin" else [])} & columns.keys():
-            unit = columns[name].unit if role == "turns" else kind.meant or columns[name].unit
-            columns[name] = replace(_scaled(columns[name], factor), unit=unit)
+        made = [("spin", "time", "rpm", np.array(RPM)), ("time", "spin", "s", np.array(1 / RPM))]
+    columns = dict(readings.columns)
+    for one, source, unit, factor in made:
+        column = readings.columns[source]
+        read = map(_times, column.readings, np.broadcast_to(factor, len(readings.runs)).tolist())
+        columns[one] = replace(column, role=one, unit=unit or column.unit, readings=tuple(read))
     warning = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
     return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, warning))
+
+
+def _times(one: Reading, factor: float) -> Reading:
+    """Multiply a reading, its step and its uncertainty."""
+    u = one.u and replace(one.u, absolute=factor * one.u.absolute)
+    return replace(one, value=one.value and factor * one.value, step=one.step and factor * one.step, u=u)
 
 
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a reading that is very unusual for this lab."""
     columns = ((size, readings.columns[size.role].values) for size in SIZES if size.role in readings.columns)
     return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
-
-
-def _scaled(column: Column, factor: Floats) -> Column:
-    """Multiply the readings of a column, their steps and their uncertainties."""
-
-    def times(one: Reading, by: float) -> Reading:
-        u = one.u and replace(one.u, absolute=by * one.u.absolute)
-        return replace(one, value=one.value and by * one.value, step=one.step and by * one.step, u=u)
-
-    return replace(column, readings=tuple(map(times, column.readings, factor.tolist())))
 
 
 def _matching(

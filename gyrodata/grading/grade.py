@@ -203,7 +203,7 @@ def grade_submission(
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
-        d=evidence.d,
+        d=evidence.d if evidence.matched else None,
         bench=bench,
         scatters=() if times_stated(analysis.measurements) else criteria.scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
@@ -337,7 +337,7 @@ def _looks(evidence: Evidence) -> list[str]:
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
-    if evidence.d is not None and evidence.d > FAR and not evidence.slips:
+    if evidence.d > FAR and not evidence.slips:
         found.append(
             f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"
         )
@@ -355,9 +355,7 @@ def station_of(readings: Readings) -> str | None:
 
 def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: Iterable[Diagnostic] = ()) -> Grade:
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
-    keys = {"student": submission.student, "name": submission.name, **submission.ids}
-    stamps = submission.late, submission.late_seconds, submission.submitted
-    late = judge_lateness(rubric.late, keys, *stamps, rubric.points)
+    late = judge_lateness(rubric.late, submission, rubric.points)
     return Grade(
         student=submission.student,
         name=submission.name,

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Mapping
 from contextlib import suppress
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from msgspec import Meta, Struct, field
 
 from gyrodata.reporting.values import duration_text
 from gyrodata.toml_table import Text, unfit
+
+if TYPE_CHECKING:
+    from gyrodata.grading.submissions import Submission
 
 # As a rubric contains them: a duration, and the points or the share of all points that are taken off.
 _DURATION = r"^\s*\d+(\.\d+)?\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*$"
@@ -83,31 +85,13 @@ class Lateness(Struct, frozen=True):
     look: bool  # True if a person must decide
 
 
-def judge_lateness(
-    rule: LateRule | None,
-    keys: Mapping[str, str],
-    late: bool,
-    late_seconds: float | None,
-    submitted: str | None,
-    whole: float,
-) -> Lateness:
-    """Compute what lateness costs of `whole` points, from the marks and time stamps of the submission only.
-
-    Parameters
-    ----------
-    rule : LateRule or None
-        The rule; with None, lateness costs nothing.
-    keys : mapping
-        All ids and names of the student.
-    late, late_seconds, submitted
-        As in `Submission`.
-    whole : float
-        All points of the rubric.
-    """
+def judge_lateness(rule: LateRule | None, submission: Submission, whole: float) -> Lateness:
+    """Compute what lateness costs of `whole` points, from the marks and time stamps of the submission only."""
+    late, late_seconds = submission.late, submission.late_seconds
     if rule is None:
         after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
         return Lateness(late_seconds, 0.0, after, False)
-    called = {value.casefold() for value in keys.values()}
+    called = {one.casefold() for one in (submission.student, submission.name, *submission.ids.values())}
     excepted = next((one for one in rule.exceptions if one.student.casefold() in called), None)
     if excepted and excepted.waive:
         return Lateness(late_seconds, 0.0, "lateness waived for you" if late or late_seconds else "", False)
@@ -115,7 +99,7 @@ def judge_lateness(
     extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
     seconds, stamp = None if late else 0.0, None
     with suppress(ValueError):
-        stamp = dt.datetime.fromisoformat(submitted or "")
+        stamp = dt.datetime.fromisoformat(submission.submitted or "")
     if due is not None and stamp is not None:
         # A stamp without a time zone is in the time of the course, and so is a deadline without one.
         zone = due.tzinfo or stamp.tzinfo

@@ -16,6 +16,7 @@ from gyrodata.diagnostics import explanations
 from gyrodata.errors import InputError
 from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
@@ -47,7 +48,8 @@ def test_parts_shown_commented_out_can_be_switched_on() -> None:
     assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
     assert set(rubric.bench) == {"u_time", "u_spin"}
     assert rubric.late is not None
-    costs = [judge_lateness(rubric.late, {}, True, 86400.0 * days, None, 20.0).deduct for days in (1, 3)]
+    late = [Submission("a", "a", {}, Path(), late=True, late_seconds=86400.0 * days) for days in (1, 3)]
+    costs = [judge_lateness(rubric.late, one, 20.0).deduct for one in late]
     assert costs == pytest.approx([2.0, 6.0])
 
 
@@ -86,9 +88,8 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
 def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
     rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
     read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None
-    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted, 4.0)) == pytest.approx(
-        tuple(expected)
-    )
+    one = Submission("", "", {"id": student}, Path(), late=late, late_seconds=seconds, submitted=submitted)
+    assert astuple(judge_lateness(read, one, 4.0)) == pytest.approx(tuple(expected))
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:

@@ -12,7 +12,8 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, ValidationError, convert
 from msgspec.json import schema
 
-from gyrodata.diagnostics import CRITERION_KIND_UNKNOWN, RUBRIC_KEY_UNKNOWN, RUBRIC_VALUE_CANNOT_BE_USED
+from gyrodata.diagnostics import CRITERION_KIND_UNKNOWN, RUBRIC_KEY_UNKNOWN, messages
+from gyrodata.diagnostics import RUBRIC_VALUE_CANNOT_BE_USED as UNUSABLE
 from gyrodata.errors import Diagnostic, InputError
 
 Record = TypeVar("Record")
@@ -27,11 +28,15 @@ Path = tuple[str | int, ...]
 class UnfitError(ValueError):
     """A value that cannot be used, or values that contradict each other; `path` leads there from the record."""
 
-    def __init__(
-        self, message: str, hint: str = "", code: str = RUBRIC_VALUE_CANNOT_BE_USED, path: Path | str = ()
-    ) -> None:
+    def __init__(self, message: str, hint: str = "", code: str = UNUSABLE, path: Path | str = ()) -> None:
         super().__init__(message)
         self.hint, self.code, self.path = hint, code, (path,) if isinstance(path, str) else path
+
+
+def unfit(name: str, path: Path | str = (), /, **values: object) -> UnfitError:
+    """Fill in a message of `messages.toml`."""
+    about = messages()[name]
+    return UnfitError(about.message.format(**values), about.hint.format(**values), about.code.split()[1], path)
 
 
 class TomlFile:
@@ -42,16 +47,15 @@ class TomlFile:
 
     def __init__(self, data: bytes, name: str, code: str, hint: str) -> None:
         self.name, self.text = name, data.decode("utf-8-sig", "surrogateescape").replace("\r\n", "\n")
+        if bad := re.search("[\udc80-\udcff]", self.text):
+            line = self.text.count("\n", 0, bad.start()) + 1
+            raise self._error(code, "is not UTF-8", "save it as UTF-8 in your editor", line)
         try:
-            # Raises UnicodeEncodeError, which is a ValueError, if a byte is not UTF-8.
-            self.values: dict[str, Any] = tomllib.loads(self.text.encode().decode())
-        except UnicodeEncodeError as error:
-            place = (self.text.count("\n", 0, error.start) + 1, 1, 1)
-            raise self._error(code, "is not UTF-8", "save it as UTF-8 in your editor", place) from None
+            self.values: dict[str, Any] = tomllib.loads(self.text)
         except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
             found = re.search(r"line (\d+), column (\d+)", str(error))
-            place = (int(found[1]), int(found[2]), 1) if found else (self.text.count("\n") + 1, 1, 1)
-            raise self._error(code, f"this is not TOML: {str(error).partition(' (at ')[0]}", hint, place) from None
+            place = map(int, found.groups()) if found else [self.text.count("\n") + 1]
+            raise self._error(code, f"this is not TOML: {str(error).partition(' (at ')[0]}", hint, *place) from None
 
     def record(self, kind: type[Record], path: Path = ()) -> Record:
         """Read the table at `path` into a record; raise InputError with the first fault."""
@@ -75,24 +79,22 @@ class TomlFile:
                 path = (*path, min(texts, key=lambda one: (isinstance(texts[one], str), isinstance(texts[one], dict))))
             else:
                 path = (*path, int(number) if number else key)
-        if isinstance(unfit := error.__cause__, UnfitError):
-            return self.fault(unfit.code, (*path, *unfit.path), str(unfit), unfit.hint)
+        if isinstance(cause := error.__cause__, UnfitError):
+            return self.fault(cause.code, (*path, *cause.path), str(cause), cause.hint)
         value, known = self._value(path), samples_of(kind)
         keys = [part for part in path if isinstance(part, str)]
-        key = keys[-1] if keys else ""
-        if field := re.search(r"(missing required|unknown) field `(.+)`", message):
-            if field[1] != "unknown":
-                message = f'"{field[2]}" is missing'
-                return self.fault(RUBRIC_VALUE_CANNOT_BE_USED, path, message, _how([*keys, field[2]], known))
+        if found := re.fullmatch(r"Object missing required field `(.+)`", message):
+            return self.fault(UNUSABLE, path, f'"{found[1]}" is missing', _how([*keys, found[1]], known))
+        if found := re.fullmatch(r"Object contains unknown field `(.+)`", message):
             # A key that is there already is not proposed: it would then be there twice.
+            hint = nearest(found[1], [one for one in known if one not in value], "take it out")
             where = f" in [{'.'.join(keys)}]" if path else ""
-            hint = nearest(field[2], [one for one in known if one not in value], "take it out")
-            return self.fault(RUBRIC_KEY_UNKNOWN, (*path, field[2]), f'"{field[2][:60]}" is not known{where}', hint)
-        code, hint = RUBRIC_VALUE_CANNOT_BE_USED, _how(keys, known) if place else getattr(kind, "HINT", "")
+            return self.fault(RUBRIC_KEY_UNKNOWN, (*path, found[1]), f'"{found[1][:60]}" is not known{where}', hint)
+        key, hint = (keys or [""])[-1], _how(keys, known) if place else getattr(kind, "HINT", "")
         if isinstance(value, str) and message.startswith("Invalid enum"):
-            words = [json.loads(word) for word in known.get(key, ())]
-            code = CRITERION_KIND_UNKNOWN if key == "check" else code
-            hint = nearest(value, words[0] if words and isinstance(words[0], list) else words)
+            words = [json.loads(word) for word in known[key]]
+            hint = nearest(value, words[0] if isinstance(words[0], list) else words)
+        code = CRITERION_KIND_UNKNOWN if key == "check" and isinstance(value, str) else UNUSABLE
         shown = json.dumps(value, default=str, ensure_ascii=False)
         return self.fault(code, path, f"{key} = {shown[:60]} cannot be used", hint)
 
@@ -109,10 +111,9 @@ class TomlFile:
                 mark = marks[min(number if isinstance(number, int) else 0, len(marks) - 1)]
                 start += mark.start()
                 spot = (self.text.count("\n", 0, start) + 1, len(mark[1]) + 1, len(mark[2]))
-        return self._error(code, message, hint, spot)
+        return self._error(code, message, hint, *spot)
 
-    def _error(self, code: str, message: str, hint: str, spot: tuple[int, int, int]) -> InputError:
-        line, column, width = spot
+    def _error(self, code: str, message: str, hint: str, line: int, column: int = 1, width: int = 1) -> InputError:
         excerpt = self.text.split("\n")[line - 1]
         return InputError([Diagnostic.of(code, message, hint, self.name, line, column, excerpt, width)])
 
@@ -128,18 +129,16 @@ def samples_of(kind: type) -> dict[str, list[str]]:
 
     A table has its head without a name: "[]", or "[[]]" if there may be several.
     """
-    found: dict[str, dict[str, None]] = {}
+    found: dict[str, list[str]] = {}
     for table in schema(kind)["$defs"].values():
         for key, shape in table.get("properties", {}).items():
-            words = shape.get("items", {}).get("enum")
-            for part in ({"enum": [words]} if words else shape, *shape.get("anyOf", ())):
-                samples = [json.dumps(one) for one in part.get("enum", part.get("examples", ()))]
-                if "$ref" in part.get("items", {}):
-                    samples = ["[[]]"]
-                elif "$ref" in part or part.get("type") == "object":
-                    samples = ["[]"]
-                found.setdefault(key, {}).update(dict.fromkeys(samples))
-    return {key: list(samples) for key, samples in found.items()}
+            for part in (shape, *shape.get("anyOf", ())):
+                items, samples = part.get("items", {}), part.get("enum", part.get("examples", ()))
+                samples = [json.dumps(one) for one in ([items["enum"]] if "enum" in items else samples)]
+                if "$ref" in part or "$ref" in items or part.get("type") == "object":
+                    samples = ["[[]]" if items else "[]"]
+                found[key] = list(dict.fromkeys([*found.get(key, ()), *samples]))
+    return found
 
 
 def _how(keys: list[str], known: dict[str, list[str]]) -> str:

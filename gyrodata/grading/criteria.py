@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from gyrodata.results import Analysis
 
 Detail = Mapping[str, float | str | None]
+Scatters = Sequence[tuple[float, int]]
+"""χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
 
 
 class Mark(Struct, frozen=True):
@@ -44,7 +46,7 @@ class Mark(Struct, frozen=True):
         return self.points is None and (self.check == "manual" or "value" in self.detail)
 
 
-class Evidence(Struct, frozen=True, kw_only=True):
+class Evidence(Struct, frozen=True):
     """Everything that the criteria look at."""
 
     rubric: Rubric
@@ -52,11 +54,11 @@ class Evidence(Struct, frozen=True, kw_only=True):
     lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
     reported: Reported | None  # I_zz as reported, its value in SI; None if there is none
-    matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
-    d: float | None = None  # distance of the report, as reported, from that fit [u]
-    slips: tuple[Slip, ...] = ()
     files: tuple[str, ...]  # names of all submitted files
     bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
+    matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
+    d: float = math.nan  # distance of the report, as reported, from that fit [u]
+    slips: tuple[Slip, ...] = ()
 
     @property
     def factor(self) -> float:
@@ -102,17 +104,14 @@ def _log(criterion: Criterion, evidence: Evidence) -> Mark:
     read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
     # A note costs nothing: students who write down what went wrong do the right thing.
     doubted = [one for one in read if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING]
-    runs = count_text(len(evidence.analysis.run_table), "run")
-    reason = f"{runs} read without warnings"
-    if doubted:
-        reason = f"{runs}, with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
+    found = f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}" if doubted else ""
+    reason = count_text(len(evidence.analysis.run_table), "run") + (found or " read without warnings")
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
     missing = [one for one in evidence.lacks if one.code in {ASKS[ask] for ask in criterion.asks}]
-    reason = _listed(missing) if missing else "nothing required is missing"
-    return mark(criterion, reason, {"missing": float(len(missing))})
+    return mark(criterion, _listed(missing) or "nothing required is missing", {"missing": float(len(missing))})
 
 
 def _listed(found: list[Diagnostic], most: int = 3) -> str:
@@ -145,9 +144,7 @@ def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
     return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
 
 
-def _scatter_mark(
-    criterion: Criterion, spread: float, told: Sequence[tuple[float, int]], words: str, factor: float
-) -> Mark:
+def _scatter_mark(criterion: Criterion, spread: float, told: Scatters, words: str, factor: float) -> Mark:
     """Judge the scatter of φ̇ψ̇, with uncertainties that are `factor` times those of χ²."""
     chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
     # The smallest of k probabilities, corrected for the number of torques (Šidák).
@@ -159,7 +156,7 @@ def _scatter_mark(
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
 
-def judge_scatter(criterion: Criterion, before: Mark, told: Sequence[tuple[float, int]], scatter: BenchScatter) -> Mark:
+def judge_scatter(criterion: Criterion, before: Mark, told: Scatters, scatter: BenchScatter) -> Mark:
     """Judge constancy by how far the class scatters, if a log states no uncertainties."""
     spread = before.detail.get("spread")
     if not told or not isinstance(spread, float) or before.detail.get("factor") == scatter.factor:
@@ -173,9 +170,8 @@ PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", "
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
-    found = f"{count_text(pictures, 'file')} that may show a plot"
-    reason = found if pictures else "no picture and no PDF that could show a plot"
-    return mark(criterion, reason, {"files": float(pictures)})
+    found = f"{count_text(pictures, 'file')} that may show a plot" if pictures else ""
+    return mark(criterion, found or "no picture and no PDF that could show a plot", {"files": float(pictures)})
 
 
 def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -190,17 +186,16 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     said = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
-    d = evidence.slips[0].distance if evidence.slips else evidence.d or 0.0
-    percent, carried = (100 * abs(one / matched.value - 1) for one in (value, value / evidence.factor))
-    detail = {"d": evidence.d, "d_carried": d, "own": matched.value, "matched": matched.name}
-    in_percent = criterion.curve.variable == "percent"
-    if in_percent:
-        detail["percent"] = percent
-    share = criterion.curve.share(percent if in_percent else evidence.d or 0.0)
+    d = evidence.slips[0].distance if evidence.slips else evidence.d
+    number, carried = evidence.d, d
+    if criterion.curve.variable == "percent":
+        number, carried = (100 * abs(one / matched.value - 1) for one in (value, value / evidence.factor))
+    detail: dict[str, float | str | None] = {"d": evidence.d, "d_carried": d, "own": matched.value}
+    detail |= {"matched": matched.name, criterion.curve.variable: number}
+    share = criterion.curve.share(number)
     if evidence.slips:
-        detail["slip"] = evidence.slips[0].kind
-        cost = points_of(criterion.slip or 0.0, criterion.points)
-        less = criterion.curve.share(carried if in_percent else d) - cost / (criterion.points or 1.0)
+        detail["slip"], cost = evidence.slips[0].kind, points_of(criterion.slip or 0.0, criterion.points)
+        less = criterion.curve.share(carried) - cost / (criterion.points or 1.0)
         if less > share:
             share, detail["slip_cost"] = less, cost
         words = " or ".join(slip.words for slip in evidence.slips)
@@ -236,8 +231,8 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
     far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
     if criterion.curve.variable == "percent":
-        detail["percent"] = percent = 100 * abs(value / reference.inertia - 1)
-        far = f"{percent:.2g} %"
+        detail["percent"] = 100 * abs(value / reference.inertia - 1)
+        far = f"{detail['percent']:.2g} %"
     return mark(criterion, f"{inertia_text(value, None)}{undone} is {far} from {reference.words}", detail)
 
 
@@ -248,8 +243,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, own = evidence.given[0], evidence.own
     if criterion.curve.variable == "stated":
         stated = reported.u is not None
-        reason = f'"{reported.text}" {"states" if stated else "does not state"} an uncertainty'
-        return mark(criterion, reason, {"stated": float(stated)})
+        said = "states" if stated else "does not state"
+        return mark(criterion, f'"{reported.text}" {said} an uncertainty', {"stated": float(stated)})
     if reported.u is None:
         return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
     u = reported.u / abs(evidence.factor)
@@ -257,7 +252,7 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
     known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
-    ratio = 1.0 if low <= u <= high else u / low if u < low else u / high
+    ratio = min(u / low, max(1.0, u / high))
     # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
     each = [abs(one.torque / one.product.value) for one in evidence.analysis.torques if one.torque]
     spread = statistics.stdev(each) / math.sqrt(len(each)) if len(each) > 1 else 0.0
@@ -272,9 +267,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
-        mean = next((one.u for one in own.values if one.name == "mean_of_ratios"), None)
         runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
-        if mean and abs(u / (mean * math.sqrt(runs)) - 1) < 0.1:
+        if any(one.name == "mean_of_ratios" and abs(u - (one.u or 0) * runs**0.5) < 0.1 * u for one in own.values):
             reason += "; this is the scatter of single runs; the uncertainty of their mean is √n times smaller"
     return mark(criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
 
@@ -295,10 +289,8 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
         u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
         u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
         if max(low, u_low) > 1.26 * min(high, u_high):
-            which = "finer" if high < u_low else "coarser"
-            faults.append(
-                f"the value's last digit is {which} than that of its uncertainty: round both to the same place"
-            )
+            which = f"{'finer' if high < u_low else 'coarser'} than that of its uncertainty"
+            faults.append(f"the value's last digit is {which}: round both to the same place")
     elif reported.step and not reported.u_step and high < (reported.u or evidence.own.yardstick * abs(value)) / 150:
         faults.append("the value has more digits than its uncertainty justifies")
     reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and the right number of digits'

@@ -168,13 +168,10 @@ def grade_submission(
         return not_graded(submission, rubric, submission.problem)
     try:
         readings, answers, bench = yardsticks.at_bench(submission, rubric.bench)
-        if reported is not None:
-            answers = replace(answers, inertia=read_reported("inertia", reported))
-        if mistake is not None:
-            readings = yardsticks.corrected(readings, mistake)
-        analysis = analyze_readings(readings, whole=False)
+        answer = answers.inertia if reported is None else read_reported("inertia", reported)
+        analysis = analyze_readings(yardsticks.corrected(readings, mistake) if mistake else readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
-        lacks = what_lacks(readings, analysis.measurements, analysis, asked) if asked else []
+        lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
         if mistake is None and any(one.code == diagnostics.COLUMNS_EXCHANGED for one in found):
@@ -186,23 +183,14 @@ def grade_submission(
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     own = yardsticks.own_runs(analysis, rubric.accept)
-    evidence = Evidence(
-        rubric=rubric,
-        analysis=analysis,
-        lacks=lacks,
-        own=own,
-        reported=answers.inertia,
-        files=submission.members,
-        bench=bench,
-    )
-    if answers.inertia is not None and (value := answers.inertia.value) is not None:
-        step = answers.inertia.step or 0.0
-        explained = yardsticks.find_slips(value, step, own, readings, analysis.measurements)
-        matched = yardsticks.nearest(own.values, value)
-        if explained:
-            matched = next(one for one in own.values if one.name == explained[0].fit)
+    evidence = Evidence(rubric, analysis, lacks, own, answer, submission.members, bench)
+    if answer is not None and (value := answer.value) is not None:
+        step = answer.step or 0.0
+        slips = yardsticks.find_slips(value, step, own, analysis.readings, analysis.measurements)
+        named = [one for one in own.values if slips and one.name == slips[0].fit]
+        matched = yardsticks.nearest(named or own.values, value)
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
-        evidence = replace(evidence, matched=matched, d=d, slips=explained)
+        evidence = replace(evidence, matched=matched, d=d, slips=slips)
     grade = replace(
         blank,
         marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
@@ -210,12 +198,12 @@ def grade_submission(
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
         partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
-        reported={name: getattr(answers.inertia, name) for name in _REPORTED if answers.inertia},
+        reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
         inertia_u=analysis.inertia.u,
         matched=evidence.matched.name if evidence.matched else None,
-        d=evidence.d,
+        d=evidence.d if evidence.matched else None,
         bench=bench,
         scatters=() if times_stated(analysis.measurements) else criteria.scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
@@ -280,61 +268,42 @@ def reconsider(
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
     `grade`: As `settle` returned it. `reported`: As in `grade_submission`. If the answer agrees with the reference, and
-    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned.
-    Otherwise a person is asked to look, if nothing else explains the log.
+    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned. If
+    the answer agrees with a log that is far from the reference, a person is asked to look.
     """
     from gyrodata.analysis import analyze_readings
 
     reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return grade
-    inertia, value, d = grade.inertia, grade.reported_inertia, grade.d or 0.0
+    inertia, value, disagree = grade.inertia, grade.reported_inertia or 0.0, (grade.d or 0.0) > FAR
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    wrong_log = (
-        value is not None
-        and d > FAR
-        and reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
-        and abs(inertia - reference.inertia) > MUCH * abs(value - reference.inertia)
-    )
-    far = reference.zeta(inertia, share * inertia)
-    if not wrong_log and (far <= LOOKED_AT or grade.slips or d > FAR):
+    far, away = reference.zeta(inertia, share * inertia), abs(inertia - reference.inertia)
+    near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
+    wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
+    if not wrong_log and (disagree or far <= LOOKED_AT):
         return grade
     try:
         readings = yardsticks.at_bench(submission, rubric.bench)[0]
         measured = analyze_readings(readings, whole=False).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
-    expected = value if wrong_log and value else reference.inertia
+    expected = value if wrong_log else reference.inertia
     kinds = [kind for kind, _ in mistakes.explaining_mistakes(readings, measured, abs(inertia), expected)]
     kinds = [kind for kind in kinds if not kind.kind.startswith("ball_")]
-    if not wrong_log:
-        told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
-        told += f"{factor_text(inertia / reference.inertia)} it"
-        marks = grade.marks
-        if kinds:
-            why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
-            told = f"{told}; {why}"
-            marks = tuple(
-                replace(one, reason=f"{one.reason}; {why}; {kinds[0].remedy}") if one.check == "reference" else one
-                for one in marks
-            )
-        return replace(grade, marks=marks, look=(*grade.look, told))
-    # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
-    odd = {kind.kind: yardsticks.unusual(yardsticks.corrected(readings, kind)) for kind in kinds}
-    likely = sorted(
-        (kind for kind in kinds if odd[kind.kind] <= yardsticks.unusual(readings)), key=lambda k: odd[k.kind]
-    )
-    factor = inertia / expected
-    unknown = f"the log gives an I_zz that is {factor_text(factor)} the answer, which agrees with the reference"
-    if grade.slips:
-        likely.append(Mistake("", torque=factor, log=unknown, remedy="check the unit in each header of the log"))
-    for kind in likely:
-        again = grade_submission(submission, rubric, reported, kind)
-        if again.d is not None and again.d <= FAR:
-            known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-            look = (*again.look, *([unknown] if kind.log == unknown else []))
-            return _settle_one(replace(again, look=look, **known), rubric, references, scatters)
-    return grade
+    if wrong_log:
+        # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
+        kinds.sort(key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind)))
+        again = (grade_submission(submission, rubric, reported, kind) for kind in kinds)
+        known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
+        right = next((replace(one, **known) for one in again if one.d is not None and one.d <= FAR), grade)
+        return _settle_one(right, rubric, references, scatters)
+    why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
+    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
+    told += f"{factor_text(inertia / reference.inertia)} it{f'; {why}' if kinds else ''}"
+    more = f"; {why}; {kinds[0].remedy}" if kinds else ""
+    marks = tuple(replace(one, reason=one.reason + more * (one.check == "reference")) for one in grade.marks)
+    return replace(grade, marks=marks, look=(*grade.look, told))
 
 
 def added_up(grade: Grade) -> Grade:
@@ -368,7 +337,7 @@ def _looks(evidence: Evidence) -> list[str]:
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
-    if evidence.d is not None and evidence.d > FAR and not evidence.slips:
+    if evidence.d > FAR and not evidence.slips:
         found.append(
             f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"
         )
@@ -386,9 +355,7 @@ def station_of(readings: Readings) -> str | None:
 
 def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: Iterable[Diagnostic] = ()) -> Grade:
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
-    keys = {"student": submission.student, "name": submission.name, **submission.ids}
-    stamps = submission.late, submission.late_seconds, submission.submitted
-    late = judge_lateness(rubric.late, keys, *stamps, rubric.points)
+    late = judge_lateness(rubric.late, submission, rubric.points)
     return Grade(
         student=submission.student,
         name=submission.name,

@@ -23,9 +23,9 @@ from msgspec.structs import asdict, force_setattr
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
-from gyrodata.grading.late import Deduction, LateRule, points_of
-from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, read_bench, station_key
-from gyrodata.toml_table import Number, Path, Text, TomlFile, UnfitError
+from gyrodata.grading.late import Deduction, LateRule
+from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, check_bench, station_key
+from gyrodata.toml_table import Number, Text, TomlFile, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submissions
@@ -61,21 +61,15 @@ class Curve(NamedTuple):
         return max(0.0, (far - value) / (far - near)) if least < value < most else 0.0
 
 
-def _unfit(message: str, hint: str, key: str, code: str = diagnostics.CONDITION_CANNOT_BE_USED) -> UnfitError:
-    return UnfitError(message, hint, code, key)
-
-
 def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     """Read a condition; return its variable, "<=", ">=", "in" or "outside", and the ends, infinite if there is none."""
     match = re.fullmatch(CONDITION, text)
     if match is None:
-        hint = 'write it like "d <= 0.6", "z >= 5" (not < or >), "ratio in 0.5..2" or "ratio outside 0.2..5"'
-        raise _unfit(f'"{text[:60]}" is not a condition', hint, key)
+        raise unfit("condition_unclear", key, text=text)
     name, relation = match["name"], match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
     low, high = float(match["low"] or match["bound"]), float(match["high"] or match["bound"])
-    if match["word"] and not low < high:
-        hint = f'write "{name} {relation} {match["high"]}..{match["low"]}"'
-        raise _unfit(f'"{text}": {match["low"]} is not below {match["high"]}', hint, key)
+    if low > high or (low == high and match["word"]):
+        raise unfit("condition_bounds_reversed", key, text=text, relation=relation, **match.groupdict())
     return name, relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
 
 
@@ -109,39 +103,32 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         kind = KINDS[self.check]
         for key in ("full", "zero", "slip", "asks"):
             if getattr(self, key) and key not in kind.keys:
-                message = f'"{key}" is not known in a criterion with check = "{self.check}"'
-                raise _unfit(message, "delete this line", key, diagnostics.RUBRIC_KEY_UNKNOWN)
+                raise unfit("criterion_key_unknown", key, key=key, check=self.check)
         defaults = {"title": kind.title, "full": kind.full, "zero": kind.zero, "slip": "50 %", "asks": tuple(ASKS)[:3]}
         for key, value in defaults.items():
             if getattr(self, key) in (None, "", ()) and key in ("title", *kind.keys):
                 force_setattr(self, key, value)
         if self.curve.variable == "stated" and self.title == kind.title:
             force_setattr(self, "title", "An uncertainty is stated")
-        points_of(self.slip or 0.0, self.points, ("slip",))
 
     @cached_property
     def curve(self) -> Curve:
         """Share of the points as a function of a variable."""
         if self.check == "manual":
             return Curve("", (0.0, 0.0), (0.0, 0.0))
-        full, zero = (parse_condition(getattr(self, key), key) for key in ("full", "zero"))
-        (name, relation, low, high), kind = full, KINDS[self.check]
-        known = (kind.full.split()[0], *kind.variables)
-        for key, variable in (("full", name), ("zero", zero[0])):
-            if variable not in known:
-                message = f'"{variable}" cannot be used in a criterion with check = "{self.check}"'
-                raise _unfit(message, f"write a condition for {' or '.join(known)}", key)
-        opposite = _OPPOSITE.get(relation)
+        kind, zero = KINDS[self.check], parse_condition(self.zero, "zero")
+        name, relation, low, high = parse_condition(self.full, "full")
+        known, opposite = (kind.full.split()[0], *kind.variables), _OPPOSITE.get(relation)
+        if name not in known:
+            raise unfit("condition_of_other_check", "full", name=name, check=self.check, known=" or ".join(known))
         if opposite is None:
-            raise _unfit('full contains "outside"', f'write full = "{name} in LOW..HIGH"', "full")
+            raise unfit("condition_full_outside", "full", name=name)
         if zero[:2] != (name, opposite.split()[0]):
-            message = f'zero = "{self.zero}" does not fit full = "{self.full}"'
-            raise _unfit(message, f'write zero = "{name} {opposite}", farther out', "zero")
+            raise unfit("conditions_do_not_fit", "zero", zero=self.zero, full=self.full, name=name, opposite=opposite)
         # "zero" says from which value on there are no points; the other end is infinite.
         ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[relation]
         if ends[0] > low or ends[1] < high:
-            hint = "put the limit of zero farther out than the limit of full"
-            raise _unfit("full and zero overlap: some values would earn all points and no points", hint, "zero")
+            raise unfit("conditions_overlap", "zero")
         return Curve(name, (low, high), ends)
 
     @property
@@ -166,39 +153,25 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     bench: Annotated[Mapping[str, str], Meta(extra_json_schema={"propertyNames": {"enum": ["from", *BENCH]}})] = {}
 
     def __post_init__(self) -> None:
-        each = [one.points for one in self.criteria]
-        if each and abs(math.fsum(each) - self.points) > 1e-9:
-            parts, total = " + ".join(f"{one:g}" for one in each), math.fsum(each)
-            message = f"points = {self.points:g}, but the criteria add up to {parts} = {total:g}"
-            hint = f"write points = {total:g}, or change the points of a criterion"
-            raise UnfitError(message, hint, diagnostics.RUBRIC_POINTS_DO_NOT_ADD_UP, "points")
+        parts, total = [f"{one.points:g}" for one in self.criteria], math.fsum(one.points for one in self.criteria)
+        if abs(total - self.points) > 1e-9:
+            values = {"points": self.points, "parts": " + ".join(parts), "total": total}
+            raise unfit("rubric_points_do_not_add_up", "points", **values)
         ids = [one.id for one in self.criteria]
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:
-                message = f'two criteria have the id "{one.id}"'
-                raise UnfitError(message, "give each criterion its own id", path=("criterion", at, "id"))
+                raise unfit("criterion_twice", ("criterion", at, "id"), id=one.id)
             if one.id.casefold() in RESERVED:
-                message = f'"{one.id}" cannot be the id of a criterion: grades.csv or desk.csv uses this word'
-                raise UnfitError(message, f'write another id, such as "{one.id}_points"', path=("criterion", at, "id"))
+                raise unfit("criterion_id_reserved", ("criterion", at, "id"), id=one.id)
             if one.check == "reference" and self.reference is None:
-                message = f'criterion "{one.id}" compares with a reference, but none is given'
-                hint = 'add [reference] with from = "class", or [reference.3] with inertia and u'
-                raise UnfitError(message, hint, diagnostics.RUBRIC_PARTS_CONTRADICT, ("criterion", at))
-        late = self.late or LateRule()
-        deductions: dict[Path, str | float] = {("late", "beyond"): late.beyond, ("late", "marked"): late.marked or 0.0}
-        deductions |= {("late", "tier", at, "deduct"): tier.deduct for at, tier in enumerate(late.tiers)}
-        for path, value in deductions.items():
-            points_of(value, self.points, path)
-        read_bench(self.bench)
+                raise unfit("reference_missing", ("criterion", at), id=one.id)
+        check_bench(self.bench)
         for head, stated in (("reference", self.references), ("bench", set(self.bench) - {"from", *APPARATUS})):
-            lines = getattr(self, head) or {}
-            if lines.get("from", "class") != "class":
-                message = f'from = "{lines["from"]}" cannot be used'
-                raise UnfitError(message, 'write from = "class"', path=(head, "from"))
-            if lines.get("from") and stated:
-                message = f"[{head}] has values from the class and values that are stated here"
-                hint = 'either write from = "class", or state values and leave that out'
-                raise UnfitError(message, hint, diagnostics.RUBRIC_PARTS_CONTRADICT, (head, "from"))
+            source = (getattr(self, head) or {}).get("from")
+            if source not in (None, "class"):
+                raise unfit("from_not_class", (head, "from"), source=source)
+            if source and stated:
+                raise unfit("class_and_stated", (head, "from"), table=head)
 
     @cached_property
     def references(self) -> Mapping[str, Reference]:

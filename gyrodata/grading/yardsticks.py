@@ -8,12 +8,12 @@ uncertainties of the readings if a log does not state them.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from itertools import combinations
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypeVar
 
 import numpy as np
@@ -22,19 +22,19 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER, RUBRIC_KEY_UNKNOWN
+from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import Column, Faults, Reading, Readings, read_uncertainty, with_uncertainties
+from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, u_keys
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
 from gyrodata.reporting.values import count_text, inertia_text
-from gyrodata.toml_table import UnfitError
+from gyrodata.toml_table import UnfitError, unfit
 from gyrodata.toml_table import nearest as nearest_word
-from gyrodata.units import Uncertainty, UnitError
+from gyrodata.units import UnitError
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -84,19 +84,23 @@ class OwnRuns(Struct, frozen=True, dict=True):
     yardstick: float  # one unit of d, as a share of I_zz [1]
 
     def fits(self, product: Floats | float = 1.0, torque: Floats | float = 1.0) -> list[OwnValue]:
-        """Compute the accepted textbook fits, with φ̇ψ̇ and M multiplied by these factors, shape () or (n,)."""
+        """Compute the accepted fits, with φ̇ψ̇ and M multiplied by these factors, shape () or (n,)."""
         found = []
-        for suffix, used in self.sets:
-            x, y = (product * self.product)[used], (torque * self.torque)[used]
-            for name in self.accept:
-                if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
-                    continue
-                if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
-                    continue
-                with np.errstate(all="ignore"):
-                    value, u = map(float, fitting.TEXTBOOK[name](x, y))
-                whole = f"{name}:{suffix}" if suffix else name
-                found.append(OwnValue(whole, value, u if math.isfinite(u) else None))
+        for (suffix, used), name in itertools.product(self.sets, self.accept):
+            if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
+                continue
+            if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
+                continue
+            with np.errstate(all="ignore"):
+                value, u = map(
+                    float, fitting.TEXTBOOK[name]((product * self.product)[used], (torque * self.torque)[used])
+                )
+            found.append(OwnValue(f"{name}:{suffix}".rstrip(":"), value, u if math.isfinite(u) else None))
+        # The recommended fit can only be scaled, by a factor that is the same in every run.
+        loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
+        if "recommended" in self.accept and not np.ndim(product) and np.ptp(loaded) <= 1e-9 * abs(loaded[0]):
+            factor, best = float(loaded[0] / product), self.recommended
+            found.append(OwnValue("recommended", factor * best.value, best.u and factor * best.u))
         return found
 
     @cached_property
@@ -105,13 +109,12 @@ class OwnRuns(Struct, frozen=True, dict=True):
 
         If none of them is possible (an intercept, and one torque only), it is the recommended fit.
         """
-        found = [own for own in self.fits() if math.isfinite(own.value)]
-        if "recommended" in self.accept:
-            found.append(self.recommended)
-        found.sort(key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0])))
         kept: list[OwnValue] = []
-        for own in found:
-            if not any(abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept):
+        for own in sorted(
+            self.fits(), key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))
+        ):
+            near = (abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept)
+            if math.isfinite(own.value) and not any(near):
                 kept.append(own)
         return tuple(kept) or (self.recommended,)
 
@@ -210,57 +213,53 @@ def find_slips(
         best = nearest(own.values, inverse)
         away = distance(inverse, best.value, step * inverse**2, own.yardstick)
         if away <= min(WITHIN, NEAREST / own.yardstick):
-            u, kind = None if best.u is None else best.u * reported**2, known_mistakes()["inverse_slope"]
+            kind = known_mistakes()["inverse_slope"]
+            u = best.u and best.u * reported**2
             return (Slip(kind.kind, kind.words, kind.check, reported**2, best.name, u, away),)
     singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
     found = _matching(reported, step, own, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, _pairs(singles), BOTH_WITHIN)
     least = min((slip.distance for _, slip in found), default=0.0)
-    as_good = [item for item in found if item[1].distance <= least + AS_GOOD]
-    as_good.sort(key=lambda item: (item[0], item[1].distance))
+    found = sorted(
+        (item for item in found if item[1].distance <= least + AS_GOOD), key=lambda one: (one[0], one[1].distance)
+    )
     # A mistake suggested by the log's units comes before one with only the same factor.
-    likely = [slip.factor for rank, slip in as_good if rank == 0]
-    named = [
-        slip
-        for rank, slip in as_good
-        if rank == 0 or not any(abs(factor / slip.factor - 1) < SAME for factor in likely)
-    ]
+    likely = [slip.factor for rank, slip in found if rank == 0]
+    named = [slip for rank, slip in found if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)]
     return tuple(named[:MOST])
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
-    columns, runs = dict(readings.columns), len(readings.runs)
+    torque, product = np.asarray(kind.torque), np.asarray(kind.product)
+    role = kind.column or ("turns" if np.all(torque == 1) else "position")
+    factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
+    roles = (role, "spin_start", "spin_end") if role == "spin" else (role,)
+    meant = "" if role == "turns" else kind.meant
+    # Which role is made from which column, in which unit, and by which factor.
+    made = [(one, one, meant, factor) for one in roles if one in readings.columns]
     if kind.kind == "exchanged":
-        spin, time = columns["spin"], columns["time"]
-        columns["spin"] = replace(_scaled(time, np.full(runs, RPM)), role="spin", unit="rpm")
-        columns["time"] = replace(_scaled(spin, np.full(runs, 1 / RPM)), role="time", unit="s")
-    else:
-        torque, product = np.broadcast_to(kind.torque, runs), np.broadcast_to(kind.product, runs)
-        role = kind.column or ("turns" if np.all(torque == 1) else "position")
-        factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
-        for name in {role, *(["spin_start", "spin_end"] if role == "spin" else [])} & columns.keys():
-            unit = columns[name].unit if role == "turns" else kind.meant or columns[name].unit
-            columns[name] = replace(_scaled(columns[name], factor), unit=unit)
+        made = [("spin", "time", "rpm", np.array(RPM)), ("time", "spin", "s", np.array(1 / RPM))]
+    columns = dict(readings.columns)
+    for one, source, unit, factor in made:
+        column = readings.columns[source]
+        read = map(_times, column.readings, np.broadcast_to(factor, len(readings.runs)).tolist())
+        columns[one] = replace(column, role=one, unit=unit or column.unit, readings=tuple(read))
     warning = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
     return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, warning))
+
+
+def _times(one: Reading, factor: float) -> Reading:
+    """Multiply a reading, its step and its uncertainty."""
+    u = one.u and replace(one.u, absolute=factor * one.u.absolute)
+    return replace(one, value=one.value and factor * one.value, step=one.step and factor * one.step, u=u)
 
 
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a reading that is very unusual for this lab."""
     columns = ((size, readings.columns[size.role].values) for size in SIZES if size.role in readings.columns)
     return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
-
-
-def _scaled(column: Column, factor: Floats) -> Column:
-    """Multiply the readings of a column, their steps and their uncertainties."""
-
-    def times(one: Reading, by: float) -> Reading:
-        u = one.u and replace(one.u, absolute=by * one.u.absolute)
-        return replace(one, value=one.value and by * one.value, step=one.step and by * one.step, u=u)
-
-    return replace(column, readings=tuple(map(times, column.readings, factor.tolist())))
 
 
 def _matching(
@@ -272,22 +271,15 @@ def _matching(
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
     found = []
     for kind in kinds:
-        fits = own.fits(kind.product, kind.torque)
-        torque = np.broadcast_to(kind.torque, own.torque.shape)[own.torque != 0]
-        # The recommended fit can only be scaled, by a factor that is the same in every run.
-        if "recommended" in plain and not np.ndim(kind.product) and np.ptp(torque) <= 1e-9 * abs(torque[0]):
-            factor, best = float(torque[0] / kind.product), own.recommended
-            fits.append(OwnValue("recommended", best.value * factor, None if best.u is None else best.u * factor))
-        explaining = []
-        for one in fits:
+        slips = []
+        for one in own.fits(kind.product, kind.torque):
             # A value among honest answers cannot be separated from them.
             if one.name in plain and one.value and not low <= one.value <= high:
-                away = distance(reported, one.value, step, own.yardstick)
-                if away <= min(within, NEAREST / own.yardstick):
-                    about = kind.kind, kind.words, kind.check, one.value / plain[one.name]
-                    explaining.append(Slip(*about, one.name, one.u, away))
-        if explaining:
-            found.append((kind.rank, min(explaining, key=lambda slip: slip.distance)))
+                away, factor = distance(reported, one.value, step, own.yardstick), one.value / plain[one.name]
+                slips.append(Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away))
+        near = [slip for slip in slips if slip.distance <= min(within, NEAREST / own.yardstick)]
+        if near:
+            found.append((kind.rank, min(near, key=lambda slip: slip.distance)))
     return found
 
 
@@ -302,7 +294,7 @@ def _pairs(singles: list[Mistake]) -> list[Mistake]:
             torque=first.torque * second.torque,
             rank=max(first.rank, second.rank),
         )
-        for first, second in combinations([kind for kind in singles if kind.forgets], 2)
+        for first, second in itertools.combinations([kind for kind in singles if kind.forgets], 2)
         if first.forgets != second.forgets
     ]
 
@@ -354,16 +346,16 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
 
     def reference(self, source: str) -> Reference:
         """Return the values in SI; `source`: the origin in words."""
-        key = "inertia"
+        inertia = u = None
         try:
             inertia = parse_quantity(self.inertia, "inertia")
-            key = "u"
-            u = parse_uncertainty(self.u, "inertia").at(inertia)
+            u = parse_uncertainty(self.u, "inertia")
         except UnitError as error:
+            key = "inertia" if inertia is None else "u"
             raise UnfitError(f"{key}: {error}", error.hint, path=key) from None
         if inertia <= 0:
-            raise UnfitError("inertia is not above zero", 'write inertia = "4.44e-3 kg m^2"', path="inertia")
-        return Reference(inertia, u, source)
+            raise unfit("reference_not_positive", "inertia")
+        return Reference(inertia, u.at(inertia), source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -388,10 +380,8 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
             scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
             least = statistics.median(u for _, u in logs) / math.sqrt(number)
             u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
-            words = (
-                f"the median of all {number} logs" if whole else f"the median of the {number} logs of station {station}"
-            )
-            references[station] = Reference(median, u, "this log alone" if number == 1 else words)
+            words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
+            references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
     return references
 
 
@@ -414,42 +404,35 @@ APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
 """Lines of a log that a rubric may contain, for logs without them."""
 
-Bench = Mapping[str, tuple[str, Uncertainty | None]]
-"""By the key of a line: the text, and the uncertainty that was read."""
 
-
-def read_bench(lines: Mapping[str, str]) -> Bench:
+def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
-    found: dict[str, tuple[str, Uncertainty | None]] = {}
     for key, text in lines.items():
-        path = ("bench", key)
-        if key == "from":
-            continue
-        if key not in BENCH:
-            hint = nearest_word(key, BENCH)
-            raise UnfitError(f'"{key[:60]}" is not known in [bench]', hint, RUBRIC_KEY_UNKNOWN, path)
+        if key not in ("from", *BENCH):
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH))
         try:
-            if key in APPARATUS:
-                read_settings([], [], [Given(key, text, key, None)], Faults(""), True)
-            found[key] = " ".join(text.split()), read_uncertainty(key, text) if key in UNCERTAINTIES else None
+            read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:
-            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=path) from None
-        except UnitError as error:
-            raise UnfitError(f'{key} = "{text[:60]}" cannot be used: {error}', error.hint, path=path) from None
-    return found
+            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=("bench", key)) from None
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings, Answers, tuple[str, ...]]:
     """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
     readings, answers = submission.read()
-    bench = read_bench(lines)
-    own = {*readings.constants, *readings.columns, *(["motion"] if readings.motion else [])}
+    known = {*APPARATUS, *SHARED_UNCERTAINTIES, *(key for role in readings.columns for key in u_keys(role))}
+    own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
+    own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
     own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    constants = {key: text for key, (text, u) in bench.items() if u is None and key not in own}
-    if constants:
-        readings, answers = submission.read(constants)
-    readings, used = with_uncertainties(readings, {key: u for key, (_, u) in bench.items() if u is not None})
-    return readings, answers, tuple(f"{key} {bench[key][0]}" for key in bench if key in used or key in constants)
+    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
+        own.add("u_imbalance")
+    missing = {
+        key: " ".join(lines[key].split())
+        for key in lines
+        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
+    }
+    if missing:
+        readings, answers = submission.read(missing)
+    return readings, answers, tuple(f"{key} {text}" for key, text in missing.items())
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated
@@ -474,11 +457,11 @@ class BenchScatter(Struct, frozen=True):
 
 def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     """Describe the scatter by which constancy is judged in a class; "" for the usual scatter."""
-    every = scatter.get("all")
-    if every is not None and 0 < every.logs < ENOUGH:
-        few = f"{count_text(every.logs, 'log')} without an uncertainty of the times"
+    logs = scatter["all"].logs if scatter else 0
+    if 0 < logs < ENOUGH:
+        few = f"{count_text(logs, 'log')} without an uncertainty of the times"
         return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
-    told = [one.words for _, one in sorted(scatter.items(), key=lambda pair: in_order(pair[0])) if one.factor > 1]
+    told = [scatter[station].words for station in sorted(scatter, key=in_order) if scatter[station].factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 
@@ -489,17 +472,13 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     degrees of freedom, in any order. The factor is the root mean square over the logs; no log counts as more than
     `ROUGHEST`, so that a few wrong logs do not change the result for all.
     """
-    squares_of = (
-        (station, min(math.fsum(chi2 for chi2, _ in log) / dof, ROUGHEST**2))
-        for station, log in logs
-        if (dof := sum(dof for _, dof in log))
-    )
-    groups: dict[str, list[float]] = {"all": []} | _by_station(squares_of)
+    sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
+    groups: dict[str, list[float]] = {"all": []}
+    groups |= _by_station((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums)
     found = {}
     for name, squares in groups.items():
-        enough = len(squares) >= ENOUGH
-        factor = math.sqrt(math.fsum(squares) / len(squares)) if enough else 1.0
-        if enough or name == "all":
+        if name == "all" or len(squares) >= ENOUGH:
+            factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
             whose = "the class" if name == "all" else f"station {name}"
             found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
     return found

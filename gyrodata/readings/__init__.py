@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from gyrodata.readings import choice, lablog, layout, roles, table
+from gyrodata.readings import choice, lablog, layout, table
 from gyrodata.readings import source as sources
 from gyrodata.readings.lablog import (
     MOST_OF_ONE_CODE,
@@ -23,7 +23,6 @@ from gyrodata.readings.lablog import (
     Reading,
     Readings,
     listing,
-    read_uncertainty,
     split_lines,
 )
 from gyrodata.readings.reported import Reported, read_reported
@@ -121,22 +120,3 @@ def read_log(
     if unmoved and moved:
         log = replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
     return replace(log, diagnostics=faults.all_told())
-
-
-def with_uncertainties(readings: Readings, given: Mapping[str, Uncertainty]) -> tuple[Readings, set[str]]:
-    """Add uncertainties, by the keys of their lines, to a log that does not state them; return the keys used."""
-    stated = readings.uncertainties.keys()
-    known = {key: u for key, u in given.items() if stated.isdisjoint(u_keys(key.removeprefix("u_")))}
-    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
-        known.pop("u_imbalance", None)
-    columns = dict(readings.columns)
-    shared = {key: u for key, u in known.items() if key in SHARED_UNCERTAINTIES}
-    used = set(shared)
-    by_period = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
-    for role, column in readings.columns.items():
-        u = roles.stated_u(role, known)
-        elsewhere = role == "time" and any(len(one.stated) == len(one.readings) for one in by_period)
-        if u is not None and not column.stated and not elsewhere:
-            columns[role] = replace(column, readings=tuple(replace(reading, u=u) for reading in column.readings))
-            used |= {next(key for key in u_keys(role) if key in known)}
-    return replace(readings, columns=columns, uncertainties={**readings.uncertainties, **shared}), used

@@ -16,6 +16,7 @@ from gyrodata.diagnostics import explanations
 from gyrodata.errors import InputError
 from gyrodata.grading.late import judge_lateness
 from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
@@ -47,7 +48,8 @@ def test_parts_shown_commented_out_can_be_switched_on() -> None:
     assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
     assert set(rubric.bench) == {"u_time", "u_spin"}
     assert rubric.late is not None
-    costs = [judge_lateness(rubric.late, {}, True, 86400.0 * days, None, 20.0).deduct for days in (1, 3)]
+    late = [Submission("a", "a", {}, Path(), late=True, late_seconds=86400.0 * days) for days in (1, 3)]
+    costs = [judge_lateness(rubric.late, one, 20.0).deduct for one in late]
     assert costs == pytest.approx([2.0, 6.0])
 
 
@@ -66,7 +68,7 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
         (HEAD.replace("own_data", "reference"), "compares with a reference, but none is given"),
         (HEAD + STATION.replace("4e-3 kg m^2", "4e-3"), 'mine.toml:8:1: error G723: inertia: "4e-3" has no unit'),
         (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),
-        (HEAD + RULES["LATE"].replace("15 min", "1 fortnight"), 'grace = "1 fortnight" is not a duration'),
+        (HEAD + RULES["LATE"].replace("15 min", "1 fortnight"), 'grace = "1 fortnight" cannot be used'),
         ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
     ],
 )
@@ -86,9 +88,8 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
 def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
     rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
     read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None
-    assert astuple(judge_lateness(read, {"id": student}, late, seconds, submitted, 4.0)) == pytest.approx(
-        tuple(expected)
-    )
+    one = Submission("", "", {"id": student}, Path(), late=late, late_seconds=seconds, submitted=submitted)
+    assert astuple(judge_lateness(read, one, 4.0)) == pytest.approx(tuple(expected))
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:

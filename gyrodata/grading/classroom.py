@@ -242,8 +242,7 @@ def _entries(
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
             for name, data in drawn.items():
-                path = figure_path(options.figures or Path(), item, name)
-                disk.write_whole(path, [data], private=True)
+                disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
                 disk.add_to(journal, f"\n{to_json(one)}\n".encode())

@@ -37,8 +37,8 @@ WORDS = ("total", "bonus", "reported", "station", "partner", "flag", "comment", 
 FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 """How a flag is settled, and what is written between its students."""
 
-SEVERAL = ("partner", "comment")  # a student may have several lines of these
-BARE = ("hold", "excuse")  # these need no value
+# A student may have several lines of the first; the second need no value.
+SEVERAL, BARE = ("partner", "comment"), ("hold", "excuse")
 CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
@@ -82,8 +82,10 @@ class Desk(Struct, frozen=True):
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
         name = self.value(item.student, CORRECTED)
-        path = (self.folder / (name or "")).resolve()
-        return replace(item, log_name=str(path), log_file=path.name, problem=None) if name is not None else item
+        if name is None:
+            return item
+        path = (self.folder / name).resolve()
+        return replace(item, log_name=str(path), log_file=path.name, problem=None)
 
     def applied(self, grade: Grade, seen: Mapping[str, str]) -> Grade:
         """Apply the decisions to a grade; `seen` as `first_seen` returned it."""
@@ -261,8 +263,9 @@ def forms_of(name: str) -> list[str]:
 
 def read_number(text: str) -> float | None:
     """Read a number as platforms do: its last ``.`` or ``,`` is the decimal mark."""
+    whole, mark, last = text.replace(",", ".").rpartition(".")
     try:
-        number = float(re.sub(r"[.,](?=.*[.,])", "", text, flags=re.DOTALL).replace(",", "."))
+        number = float(f"{whole.replace('.', '')}{mark}{last}")
     except ValueError:
         return None
     return number if math.isfinite(number) and "_" not in text else None

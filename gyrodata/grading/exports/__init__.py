@@ -1,4 +1,4 @@
-"""Write the grades of a class as CSV, as a table for a terminal and as JSON, and compare two such tables.
+"""Write the grades of a class as CSV and as JSON, and compare two such tables.
 
 JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for each student.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -9,9 +10,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from msgspec import Struct
+from msgspec import Struct, convert
 
-from gyrodata import __version__, diagnostics
+from gyrodata import __version__
 from gyrodata.cli.options import example_of
 from gyrodata.cli.terminal import Door, write_out
 
@@ -25,60 +26,9 @@ class _Kind(Struct, frozen=True):
     example: tuple[str, ...] = ()
 
 
-_GROUPS: dict[str, dict[str, _Kind]] = {
-    "Your lab": {
-        "demo": _Kind("analyze_command", "Write a sample log, demo.csv, and analyze it.", ("gyro demo",)),
-        "template": _Kind(
-            "check_command",
-            "Write a blank log to fill in: a workbook or CSV.",
-            ("gyro template --weights 20g,40g,60g", "--position 15cm --spins 200,400,600rpm", "--out log.xlsx"),
-        ),
-        "check": _Kind(
-            "check_command", "Check a log while you can still repeat or add runs.", ("gyro check demo.csv",)
-        ),
-        "analyze": _Kind(
-            "analyze_command", "Fit I_zz to a log, and write figures and a report.", ("gyro analyze demo.csv",)
-        ),
-        "explain": _Kind(
-            "explain_command",
-            "Explain a message code, a word or a key; or show a page.",
-            (f"gyro explain {diagnostics.NO_UNLOADED_RUN}",),
-        ),
-    },
-    "A class": {
-        "grade": _Kind("grade_command", "Grade a class, with feedback for each student.", ("gyro grade class",)),
-    },
-    "Theory and simulation": {
-        "predict": _Kind("predict_command", "Predict precession and other motions from theory."),
-        "simulate": _Kind(
-            "tool_commands",
-            "Print a simulated log of a known truth.",
-            (
-                'gyro simulate --inertia "4.44e-3 kg m^2"',
-                "--weights 20g,40g,60g --position 15cm",
-                "--spins 200,400,600rpm --turns 1",
-                "--seed 1 > log.csv",
-            ),
-        ),
-    },
-    "Advanced": {
-        "selfcheck": _Kind(
-            "tool_commands",
-            "Test by simulation if the intervals of a log are reliable.",
-            ("gyro selfcheck demo.csv", "--labs 1000"),
-        ),
-        "schema": _Kind(
-            "tool_commands",
-            "Print JSON Schemas (outputs, a rubric), or all diagnostics.",
-            ("gyro schema diagnostics",),
-        ),
-        "benchmark": _Kind(
-            "tool_commands",
-            "Chart speed against accuracy, and failures of methods.",
-            ("gyro benchmark --quick --out charts",),
-        ),
-    },
-}
+_GROUPS = convert(
+    tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")), dict[str, dict[str, _Kind]]
+)
 """The commands as ``gyro --help`` lists them."""
 
 _COMMANDS = {name: kind for group in _GROUPS.values() for name, kind in group.items()}

@@ -34,31 +34,10 @@ FEW = 3
 UNSEEN_BALANCE = 0.3
 """If the balance has a larger share of u² than this, the runs do not determine it [1]."""
 
-FIT_NAMES = {
-    "recommended": "recommended",
-    "through_origin": "without an intercept",
-    "with_constant": "with an intercept",
-}
-
-SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | {
-    "residual_torque": "imbalance of the ball, which these runs do not determine",
-    "unexplained_scatter": "unexplained scatter",
-    "nutation": "nutation at the last button press",
-    "release": "transverse inertia, in the nutation",
-    "habit": "push of the hand when the rod is released",
-    "push": "push of the hand in each run",
-}
+FIT_NAMES = questions.WORDS["fits"]
+SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS["sources"]
 
 EFFECT_NAMES = {change.name: change.words for change in changes.CHANGES if change.use == "effect"}
-
-REFERENCES = (
-    "JCGM 100:2008 and JCGM 101:2008, Guide to the expression of uncertainty in measurement, and its Supplement 1",
-    "York and others, on the best straight line, Am. J. Phys. 72, 367 (2004)",
-    "Thompson and Ellison, Dark uncertainty, Accred. Qual. Assur. 16, 483 (2011)",
-    "Goldstein, Classical Mechanics, on the heavy symmetrical top, for eqs. (8) and (9)",
-)
-"""Sources of the method."""
-
 
 BYLINE = ("author", "authors", "name", "names", "student", "partner", "partners", "course", "group", "station", "date")
 """Keys of the lines of a log that the report shows below its title."""
@@ -464,7 +443,7 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
     )
     pages = (Styled(f"gyro explain {page}", "code") for page in ("statistics", "theory"))
     yield Text((fitted, cite, say("More: {} and {}; and in:", *pages)))
-    yield Text(tuple((line,) for line in REFERENCES), "list")
+    yield Text(tuple((line,) for line in questions.WORDS["references"]["list"]), "list")
 
 
 def _provenance(n: Numbers) -> tuple[elements.Block, ...]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator
+from pathlib import Path
 
 from gyrodata.plotting import FIGURES
 from gyrodata.reporting import elements, values
@@ -19,47 +21,16 @@ UNLIKELY = 0.05
 BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this [1]."""
 
-MODEL_NAMES = {
-    "horizontal": "eq. (9), a level rod",
-    "steady": "eq. (8), a tilted rod",
-    "released": "the mean rate of a rod released from rest",
-}
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+"""Names and questions in the report, by section and key."""
 
-_WHEEL = " (of the ball; add --wheel-inertia and --wheel-spin of the wheel that you held)"
-
-OTHERS = {
-    "tip": ("a force on the tip of the rod", "question 1, steps 3 to 5"),
-    "precession": ("precession at any spin and pitch", "question 1, steps 4 and 6"),
-    "twist": (f"a bicycle wheel twisted in your hands{_WHEEL}", "question 1, step 9"),
-    "earth": ("gyroscopes above the turning Earth", "question 2"),
-    "platform": (f"a wheel turned over on the platform{_WHEEL}", "question 4"),
-}
-"""Questions that the data do not answer, by the part of `gyro predict`: the content, and the number on the sheet."""
-
-TASKS = {
-    "line": "Does one straight line describe your runs? Hint: count the runs whose bars reach the line in the lower "
-    "panel. A p below 0.05 is a sign that the runs scatter more than the readings explain.",
-    "balance": "What does M0 say about the ball? Hint: which torque acts on the rod without a weight? Is M0 larger "
-    "than twice its uncertainty?",
-    "period": "How does the period depend on the spin at one torque? Hint: is each line straight, and does it go "
-    "through the origin? What does a larger torque change?",
-    "exponent": "Which power of the spin do your runs show? Hint: compare the difference from 1 with twice the "
-    "uncertainty. Then find τ from eq. (9), I_zz φ̇ψ̇ = M + M0, with φ̇ = 2π/τ.",
-    "product": "Is φ̇ψ̇ constant at one torque? Hint: compare the two percentages. What does eq. (9) say?",
-    "meaning": "What does the slope mean? Hint: L = I_zz ψ̇ is the angular momentum along the rod. Does the torque "
-    "change its length or its direction?",
-    "ball": "Does I_zz agree with the value from the dimensions? Hint: compare the difference with twice its "
-    "uncertainty. Which parts are not in 2/5 m r²?",
-    "budget": "Which uncertainty would you reduce first, and how? Hint: halve the largest component, and add the "
-    "squares again.",
-}
-"""Questions of a worksheet, in place of conclusions."""
+MODEL_NAMES = WORDS["models"]
 
 
 def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     """Return a conclusion; in a worksheet, return the question that leads to it."""
     if n.analysis.options.worksheet:
-        return paragraph(TASKS[task], kind="task")
+        return paragraph(WORDS["tasks"][task], kind="task")
     return Text(sentences)
 
 
@@ -107,7 +78,7 @@ def others(n: Numbers) -> Section:
             f"{asked}{_number(n, number)}: {{}}",
             Styled(f"gyro predict {part}" + f" --log {log}" * (part not in ("twist", "platform")), "code"),
         )
-        for part, (asked, number) in OTHERS.items()
+        for part, (asked, number) in WORDS["others"].items()
     ]
     return Section("The other questions", (paragraph(words), Text(tuple(items), "list")), "others", True)
 

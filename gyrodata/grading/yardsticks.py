@@ -27,14 +27,12 @@ from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import SOURCES, Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, u_keys
+from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, read_reported, u_keys
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS
 from gyrodata.reporting.values import count_text, inertia_text
 from gyrodata.toml_table import UnfitError, unfit
 from gyrodata.toml_table import nearest as nearest_word
-from gyrodata.units import UnitError
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -285,18 +283,15 @@ def _matching(
 
 def _pairs(singles: list[Mistake]) -> list[Mistake]:
     """List all pairs of forgotten steps: students put raw numbers into the formula."""
+    pairs = itertools.combinations([kind for kind in singles if kind.forgets], 2)
     return [
         Mistake(
-            f"{first.kind} + {second.kind}",
-            f"perhaps {first.words}, and {second.words}",
-            f"{first.check}; {second.check}",
-            product=first.product * second.product,
-            torque=first.torque * second.torque,
-            rank=max(first.rank, second.rank),
+            f"{one.kind} + {other.kind}", f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}",
+            product=one.product * other.product, torque=one.torque * other.torque, rank=max(one.rank, other.rank),
         )
-        for first, second in itertools.combinations([kind for kind in singles if kind.forgets], 2)
-        if first.forgets != second.forgets
-    ]
+        for one, other in pairs
+        if one.forgets != other.forgets
+    ]  # fmt: skip
 
 
 # --- references of stations --------------------------------------------------------------------------------
@@ -346,16 +341,10 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
 
     def reference(self, source: str) -> Reference:
         """Return the values in SI; `source`: the origin in words."""
-        inertia = u = None
-        try:
-            inertia = parse_quantity(self.inertia, "inertia")
-            u = parse_uncertainty(self.u, "inertia")
-        except UnitError as error:
-            key = "inertia" if inertia is None else "u"
-            raise UnfitError(f"{key}: {error}", error.hint, path=key) from None
-        if inertia <= 0:
-            raise unfit("reference_not_positive", "inertia")
-        return Reference(inertia, u.at(inertia), source)
+        read = read_reported("inertia", f"{self.inertia} ± {self.u}")
+        if read.problem or read.u is None or not read.value or read.value < 0:
+            raise unfit("reference_unclear", "inertia", problem=read.problem or f'"{read.text}" is not above zero')
+        return Reference(read.value, read.u, source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -373,25 +362,24 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
     Neither is smaller than the u of the logs allow.
     """
     references = {}
-    for station, logs in sorted(_by_station((station, (value, u)) for station, value, u in values).items()):
+    for station, logs in _by_station(((station, (value, u)) for station, value, u in values), FEW).items():
         whole, number = station == "all", len(logs)
-        if whole or number >= FEW:
-            median = statistics.median(value for value, _ in logs)
-            scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
-            least = statistics.median(u for _, u in logs) / math.sqrt(number)
-            u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
-            words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
-            references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
+        median = statistics.median(value for value, _ in logs)
+        scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
+        least = statistics.median(u for _, u in logs) / math.sqrt(number)
+        u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
+        words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
+        references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
     return references
 
 
-def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
-    """Group the logs by station; "all" contains every log."""
+def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str, list[Log]]:
+    """Group the logs by stations with at least `enough` logs; "all" contains every log."""
     groups: dict[str, list[Log]] = {}
     for station, log in logs:
         for name in {"all", station or "all"}:
             groups.setdefault(name, []).append(log)
-    return groups
+    return {name: some for name, some in sorted(groups.items()) if name == "all" or len(some) >= enough}
 
 
 # --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
@@ -423,13 +411,10 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings
     own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
     own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
     own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
-        own.add("u_imbalance")
-    missing = {
-        key: " ".join(lines[key].split())
-        for key in lines
-        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
-    }
+    is_balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
+    own |= {"u_imbalance"} if is_balanced else set()
+    left = [key for key in lines if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))]
+    missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
     return readings, answers, tuple(f"{key} {text}" for key, text in missing.items())
@@ -474,11 +459,10 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     """
     sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
     groups: dict[str, list[float]] = {"all": []}
-    groups |= _by_station((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums)
+    groups |= _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
     found = {}
     for name, squares in groups.items():
-        if name == "all" or len(squares) >= ENOUGH:
-            factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
-            whose = "the class" if name == "all" else f"station {name}"
-            found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
+        factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
+        whose = "the class" if name == "all" else f"station {name}"
+        found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
     return found

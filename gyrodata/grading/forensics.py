@@ -37,6 +37,9 @@ ALLOWED = 0.05
 
 LEAST = 1e-300  # smallest probability, so that none is zero
 
+Prints = Mapping[str, "Fingerprint"]
+"""Logs by their keys."""
+NOTHING: Prints = {}
 Pairs = dict[tuple[int, int], float]
 """Probability that two honest logs are so similar, by the numbers of the two logs."""
 
@@ -54,11 +57,7 @@ class Flag(Struct, frozen=True):
     pairs: tuple[tuple[str, str], ...] = ()  # pairs that join all logs, the strongest first
 
 
-def flag_class(
-    prints: Mapping[str, Fingerprint],
-    partners: Iterable[frozenset[str]] = (),
-    previous: Mapping[str, Fingerprint] = {},
-) -> tuple[Flag, ...]:
+def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING) -> tuple[Flag, ...]:
     """Compare the logs of a class, and return the flags by kind, in the order of `KINDS`, then by students.
 
     `prints`: One log of each student, by the student's key. `partners`: Students who hand in the same data; a student
@@ -157,13 +156,10 @@ class Logs:
     `partners`: Students whose logs may be alike. `previous`: Earlier logs.
     """
 
-    def __init__(
-        self, prints: Mapping[str, Fingerprint], partners: Iterable[frozenset[str]], previous: Mapping[str, Fingerprint]
-    ) -> None:
-        students = sorted(prints)
+    def __init__(self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints) -> None:
+        students, self.current = sorted(prints), len(prints)  # number of logs of this class
         self.keys = [*students, *sorted(previous)]
         self.prints = [*(prints[key] for key in students), *(previous[key] for key in sorted(previous))]
-        self.current = len(students)  # number of logs of this class
         together = [sorted(students.index(key) for key in group if key in prints) for group in partners]
         self.exempt = {pair for group in together for pair in combinations(group, 2)}  # pairs that may be alike
         # Number of pairs to compare: within the class, and with the earlier logs.

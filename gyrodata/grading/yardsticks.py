@@ -89,10 +89,9 @@ class OwnRuns(Struct, frozen=True, dict=True):
                 continue
             if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
                 continue
+            x, y = (product * self.product)[used], (torque * self.torque)[used]
             with np.errstate(all="ignore"):
-                value, u = map(
-                    float, fitting.TEXTBOOK[name]((product * self.product)[used], (torque * self.torque)[used])
-                )
+                value, u = map(float, fitting.TEXTBOOK[name](x, y))
             found.append(OwnValue(f"{name}:{suffix}".rstrip(":"), value, u if math.isfinite(u) else None))
         # The recommended fit can only be scaled, by a factor that is the same in every run.
         loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
@@ -108,30 +107,23 @@ class OwnRuns(Struct, frozen=True, dict=True):
         If none of them is possible (an intercept, and one torque only), it is the recommended fit.
         """
         kept: list[OwnValue] = []
-        for own in sorted(
-            self.fits(), key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))
-        ):
-            near = (abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept)
-            if math.isfinite(own.value) and not any(near):
+        found = [own for own in self.fits() if math.isfinite(own.value) and own.value]
+        for own in sorted(found, key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))):
+            if not any(math.isclose(own.value, other.value) for other in kept):
                 kept.append(own)
         return tuple(kept) or (self.recommended,)
 
 
 def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
-    measured = analysis.measurements
+    measured, inertia = analysis.measurements, analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])
-    sets = {"": kept, "all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
-    inertia = analysis.inertia
-    share = (inertia.u or 0.0) / abs(inertia.value)
-    return OwnRuns(
-        product=analysis.fit.sense * np.abs(measured.product),
-        torque=measured.torque,
-        sets=tuple((name, used) for name, used in sets.items() if not name or not np.array_equal(used, kept)),
-        accept=tuple(accept),
-        recommended=OwnValue("recommended", inertia.value, inertia.u or None),
-        yardstick=min(max(share, FINEST), COARSEST),
-    )
+    others = {"all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
+    sets = [("", kept), *((name, used) for name, used in others.items() if not np.array_equal(used, kept))]
+    product = analysis.fit.sense * np.abs(measured.product)
+    best = OwnValue("recommended", inertia.value, inertia.u or None)
+    yardstick = min(max((inertia.u or 0.0) / abs(inertia.value), FINEST), COARSEST)
+    return OwnRuns(product, measured.torque, tuple(sets), tuple(accept), best, yardstick)
 
 
 def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
@@ -185,9 +177,7 @@ class Slip(Struct, frozen=True):
     distance: float  # of the report from that fit [u]
 
 
-def find_slips(
-    reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements
-) -> tuple[Slip, ...]:
+def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements) -> list[Slip]:
     """Name the slips that explain a reported I_zz, the most likely first.
 
     Parameters
@@ -201,31 +191,23 @@ def find_slips(
 
     Returns
     -------
-    tuple of Slip
+    list of Slip
         Several if they explain it equally well; empty if the runs explain the report, or no known slip does.
     """
     if min(distance(reported, value.value, step, own.yardstick) for value in own.values) <= FROM:
-        return ()
-    if reported:
-        inverse = 1 / reported
-        best = nearest(own.values, inverse)
-        away = distance(inverse, best.value, step * inverse**2, own.yardstick)
-        if away <= min(WITHIN, NEAREST / own.yardstick):
-            kind = known_mistakes()["inverse_slope"]
-            u = best.u and best.u * reported**2
-            return (Slip(kind.kind, kind.words, kind.check, reported**2, best.name, u, away),)
+        return []
     singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
+    singles.append(known_mistakes()["inverse_slope"])
     found = _matching(reported, step, own, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, _pairs(singles), BOTH_WITHIN)
     least = min((slip.distance for _, slip in found), default=0.0)
-    found = sorted(
-        (item for item in found if item[1].distance <= least + AS_GOOD), key=lambda one: (one[0], one[1].distance)
-    )
+    found = [item for item in found if item[1].distance <= least + AS_GOOD]
+    found.sort(key=lambda item: (item[0], item[1].distance))
     # A mistake suggested by the log's units comes before one with only the same factor.
     likely = [slip.factor for rank, slip in found if rank == 0]
     named = [slip for rank, slip in found if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)]
-    return tuple(named[:MOST])
+    return named[:MOST]
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
@@ -260,24 +242,24 @@ def unusual(readings: Readings) -> int:
     return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
 
 
-def _matching(
-    reported: float, step: float, own: OwnRuns, kinds: list[Mistake], within: float
-) -> list[tuple[int, Slip]]:
+def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Mistake], most: float) -> list[tuple[int, Slip]]:
     """Find the slips of a list that explain the report, each with its rank and by the fit that agrees best."""
     plain = {value.name: value.value for value in own.values}
     margin = FROM * own.yardstick
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
-    found = []
+    found, limit = [], min(most, NEAREST / own.yardstick)
     for kind in kinds:
-        slips = []
-        for one in own.fits(kind.product, kind.torque):
+        if kind.kind == "inverse_slope":
+            fits = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+        else:
+            fits = own.fits(kind.product, kind.torque)
+        for one in sorted(fits, key=lambda one: abs(one.value - reported)):
+            away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
             # A value among honest answers cannot be separated from them.
-            if one.name in plain and one.value and not low <= one.value <= high:
-                away, factor = distance(reported, one.value, step, own.yardstick), one.value / plain[one.name]
-                slips.append(Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away))
-        near = [slip for slip in slips if slip.distance <= min(within, NEAREST / own.yardstick)]
-        if near:
-            found.append((kind.rank, min(near, key=lambda slip: slip.distance)))
+            if one.name in plain and away <= limit and not low <= one.value <= high:
+                factor = one.value / plain[one.name]
+                found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
+                break
     return found
 
 

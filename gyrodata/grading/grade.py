@@ -174,10 +174,6 @@ def grade_submission(
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
-        if mistake is None and any(one.code == diagnostics.COLUMNS_EXCHANGED for one in found):
-            again = grade_submission(submission, rubric, reported, mistakes.known_mistakes()["exchanged"])
-            if again.d is not None and again.d <= FAR:
-                return again
         return not_graded(submission, rubric, _why_not(error), found)
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))

@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 from gyrodata import fitting
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.measurements import SOURCES, Measurements
+from gyrodata.measurements import Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, read_reported, u_keys
 from gyrodata.readings.lablog import Given, read_settings
-from gyrodata.readings.roles import CONSTANTS
-from gyrodata.reporting.values import count_text, inertia_text
+from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
+from gyrodata.reporting.values import inertia_text
 from gyrodata.toml_table import UnfitError, unfit
 from gyrodata.toml_table import nearest as nearest_word
 
@@ -366,10 +366,6 @@ def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str
 
 # --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
 
-UNCERTAINTIES = (
-    *(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance", "u_ball_mass",
-    "u_ball_diameter", "u_rod_length"
-)  # fmt: skip
 APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
 """Lines of a log that a rubric may contain, for logs without them."""
@@ -379,7 +375,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH))
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH, "take it out"))
         try:
             read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:
@@ -424,10 +420,6 @@ class BenchScatter(Struct, frozen=True):
 
 def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     """Describe the scatter by which constancy is judged in a class; "" for the usual scatter."""
-    logs = scatter["all"].logs if scatter else 0
-    if 0 < logs < ENOUGH:
-        few = f"{count_text(logs, 'log')} without an uncertainty of the times"
-        return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
     told = [scatter[station].words for station in sorted(scatter, key=in_order) if scatter[station].factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 

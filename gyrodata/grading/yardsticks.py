@@ -12,9 +12,11 @@ import itertools
 import math
 import re
 import statistics
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, ClassVar, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -41,14 +43,7 @@ if TYPE_CHECKING:
 
 Log = TypeVar("Log")
 
-FIT_WORDS = {
-    "through_origin": "a line without an intercept",
-    "with_constant": "a line with an intercept",
-    "mean_of_ratios": "the mean of M/(φ̇ψ̇)",
-    "recommended": "the recommended fit",
-}
-
-SET_WORDS = {"all": ", every run in it", "loaded": ", runs with a weight only"}
+TABLES: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8"))
 
 FINEST, COARSEST = 0.005, 0.05
 """Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
@@ -59,7 +54,7 @@ correct."""
 class OwnValue(Struct, frozen=True):
     """I_zz by one fit of the student's own runs."""
 
-    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it if it uses other runs than the analysis
+    name: str  # of `fits` in the tables, with ":all" or ":loaded" behind it if it uses other runs than the analysis
     value: float  # [kg*m^2]
     u: float | None  # standard uncertainty of this fit [kg*m^2]; None if it has none
 
@@ -67,7 +62,7 @@ class OwnValue(Struct, frozen=True):
 def fit_words(name: str) -> str:
     """Describe a fit and its runs: "a line with an intercept, every run in it"."""
     fit, _, runs = name.partition(":")
-    return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
+    return str(TABLES["fits"][fit] + TABLES["runs"].get(runs, ""))
 
 
 class OwnRuns(Struct, frozen=True, dict=True):

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, convert
@@ -15,7 +13,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
 from gyrodata.grading.late import points_of
-from gyrodata.grading.yardsticks import COARSEST, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
+from gyrodata.grading.yardsticks import COARSEST, TABLES, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
 
@@ -318,11 +316,12 @@ class Kind(Struct, frozen=True):
     variables: tuple[str, ...] = ()
 
 
-_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-KINDS = convert(_WORDS["kinds"], dict[str, Kind])
+KINDS = convert(TABLES["kinds"], dict[str, Kind])
 """By the word after check in a rubric."""
-MEANINGS: Mapping[str, str] = _WORDS["meanings"]
+MEANINGS: Mapping[str, str] = TABLES["meanings"]
 """Meaning of each variable in a condition, for students."""
+ASKS: Mapping[str, str] = TABLES["asks"]
+"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""
 
 JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
     "log": _log, "procedure": _procedure, "own_data": _own_data, "reference": _reference, "uncertainty": _uncertainty,
@@ -330,14 +329,3 @@ JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
 }  # fmt: skip
 
 OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz
-
-ASKS = {
-    "weights": diagnostics.TOO_FEW_WEIGHTS,
-    "runs": diagnostics.TOO_FEW_RUNS,
-    "spins": diagnostics.SPINS_TOO_CLOSE,
-    "unloaded": diagnostics.NO_UNLOADED_RUN,
-    "times": diagnostics.TIMES_TOO_SHORT,
-    "falling_spin": diagnostics.SPIN_FALLS_TOO_MUCH,
-    "odd_runs": diagnostics.OUTLIER,
-}
-"""Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""

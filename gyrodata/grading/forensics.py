@@ -13,7 +13,6 @@ students. Each flag contains the number of equally strong flags that are expecte
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Literal, NamedTuple, get_args
@@ -38,6 +37,9 @@ ALLOWED = 0.05
 
 LEAST = 1e-300  # smallest probability, so that none is zero
 
+Prints = Mapping[str, "Fingerprint"]
+"""Logs by their keys."""
+NOTHING: Prints = {}
 Pairs = dict[tuple[int, int], float]
 """Probability that two honest logs are so similar, by the numbers of the two logs."""
 
@@ -55,11 +57,7 @@ class Flag(Struct, frozen=True):
     pairs: tuple[tuple[str, str], ...] = ()  # pairs that join all logs, the strongest first
 
 
-def flag_class(
-    prints: Mapping[str, Fingerprint],
-    partners: Iterable[frozenset[str]] = (),
-    previous: Mapping[str, Fingerprint] = {},
-) -> tuple[Flag, ...]:
+def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING) -> tuple[Flag, ...]:
     """Compare the logs of a class, and return the flags by kind, in the order of `KINDS`, then by students.
 
     `prints`: One log of each student, by the student's key. `partners`: Students who hand in the same data; a student
@@ -129,29 +127,19 @@ HAND = 0.05
 
 The `u_time` of a log is not used: with a value that is too large, a small χ² would be no sign of anything."""
 
-TACHOMETER = 0.002  # relative scatter of a reading of the spin
-
 GRIDS = tuple(rpm * RPM for rpm in (100, 50, 25, 20, 10, 5, 2))  # possible steps of a tachometer [rad/s]
-
-TRUSTED_DOF = 3  # a log's own scatter is used from this number of degrees of freedom on
 
 ROUND = 50 * RPM  # multiples of this are spins that students aim at [rad/s]
 
 _EXACT = 1e-9
 
 
-class Scatter(NamedTuple):
-    """The residuals of one log's n times after a fit of the spin."""
-
-    dof: int  # n minus one slope for each torque minus the shared timing bias
-    squares: float  # sum of the squared residuals, with the variance that rounding may have hidden [s²]
-
-
-def measure_scatter(log: Fingerprint) -> Scatter:
-    """Fit the times of a log by T = a f ψ̇ + b, with a slope a for each torque.
+def measure_scatter(log: Fingerprint) -> tuple[int, float]:
+    """Fit the n times of a log by T = a f ψ̇ + b, with a slope a for each torque; return the scatter around the fit.
 
     This is eq. (9) with any I_zz, balance, weights, ruler and scale of the tachometer, and b is the timing bias.
-    Everything else that changes the times only adds to the scatter.
+    Everything else that changes the times only adds to the scatter. Returns the degrees of freedom (n minus the slopes
+    minus the bias), and the standard deviation of a time [s], with the variance that rounding may have hidden.
     """
     time, lever = np.array(log.time), np.array(log.turns) * np.array(log.spin)
     slopes = [lever * (np.array(log.torque) == torque) for torque in dict.fromkeys(log.torque)]
@@ -159,7 +147,7 @@ def measure_scatter(log: Fingerprint) -> Scatter:
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
     left, dof = time - design @ solution, len(time) - int(rank)
-    return Scatter(dof, float(left @ left + dof * np.mean(np.square(log.time_step)) / 12))
+    return dof, math.sqrt(left @ left / max(dof, 1) + np.mean(np.square(log.time_step)) / 12)
 
 
 class Logs:
@@ -168,13 +156,10 @@ class Logs:
     `partners`: Students whose logs may be alike. `previous`: Earlier logs.
     """
 
-    def __init__(
-        self, prints: Mapping[str, Fingerprint], partners: Iterable[frozenset[str]], previous: Mapping[str, Fingerprint]
-    ) -> None:
-        students = sorted(prints)
+    def __init__(self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints) -> None:
+        students, self.current = sorted(prints), len(prints)  # number of logs of this class
         self.keys = [*students, *sorted(previous)]
         self.prints = [*(prints[key] for key in students), *(previous[key] for key in sorted(previous))]
-        self.current = len(students)  # number of logs of this class
         together = [sorted(students.index(key) for key in group if key in prints) for group in partners]
         self.exempt = {pair for group in together for pair in combinations(group, 2)}  # pairs that may be alike
         # Number of pairs to compare: within the class, and with the earlier logs.
@@ -188,8 +173,9 @@ class Logs:
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.prints]
-        # Smallest standard deviation of a period [s], shape (R,); 0 if it is not known.
-        self.noise = np.repeat(self._noise(), counts) / turns
+        # Standard deviation of a period [s], shape (R,): that of a good hand, or of the instrument's own scatter.
+        sizes = [HAND if one.by_hand else size for one, (_, size) in zip(self.prints, self.scatters, strict=True)]
+        self.noise = np.repeat(sizes, counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin
@@ -202,21 +188,6 @@ class Logs:
     def compared(self, first: int, second: int) -> bool:
         """Return whether two logs are compared, and in this order."""
         return first < min(second, self.current) and (first, second) not in self.exempt
-
-    def _noise(self) -> list[float]:
-        """Return the smallest scatter of each log's times [s]: its own or the median of the class.
-
-        The smaller of the two is used: a log that scatters more than most may contain a systematic error, which two
-        logs can share. The scatter of the tachometer is subtracted, because students with the same spins share it.
-        """
-        own: dict[int, float] = {}
-        for at, (one, scatter) in enumerate(zip(self.prints, self.scatters, strict=True)):
-            if scatter.dof >= TRUSTED_DOF:
-                rows = zip(one.time, one.spin, one.spin_step, strict=True)
-                from_spin = [t**2 * (TACHOMETER**2 + (step / spin) ** 2 / 12) for t, spin, step in rows]
-                own[at] = math.sqrt(max(scatter.squares / scatter.dof - statistics.median(from_spin), 0.0))
-        middle = statistics.median(own.values() or [0.0])
-        return [max(min(own.get(at, 0.0), middle), HAND * one.by_hand) for at, one in enumerate(self.prints)]
 
 
 def _grid(log: Fingerprint) -> float:
@@ -232,12 +203,11 @@ def _grid(log: Fingerprint) -> float:
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times are closer to straight lines than a hand can stop them."""
     everyone = zip(logs.keys[: logs.current], logs.prints, logs.scatters, strict=False)
-    timed = [(key, log, scatter) for key, log, scatter in everyone if log.by_hand and scatter.dof > 0]
+    timed = [(key, log, *scatter) for key, log, scatter in everyone if log.by_hand and scatter[0] > 0]
     flags = []
-    for key, log, (dof, squares) in timed:
-        size = math.sqrt(squares / dof)
+    for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
-        p = chi2_lower_tail(squares / HAND**2, dof) if size < HAND else 1.0
+        p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
             evidence = (
                 f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, one for each torque "

@@ -174,10 +174,6 @@ def grade_submission(
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
         found = getattr(error, "diagnostics", ())
-        if mistake is None and any(one.code == diagnostics.COLUMNS_EXCHANGED for one in found):
-            again = grade_submission(submission, rubric, reported, mistakes.known_mistakes()["exchanged"])
-            if again.d is not None and again.d <= FAR:
-                return again
         return not_graded(submission, rubric, _why_not(error), found)
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
@@ -186,7 +182,7 @@ def grade_submission(
     evidence = Evidence(rubric, analysis, lacks, own, answer, submission.members, bench)
     if answer is not None and (value := answer.value) is not None:
         step = answer.step or 0.0
-        slips = yardsticks.find_slips(value, step, own, analysis.readings, analysis.measurements)
+        slips = tuple(yardsticks.find_slips(value, step, own, analysis.readings, analysis.measurements))
         named = [one for one in own.values if slips and one.name == slips[0].fit]
         matched = yardsticks.nearest(named or own.values, value)
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
@@ -225,9 +221,8 @@ def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], 
     grades = tuple(grades)
     references, scatters = rubric.references, {}
     if rubric.class_reference:
-        references = yardsticks.class_references(
-            (one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None
-        )
+        known = [(one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None]
+        references = yardsticks.class_references(known)
     if "from" in rubric.bench and any(criterion.check == "constancy" for criterion in rubric.criteria):
         scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
     return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
@@ -258,16 +253,11 @@ LOOKED_AT = 10.0  # a log whose I_zz is farther from the reference needs a look 
 
 
 def reconsider(
-    grade: Grade,
-    submission: Submission,
-    rubric: Rubric,
-    references: References,
-    scatters: Scatters,
-    reported: str | None,
+    grade: Grade, submission: Submission, rubric: Rubric, references: References, scatters: Scatters, typed: str | None
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
-    `grade`: As `settle` returned it. `reported`: As in `grade_submission`. If the answer agrees with the reference, and
+    `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer agrees with the reference, and
     follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned. If
     the answer agrees with a log that is far from the reference, a person is asked to look.
     """
@@ -294,7 +284,7 @@ def reconsider(
     if wrong_log:
         # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
         kinds.sort(key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind)))
-        again = (grade_submission(submission, rubric, reported, kind) for kind in kinds)
+        again = (grade_submission(submission, rubric, typed, kind) for kind in kinds)
         known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
         right = next((replace(one, **known) for one in again if one.d is not None and one.d <= FAR), grade)
         return _settle_one(right, rubric, references, scatters)
@@ -338,9 +328,8 @@ def _looks(evidence: Evidence) -> list[str]:
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
     if evidence.d > FAR and not evidence.slips:
-        found.append(
-            f"the reported I_zz is {evidence.d:.3g} u from the student's own runs, and no common mistake explains it"
-        )
+        told = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
+        found.append(f"{told}, and no common mistake explains it")
     return found
 
 
@@ -410,22 +399,21 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
     code, file, hint = diagnostics.ANSWER_READ, one.file or "", ""
     if one.inertia is not None:
-        message = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {one.file}"
-        message += f", line {one.line}" if one.line else ""
-        parts = ("no uncertainty is found with it" if one.u is None else "", reported.problem)
-        message = "; ".join([message, *filter(None, parts), *([f"station: {station}"] if station else [])])
+        place = f"{one.file}, line {one.line}" if one.line else one.file
+        said = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {place}"
+        doubts = ("no uncertainty is found with it" if one.u is None else "", reported.problem)
+        message = "; ".join(filter(None, [said, *doubts, f"station: {station}" if station else ""]))
     else:
         log = shown(PurePosixPath(submission.log_file or "").name)
         hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
         code, file = diagnostics.ANSWER_MISSING, one.file or log
         message = f"the answer cannot be read: {reported.problem}"
         if answers.inertia is None:
-            read = [name for name in (submission.log_name, *submission.report_names) if name]
-            unread = [name for name in submission.members if name not in read]
-            names, others_named = (
-                listing(sorted(shown(PurePosixPath(name).name) for name in some)) for some in (read, unread)
-            )
-            message = f"no I_zz is found in {names}{f'; not read: {others_named}' if unread else ''}"
+            read = {submission.log_name, *submission.report_names}
+            names = {name: shown(PurePosixPath(name).name) for name in (*filter(None, read), *submission.members)}
+            unread = listing(sorted(names[name] for name in submission.members if name not in read))
+            found_in = listing(sorted(names[name] for name in filter(None, read)))
+            message = f"no I_zz is found in {found_in}{f'; not read: {unread}' if unread else ''}"
         elif one.file == log:
             hint += ", and take its other lines with an I_zz out"
     return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file, one.line))

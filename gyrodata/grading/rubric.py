@@ -24,13 +24,13 @@ from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
 from gyrodata.grading.late import Deduction, LateRule
-from gyrodata.grading.yardsticks import APPARATUS, BENCH, FIT_WORDS, Reference, Station, check_bench, station_key
+from gyrodata.grading.yardsticks import APPARATUS, BENCH, TABLES, Reference, Station, check_bench, station_key
 from gyrodata.toml_table import Number, Text, TomlFile, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submissions
 
-ACCEPTED = tuple(FIT_WORDS)
+ACCEPTED = tuple(TABLES["fits"])
 """Fits of a student's own runs that a rubric may accept."""
 
 
@@ -71,14 +71,6 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     if low > high or (low == high and match["word"]):
         raise unfit("condition_bounds_reversed", key, text=text, relation=relation, **match.groupdict())
     return name, relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
-
-
-RESERVED = (
-    "student", "name", "status", "total", "late_deduction", "late", "matched", "d", "z", "slips", "flags", "look",
-    "by_hand", "why_not_graded", "section", "reported", "station", "partner", "flag", "comment", "hold",
-    "excuse", "bonus",
-)  # fmt: skip
-"""Ids that a criterion cannot have: columns of ``grades.csv``, and words of ``desk.csv``."""
 
 
 # --- the file -----------------------------------------------------------------------------------------------
@@ -161,7 +153,7 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:
                 raise unfit("criterion_twice", ("criterion", at, "id"), id=one.id)
-            if one.id.casefold() in RESERVED:
+            if one.id.casefold() in TABLES["reserved"]:
                 raise unfit("criterion_id_reserved", ("criterion", at, "id"), id=one.id)
             if one.check == "reference" and self.reference is None:
                 raise unfit("reference_missing", ("criterion", at), id=one.id)

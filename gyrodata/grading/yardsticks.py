@@ -12,9 +12,11 @@ import itertools
 import math
 import re
 import statistics
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, ClassVar, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -24,17 +26,15 @@ from numpy.typing import NDArray
 from gyrodata import fitting
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.measurements import SOURCES, Measurements
+from gyrodata.measurements import Measurements
 from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
-from gyrodata.quantities import parse_quantity, parse_uncertainty
-from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, u_keys
+from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, read_reported, u_keys
 from gyrodata.readings.lablog import Given, read_settings
-from gyrodata.readings.roles import CONSTANTS
-from gyrodata.reporting.values import count_text, inertia_text
+from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
+from gyrodata.reporting.values import inertia_text
 from gyrodata.toml_table import UnfitError, unfit
 from gyrodata.toml_table import nearest as nearest_word
-from gyrodata.units import UnitError
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -43,14 +43,7 @@ if TYPE_CHECKING:
 
 Log = TypeVar("Log")
 
-FIT_WORDS = {
-    "through_origin": "a line without an intercept",
-    "with_constant": "a line with an intercept",
-    "mean_of_ratios": "the mean of M/(φ̇ψ̇)",
-    "recommended": "the recommended fit",
-}
-
-SET_WORDS = {"all": ", every run in it", "loaded": ", runs with a weight only"}
+TABLES: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8"))
 
 FINEST, COARSEST = 0.005, 0.05
 """Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
@@ -61,7 +54,7 @@ correct."""
 class OwnValue(Struct, frozen=True):
     """I_zz by one fit of the student's own runs."""
 
-    name: str  # of `FIT_WORDS`, with ":all" or ":loaded" behind it if it uses other runs than the analysis
+    name: str  # of `fits` in the tables, with ":all" or ":loaded" behind it if it uses other runs than the analysis
     value: float  # [kg*m^2]
     u: float | None  # standard uncertainty of this fit [kg*m^2]; None if it has none
 
@@ -69,7 +62,7 @@ class OwnValue(Struct, frozen=True):
 def fit_words(name: str) -> str:
     """Describe a fit and its runs: "a line with an intercept, every run in it"."""
     fit, _, runs = name.partition(":")
-    return FIT_WORDS[fit] + SET_WORDS.get(runs, "")
+    return str(TABLES["fits"][fit] + TABLES["runs"].get(runs, ""))
 
 
 class OwnRuns(Struct, frozen=True, dict=True):
@@ -91,10 +84,9 @@ class OwnRuns(Struct, frozen=True, dict=True):
                 continue
             if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
                 continue
+            x, y = (product * self.product)[used], (torque * self.torque)[used]
             with np.errstate(all="ignore"):
-                value, u = map(
-                    float, fitting.TEXTBOOK[name]((product * self.product)[used], (torque * self.torque)[used])
-                )
+                value, u = map(float, fitting.TEXTBOOK[name](x, y))
             found.append(OwnValue(f"{name}:{suffix}".rstrip(":"), value, u if math.isfinite(u) else None))
         # The recommended fit can only be scaled, by a factor that is the same in every run.
         loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
@@ -110,30 +102,23 @@ class OwnRuns(Struct, frozen=True, dict=True):
         If none of them is possible (an intercept, and one torque only), it is the recommended fit.
         """
         kept: list[OwnValue] = []
-        for own in sorted(
-            self.fits(), key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))
-        ):
-            near = (abs(own.value - other.value) <= 1e-9 * abs(own.value) for other in kept)
-            if math.isfinite(own.value) and not any(near):
+        found = [own for own in self.fits() if math.isfinite(own.value) and own.value]
+        for own in sorted(found, key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))):
+            if not any(math.isclose(own.value, other.value) for other in kept):
                 kept.append(own)
         return tuple(kept) or (self.recommended,)
 
 
 def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
-    measured = analysis.measurements
+    measured, inertia = analysis.measurements, analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])
-    sets = {"": kept, "all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
-    inertia = analysis.inertia
-    share = (inertia.u or 0.0) / abs(inertia.value)
-    return OwnRuns(
-        product=analysis.fit.sense * np.abs(measured.product),
-        torque=measured.torque,
-        sets=tuple((name, used) for name, used in sets.items() if not name or not np.array_equal(used, kept)),
-        accept=tuple(accept),
-        recommended=OwnValue("recommended", inertia.value, inertia.u or None),
-        yardstick=min(max(share, FINEST), COARSEST),
-    )
+    others = {"all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
+    sets = [("", kept), *((name, used) for name, used in others.items() if not np.array_equal(used, kept))]
+    product = analysis.fit.sense * np.abs(measured.product)
+    best = OwnValue("recommended", inertia.value, inertia.u or None)
+    yardstick = min(max((inertia.u or 0.0) / abs(inertia.value), FINEST), COARSEST)
+    return OwnRuns(product, measured.torque, tuple(sets), tuple(accept), best, yardstick)
 
 
 def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
@@ -187,9 +172,7 @@ class Slip(Struct, frozen=True):
     distance: float  # of the report from that fit [u]
 
 
-def find_slips(
-    reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements
-) -> tuple[Slip, ...]:
+def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements) -> list[Slip]:
     """Name the slips that explain a reported I_zz, the most likely first.
 
     Parameters
@@ -203,31 +186,23 @@ def find_slips(
 
     Returns
     -------
-    tuple of Slip
+    list of Slip
         Several if they explain it equally well; empty if the runs explain the report, or no known slip does.
     """
     if min(distance(reported, value.value, step, own.yardstick) for value in own.values) <= FROM:
-        return ()
-    if reported:
-        inverse = 1 / reported
-        best = nearest(own.values, inverse)
-        away = distance(inverse, best.value, step * inverse**2, own.yardstick)
-        if away <= min(WITHIN, NEAREST / own.yardstick):
-            kind = known_mistakes()["inverse_slope"]
-            u = best.u and best.u * reported**2
-            return (Slip(kind.kind, kind.words, kind.check, reported**2, best.name, u, away),)
+        return []
     singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
+    singles.append(known_mistakes()["inverse_slope"])
     found = _matching(reported, step, own, singles, WITHIN)
     if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
         found += _matching(reported, step, own, _pairs(singles), BOTH_WITHIN)
     least = min((slip.distance for _, slip in found), default=0.0)
-    found = sorted(
-        (item for item in found if item[1].distance <= least + AS_GOOD), key=lambda one: (one[0], one[1].distance)
-    )
+    found = [item for item in found if item[1].distance <= least + AS_GOOD]
+    found.sort(key=lambda item: (item[0], item[1].distance))
     # A mistake suggested by the log's units comes before one with only the same factor.
     likely = [slip.factor for rank, slip in found if rank == 0]
     named = [slip for rank, slip in found if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)]
-    return tuple(named[:MOST])
+    return named[:MOST]
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
@@ -262,41 +237,38 @@ def unusual(readings: Readings) -> int:
     return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
 
 
-def _matching(
-    reported: float, step: float, own: OwnRuns, kinds: list[Mistake], within: float
-) -> list[tuple[int, Slip]]:
+def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Mistake], most: float) -> list[tuple[int, Slip]]:
     """Find the slips of a list that explain the report, each with its rank and by the fit that agrees best."""
     plain = {value.name: value.value for value in own.values}
     margin = FROM * own.yardstick
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
-    found = []
+    found, limit = [], min(most, NEAREST / own.yardstick)
     for kind in kinds:
-        slips = []
-        for one in own.fits(kind.product, kind.torque):
+        if kind.kind == "inverse_slope":
+            fits = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+        else:
+            fits = own.fits(kind.product, kind.torque)
+        for one in sorted(fits, key=lambda one: abs(one.value - reported)):
+            away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
             # A value among honest answers cannot be separated from them.
-            if one.name in plain and one.value and not low <= one.value <= high:
-                away, factor = distance(reported, one.value, step, own.yardstick), one.value / plain[one.name]
-                slips.append(Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away))
-        near = [slip for slip in slips if slip.distance <= min(within, NEAREST / own.yardstick)]
-        if near:
-            found.append((kind.rank, min(near, key=lambda slip: slip.distance)))
+            if one.name in plain and away <= limit and not low <= one.value <= high:
+                factor = one.value / plain[one.name]
+                found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
+                break
     return found
 
 
 def _pairs(singles: list[Mistake]) -> list[Mistake]:
     """List all pairs of forgotten steps: students put raw numbers into the formula."""
+    pairs = itertools.combinations([kind for kind in singles if kind.forgets], 2)
     return [
         Mistake(
-            f"{first.kind} + {second.kind}",
-            f"perhaps {first.words}, and {second.words}",
-            f"{first.check}; {second.check}",
-            product=first.product * second.product,
-            torque=first.torque * second.torque,
-            rank=max(first.rank, second.rank),
+            f"{one.kind} + {other.kind}", f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}",
+            product=one.product * other.product, torque=one.torque * other.torque, rank=max(one.rank, other.rank),
         )
-        for first, second in itertools.combinations([kind for kind in singles if kind.forgets], 2)
-        if first.forgets != second.forgets
-    ]
+        for one, other in pairs
+        if one.forgets != other.forgets
+    ]  # fmt: skip
 
 
 # --- references of stations --------------------------------------------------------------------------------
@@ -346,16 +318,10 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
 
     def reference(self, source: str) -> Reference:
         """Return the values in SI; `source`: the origin in words."""
-        inertia = u = None
-        try:
-            inertia = parse_quantity(self.inertia, "inertia")
-            u = parse_uncertainty(self.u, "inertia")
-        except UnitError as error:
-            key = "inertia" if inertia is None else "u"
-            raise UnfitError(f"{key}: {error}", error.hint, path=key) from None
-        if inertia <= 0:
-            raise unfit("reference_not_positive", "inertia")
-        return Reference(inertia, u.at(inertia), source)
+        read = read_reported("inertia", f"{self.inertia} ± {self.u}")
+        if read.problem or read.u is None or not read.value or read.value < 0:
+            raise unfit("reference_unclear", "inertia", problem=read.problem or f'"{read.text}" is not above zero')
+        return Reference(read.value, read.u, source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------
@@ -373,33 +339,28 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
     Neither is smaller than the u of the logs allow.
     """
     references = {}
-    for station, logs in sorted(_by_station((station, (value, u)) for station, value, u in values).items()):
+    for station, logs in _by_station(((station, (value, u)) for station, value, u in values), FEW).items():
         whole, number = station == "all", len(logs)
-        if whole or number >= FEW:
-            median = statistics.median(value for value, _ in logs)
-            scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
-            least = statistics.median(u for _, u in logs) / math.sqrt(number)
-            u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
-            words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
-            references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
+        median = statistics.median(value for value, _ in logs)
+        scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
+        least = statistics.median(u for _, u in logs) / math.sqrt(number)
+        u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
+        words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
+        references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
     return references
 
 
-def _by_station(logs: Iterable[tuple[str | None, Log]]) -> dict[str, list[Log]]:
-    """Group the logs by station; "all" contains every log."""
+def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str, list[Log]]:
+    """Group the logs by stations with at least `enough` logs; "all" contains every log."""
     groups: dict[str, list[Log]] = {}
     for station, log in logs:
         for name in {"all", station or "all"}:
             groups.setdefault(name, []).append(log)
-    return groups
+    return {name: some for name, some in sorted(groups.items()) if name == "all" or len(some) >= enough}
 
 
 # --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
 
-UNCERTAINTIES = (
-    *(f"u_{name}" for name in SOURCES), "u_turns", "u_precession_period", "u_imbalance", "u_ball_mass",
-    "u_ball_diameter", "u_rod_length"
-)  # fmt: skip
 APPARATUS = (*CONSTANTS, "weight_diameter", "transverse_inertia", "motion")
 BENCH = (*UNCERTAINTIES, *APPARATUS)
 """Lines of a log that a rubric may contain, for logs without them."""
@@ -409,7 +370,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH))
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH, "take it out"))
         try:
             read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:
@@ -423,13 +384,10 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings
     own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
     own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
     own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    if readings.balance_tilt or readings.balance_drift or readings.balanced is not None:
-        own.add("u_imbalance")
-    missing = {
-        key: " ".join(lines[key].split())
-        for key in lines
-        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
-    }
+    is_balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
+    own |= {"u_imbalance"} if is_balanced else set()
+    left = [key for key in lines if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))]
+    missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
     return readings, answers, tuple(f"{key} {text}" for key, text in missing.items())
@@ -457,10 +415,6 @@ class BenchScatter(Struct, frozen=True):
 
 def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
     """Describe the scatter by which constancy is judged in a class; "" for the usual scatter."""
-    logs = scatter["all"].logs if scatter else 0
-    if 0 < logs < ENOUGH:
-        few = f"{count_text(logs, 'log')} without an uncertainty of the times"
-        return f"{few} cannot tell how far the bench scatters ({ENOUGH} can): the usual uncertainties hold"
     told = [scatter[station].words for station in sorted(scatter, key=in_order) if scatter[station].factor > 1]
     return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
@@ -474,11 +428,10 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     """
     sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
     groups: dict[str, list[float]] = {"all": []}
-    groups |= _by_station((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums)
+    groups |= _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
     found = {}
     for name, squares in groups.items():
-        if name == "all" or len(squares) >= ENOUGH:
-            factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
-            whose = "the class" if name == "all" else f"station {name}"
-            found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
+        factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
+        whose = "the class" if name == "all" else f"station {name}"
+        found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
     return found

@@ -111,11 +111,14 @@ _PLAIN = (
     (r"\\kilo\s*\\?gram\b|\\kg\b", " kg "),
     (r"\\gram\b", " g"),
     (r"\\met(?:er|re)\b", " m"),
+    (r"\\(c?m|g|N|s)(?![a-zA-Z])", r" \1"),
     (r"\\squared\b", "^2"),
     (r"\\pm(?![a-zA-Z])", "±"),
     (r"\\(?:times|cdot)(?![a-zA-Z])", "·"),
     (r"\\approx(?![a-zA-Z])", "≈"),
-    (r"\\(?:begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\[^a-zA-Z]|[~&$`{}]|\*\*", " "),
+    (r"(?<!\\)&", " | "),
+    (r"\\(?:begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\[^a-zA-Z]|[~$`{}]|(?<!\w)\*\*|\*\*(?!-?\d)", " "),
+    (r"(\d,\d+|\))\s*\.\s*(?=10\s*[\^⁻])", r"\1·"),
     (r"\^\s*(?:\(\s*([-−]?\d+)\s*\)|([-−]?\d+))", r"^\1\2"),
     (r"\s+(?=\^)|(?<=_)\s+|(?<=\s)\s+", ""),
     (r"\s*(?:\|\s*)?±\s*\|?\s*", " ± "),
@@ -124,12 +127,16 @@ _PLAIN = (
 """Patterns that turn LaTeX, Markdown and other ways of writing into plain text."""
 
 
+def _plain(line: str) -> str:
+    for pattern, text in _PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
+        line = re.sub(pattern, text, line)
+    return line
+
+
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences, each with the number of its line."""
     found = []
-    for number, line in enumerate(_with_titles(lines[:_MOST_LINES]), 1):
-        for pattern, text in _PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
-            line = re.sub(pattern, text, line)
+    for number, line in enumerate(_with_titles([_plain(line) for line in lines[:_MOST_LINES]]), 1):
         found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
     return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]
 
@@ -138,7 +145,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of a table as people write in lines: with ± in front of an uncertainty, and units behind."""
     titles: list[str] = []
     for line, below in zip_longest(lines, lines[1:], fillvalue=""):
-        cells = [cell.strip(" *`") for cell in line.strip(" |").split("|")]
+        cells = [cell.strip(" *") for cell in line.strip(" |").split("|")]
         if len(cells) < 2:
             titles = []
         elif not any(_is_number(cell) for cell in cells):
@@ -167,7 +174,7 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search("[Δδσ±]", text) is not None
+    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(r"[Δδσ±]|\bd[IJ]", text) is not None
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -256,17 +263,18 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 
 def _with_u(read: Reported, behind: str) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
-    gap = re.match(r"[^\d±]{1,80}?(?=\d|(?<=\s)[.,]\d)", behind)
+    gap = re.match(r"([^\d±]{1,80}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*(?=\d|(?<=\s)[.,]\d)", behind)
     if read.u is not None or gap is None:
         return read
     number = behind[gap.end() :][:_LONGEST_VALUE]
     percent = re.match(r"[\d.,]+\s*%\s*([^\W\d]+)", number)
-    said = f"{gap[0]} {percent[1] if percent else ''}"
+    said = f"{gap[1]} {percent[1] if percent else ''}"
     others = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not re.fullmatch(_SMALL, word)]
     if not _is_unsure(said) or any(not _is_unsure(word) and not _names_inertia(word) for word in others):
         return read
+    unit = gap[2] if units.kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
-        both = read_reported("inertia", " ".join(f"{read.text} ± {cut}".replace("|", " ").split()), read.line)
+        both = read_reported("inertia", " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split()), read.line)
         if both.fault is None and both.value == read.value and (whole or re.search(r"[^\W\d]$|[%²2]$", cut)):
             return both if (both.u or 0) < abs(read.value or 0) else read
     return read

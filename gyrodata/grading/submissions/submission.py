@@ -80,9 +80,7 @@ class Submission(Struct, frozen=True, dict=True):
         log = readings.read_log(self.log(), name=name, settings=settings)
         answers = read_answers(log, self.reports())
         if answers.inertia is None:
-            # Lines that begin with a # are read already.
-            data = self.log() if self.log()[:2] == b"PK" else re.sub(rb"(?m)^#.*", b"", self.log())
-            answers = read_answers(None, [(name, data)])
+            answers = read_answers(None, [(name, self.log())])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 

@@ -26,8 +26,8 @@ from gyrodata.readings.source import sheet_rows
 
 _MOST_LINES, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 1000, 120
 
-_RESULT, _OTHER, _JOINING, _RANGE, _VERB, _SMALL = (
-    f"(?i:{vocabulary.ANSWERS[key]})" for key in ("result", "other", "joining", "range", "verb", "small")
+_RESULT, _OTHER, _UNSURE, _JOINING, _RANGE, _VERB, _SMALL = (
+    f"(?i:{vocabulary.ANSWERS[key]})" for key in ("result", "other", "unsure", "joining", "range", "verb", "small")
 )
 
 
@@ -121,7 +121,9 @@ _PLAIN = (
     (r"(\d,\d+|\))\s*\.\s*(?=10\s*[\^⁻])", r"\1·"),
     (r"\^\s*(?:\(\s*([-−]?\d+)\s*\)|([-−]?\d+))", r"^\1\2"),
     (r"\s+(?=\^)|(?<=_)\s+|(?<=\s)\s+", ""),
-    (r"\s*(?:\|\s*)?±\s*\|?\s*", " ± "),
+    (r"(?i)plus(?: or |/|-)minus|\+\s*(?=([\d.,]+(?:e-?\d+)?)\s*/?\s*[-−–]\s*\1(?![\d.,]*\d))", "±"),
+    (r"\s*(?:\||à)?\s*±\s*\|?\s*", " ± "),
+    (r"\(\s*([×x·*]\s*10[^()]*)\)", r"\1"),
     (r"\s+à\s+(\d[\d.,]*\s*%?)\s+près", r" ± \1"),
 )
 """Patterns that turn LaTeX, Markdown and other ways of writing into plain text."""
@@ -174,7 +176,7 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(r"[Δδσ±]|\bd[IJ]", text) is not None
+    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_UNSURE, text) is not None
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -193,7 +195,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
     except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
         return
     above = ""
-    for (number, sentence), (_, below) in zip_longest(sentences, sentences[1:], fillvalue=(0, "")):
+    for at, (number, sentence) in enumerate(sentences):
         end, before = 0, ""
         for start in (match.start() for match in re.finditer(_START, sentence)):
             if start < end:
@@ -206,7 +208,8 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             before = before if re.fullmatch(rf"[\s,|]*{_RANGE}?\s*", words) else words
             text, length = value
             end = start + length
-            read = _with_u(read_reported("inertia", text, number), f"{sentence[end:]} | {below}")
+            behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
+            read = _with_u(read_reported("inertia", text, number), behind)
             after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b", sentence[end:])[0]
             if re.search(_TWO_NUMBERS, before) or re.search(_OTHER, before) or re.search(_OTHER, after):
                 continue
@@ -224,7 +227,8 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
     """Give the beginnings of a text that may be a value, the longest first, and whether no other word follows."""
     for cut in reversed(list(re.finditer(_CUT, text))):
-        yield text[: cut.start()].strip(" |_.,;"), re.match(r"\)?\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+        last = re.match(r"\)?\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+        yield text[: cut.start()].strip(" |_").rstrip(".,;"), last
 
 
 def _value(text: str, before: str) -> tuple[str, int] | None:
@@ -238,7 +242,7 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
                 return cut, len(cut)
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
-    unit = re.search(r"[\[(]([^\])]*)[\])][\s*_]*$", label)
+    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
     name = label[: unit.start()] if unit else label
     if mark is None or not _names_inertia(name, near=True):
         return None
@@ -269,12 +273,16 @@ def _with_u(read: Reported, behind: str) -> Reported:
     number = behind[gap.end() :][:_LONGEST_VALUE]
     percent = re.match(r"[\d.,]+\s*%\s*([^\W\d]+)", number)
     said = f"{gap[1]} {percent[1] if percent else ''}"
-    others = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not re.fullmatch(_SMALL, word)]
-    if not _is_unsure(said) or any(not _is_unsure(word) and not _names_inertia(word) for word in others):
+    if not _is_unsure(said) or re.search(_OTHER, said):
         return read
+    more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
+    plain = all(re.fullmatch(_SMALL, word) for word in more)
     unit = gap[2] if units.kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
-        both = read_reported("inertia", " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split()), read.line)
-        if both.fault is None and both.value == read.value and (whole or re.search(r"[^\W\d]$|[%²2]$", cut)):
+        text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
+        both = read_reported("inertia", text, read.line)
+        # Without a unit of its own, the number may be of anything that is said in between.
+        own = re.search(_UNIT, cut) and not any(name_roles(word)[0] for word in more)
+        if both.fault == read.fault and both.value == read.value and (own or (plain and (whole or "%" in cut))):
             return both if (both.u or 0) < abs(read.value or 0) else read
     return read

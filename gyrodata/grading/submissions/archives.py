@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import shlex
 import stat
 import struct
 import zipfile
@@ -76,6 +77,10 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(code, root, "is not there: no folder or zip", "check its name")
+        if ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
+            one = f"to see what is read in one hand-in, run: gyro check --hand-in {shlex.quote(str(root))}"
+            hint = f"give the folder or zip of the class; {one}"
+            raise _refusal(code, root, "is one file, not the folder or zip of a class", hint)
         if zipfile.is_zipfile(root):
             return _opened(*_identity(root))[2]
         with root.open("rb") as file:

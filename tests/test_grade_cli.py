@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -18,9 +19,10 @@ from pathlib import Path
 
 import jsonschema
 import make_sample_class
+import openpyxl
 import pytest
 from classes.cells import gyro
-from grading.classes import make_folder
+from grading.classes import LOG, make_folder
 from typer.testing import Result
 
 from gyrodata import schema
@@ -150,6 +152,19 @@ def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(grades: Pa
 
 
 # --- options ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["my data.csv", "lab.xlsx"])
+def test_one_log_is_sent_to_the_command_for_it(name: str, tmp_path: Path) -> None:
+    book, out = openpyxl.Workbook(), io.BytesIO()
+    for row in csv.reader(io.StringIO(LOG)):
+        book.worksheets[0].append(row)
+    book.save(out)
+    make_folder(tmp_path, {name: out.getvalue() if name.endswith("x") else LOG, "report.txt": "I_zz = 4.4e-3 kg m^2"})
+    done = gyro("grade", tmp_path / name)
+    assert (done.exit_code, list(tmp_path.glob("*grades*"))) == (2, [])
+    _, *command = shlex.split(done.stderr.partition("run: ")[2].strip())
+    assert (command[:2], "G719" in gyro(*command).stdout) == (["check", "--hand-in"], True)
 
 
 def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None:

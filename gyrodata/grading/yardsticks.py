@@ -38,7 +38,7 @@ from gyrodata.toml_table import nearest as nearest_word
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
-    from gyrodata.grading.submissions.submission import Answers
+    from gyrodata.grading.submissions.answers import Answers
     from gyrodata.results import Analysis
 
 Log = TypeVar("Log")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gyrodata.grading.submissions.submission import read_answers
+from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
 
 PROSE = tomllib.loads((Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8"))

@@ -33,7 +33,7 @@ from gyrodata.diagnostics import explanations, severities
 from gyrodata.disk import alone_in
 from gyrodata.errors import InputError
 from gyrodata.grading.rubric import read_rubric
-from gyrodata.grading.submissions.submission import read_answers
+from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
 
 

@@ -14,7 +14,7 @@ from grading.classes import LOG, make_folder
 from grading.reports import a_log
 
 from gyrodata.grading.submissions import find_submissions
-from gyrodata.grading.submissions.submission import read_answers
+from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
 
 

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions import names, submission
-from gyrodata.grading.submissions.archives import Listing, list_files, list_inner, read_file
+from gyrodata.grading.submissions.archives import TEXTS, Listing, ending, list_files, list_inner, read_file
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import listing
 
@@ -173,7 +173,7 @@ def _joined(
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
     sizes, damaged = dict(files.sizes), ""
     for name, file in list(own.items()):
-        if submission.ending(file) == ".zip":
+        if ending(file) == ".zip":
             try:
                 inner = list_inner(files.root, name)
             except InputError as error:
@@ -184,7 +184,7 @@ def _joined(
     log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name in sizes and submission.is_text(own.get(name, ".txt"))}
+    texts = {name for name in {**parts, **own} if name in sizes and ending(own.get(name, ".txt")) in TEXTS}
     made = replace(
         first,
         ids=named.ids,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import shlex
 import stat
 import struct
 import zipfile
@@ -17,7 +18,7 @@ import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
 
@@ -29,6 +30,10 @@ from gyrodata.reporting.values import size_text
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
 MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and bytes of each
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip; an entry has about a hundred
+
+TABLES = (".csv", ".tsv")  # endings of tables
+LOGS = (*TABLES, ".txt", ".dat", ".xlsx", ".log", ".md")  # endings of logs
+TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".xlsx", ".tex")  # of files with the answer
 
 
 class Listing(Struct, frozen=True):
@@ -42,6 +47,16 @@ class Listing(Struct, frozen=True):
 
 # Files that macOS, Windows and editors add: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
 _STREWN = re.compile(r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)", re.IGNORECASE)
+
+
+def ending(name: str) -> str:
+    """Return the ending of a file in small letters, without ``.gz``."""
+    return PurePosixPath(name.lower().removesuffix(".gz")).suffix
+
+
+def is_log(name: str) -> bool:
+    """Return whether a file may be a log, by its ending."""
+    return ending(name) in LOGS
 
 
 def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
@@ -62,6 +77,10 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(code, root, "is not there: no folder or zip", "check its name")
+        if ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
+            one = f"to see what is read in one hand-in, run: gyro check --hand-in {shlex.quote(str(root))}"
+            hint = f"give the folder or zip of the class; {one}"
+            raise _refusal(code, root, "is one file, not the folder or zip of a class", hint)
         if zipfile.is_zipfile(root):
             return _opened(*_identity(root))[2]
         with root.open("rb") as file:

@@ -28,8 +28,8 @@ from msgspec.structs import replace
 
 from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import InputError, printable, shown
-from gyrodata.grading.submissions.archives import Listing, read_file
-from gyrodata.grading.submissions.submission import Submission, ending, is_log
+from gyrodata.grading.submissions.archives import Listing, ending, is_log, read_file
+from gyrodata.grading.submissions.submission import Submission
 
 LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read

@@ -1,0 +1,288 @@
+"""The answer in the texts of a student: all quantities that may be I_zz are found, and the best named one is taken.
+
+A text becomes sentences: lines without markup, and rows of tables as lines. A number in a sentence is a candidate if it
+has a unit of I_zz, or if the name of I_zz is directly in front of it. Words around it say whether it is another value,
+such as one of theory. Nothing is guessed: of two different candidates that are equally good, neither is taken.
+"""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
+
+from msgspec import Struct
+
+from gyrodata import diagnostics, readings, units, vocabulary
+from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.grading.submissions.archives import ending
+from gyrodata.readings import Reported, read_reported
+from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
+from gyrodata.readings.source import sheet_rows
+
+_MOST_LINES, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 1000, 120
+
+_RESULT, _OTHER, _UNSURE, _JOINING, _RANGE, _VERB, _SMALL = (
+    f"(?i:{vocabulary.ANSWERS[key]})" for key in ("result", "other", "unsure", "joining", "range", "verb", "small")
+)
+
+
+class Answers(Struct, frozen=True):
+    """The value that a student reports, from any of the files."""
+
+    inertia: Reported | None = None  # I_zz [kg*m^2]; None if nothing is reported
+    diagnostics: tuple[Diagnostic, ...] = ()  # notes on how it was read
+    file: str = ""  # name of the file with I_zz
+
+
+class _Candidate(Struct, frozen=True):
+    """A quantity that may be the answer; one with an uncertainty is better, then one that is called a result."""
+
+    rank: tuple[bool, bool, bool]  # whether it has a name, an uncertainty, and words of a result
+    place: str
+    read: Reported
+
+
+def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, bytes]] = ()) -> Answers:
+    """Find the value that the log reports, or another text if the log reports none.
+
+    `reports` are names and bytes of the other texts. Never raises: a value that cannot be read has a fault.
+    """
+    if log is not None and "inertia" in log.reported:
+        read = log.reported["inertia"]
+        below = readings.split_lines(log.source_text)[read.line or 0 :]
+        return Answers(_with_u(read, "".join(below[:1])), (), log.name)
+    found = [one for name, data in reports for one in _candidates(name, data)]
+    if not found:
+        return Answers()
+    best = max(one.rank for one in found)
+    equal = [one for one in found if one.rank == best]
+    # The same answer may be written with more digits.
+    chosen = max(equal, key=lambda one: one.read.step or 0.0)
+    read = chosen.read
+    for other in equal:
+        if not _agree(read, other.read):
+            problem = f'two values are found: "{read.text}" in {chosen.place} and "{other.read.text}" in {other.place}'
+            read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
+            break
+    note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
+    return Answers(read, (note,), chosen.place.rpartition(", line ")[0])
+
+
+def _agree(rounded: Reported, other: Reported) -> bool:
+    """Return whether two values with their uncertainties are the same but for rounding."""
+    near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (rounded.step or 0.0)
+    return near and abs((rounded.u or 0.0) - (other.u or 0.0)) <= 0.501 * (rounded.u_step or 0.0)
+
+
+# --- the sentences of a file ---------------------------------------------------------------------------------
+
+
+def _lines(name: str, data: bytes) -> list[str]:
+    """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
+    kind = ending(name)
+    if kind == ".xlsx":
+        rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
+        return [" | ".join("" if cell is None else str(cell) for cell in row) for row in rows]
+    if kind == ".docx":
+        with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open("word/document.xml") as file:
+            text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
+    else:
+        text = readings.decode(data, readings.Faults(name))[0]
+    if kind in (".html", ".htm", ".docx"):
+        text = re.sub(r"(?:</w:p>\s*)?</(?:w:tc|td|th)>|<w:tab\b[^<>]*>", " | ", text)
+        text = re.sub(r"(?i)</w:(?:p|tr)>|<(?:w:)?br\b[^<>]*>|</?(?:p|div|li|tr|h\d|table|[uo]l)\b[^<>]*>", "\n", text)
+        text = html.unescape(re.sub(r"<[^<>]*>", "", text)).replace("\u00a0", " ")
+        # Lines are counted as they are shown.
+        text = re.sub(r"\s*\n\s*", "\n", text).strip()
+    return readings.split_lines(text)
+
+
+_PLAIN = (
+    ("[’`´]", "'"),
+    (r"(?<!\d)[\"']|[\"'](?!\d)", " "),  # quotation marks around a value
+    (r"\\(SI|qty|num)\{([^{}]*?)\s*(?:\\pm|±|\+-)\s*([^{}]*?)\s*e(-?\d+)\}", r"\\\1{(\2 ± \3)e\4}"),
+    (r"\\(?:SI|qty|num)\{([^{}]*)\}", r"\1 "),
+    (r"\{,\}", ","),
+    (r"\\kilo\s*\\?gram\b|\\kg\b", " kg "),
+    (r"\\gram\b", " g"),
+    (r"\\met(?:er|re)\b", " m"),
+    (r"\\(c?m|g|N|s)(?![a-zA-Z])", r" \1"),
+    (r"\\squared\b", "^2"),
+    (r"\\pm(?![a-zA-Z])", "±"),
+    (r"\\(?:times|cdot)(?![a-zA-Z])", "·"),
+    (r"\\approx(?![a-zA-Z])", "≈"),
+    (r"(?<!\\)&", " | "),
+    (r"\\(?:begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\[^a-zA-Z]|[~$`{}]|(?<!\w)\*\*|\*\*(?!-?\d)", " "),
+    (r"(\d,\d+|\))\s*\.\s*(?=10\s*[\^⁻])", r"\1·"),
+    (r"\^\s*(?:\(\s*([-−]?\d+)\s*\)|([-−]?\d+))", r"^\1\2"),
+    (r"\s+(?=\^)|(?<=_)\s+|(?<=\s)\s+", ""),
+    (r"(?i)plus(?: or |/|-)minus|\+\s*(?=([\d.,]+(?:e-?\d+)?)\s*/?\s*[-−–]\s*\1(?![\d.,]*\d))", "±"),
+    (r"\s*(?:\||à)?\s*±\s*\|?\s*", " ± "),
+    (r"\(\s*([×x·*]\s*10[^()]*)\)", r"\1"),
+    (r"\s+à\s+(\d[\d.,]*\s*%?)\s+près", r" ± \1"),
+)
+"""Patterns that turn LaTeX, Markdown and other ways of writing into plain text."""
+
+
+def _plain(line: str) -> str:
+    for pattern, text in _PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
+        line = re.sub(pattern, text, line)
+    return line
+
+
+def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Split lines into sentences, each with the number of its line."""
+    found = []
+    for number, line in enumerate(_with_titles([_plain(line) for line in lines[:_MOST_LINES]]), 1):
+        found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
+    return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]
+
+
+def _with_titles(lines: Sequence[str]) -> Iterator[str]:
+    """Write the rows of a table as people write in lines: with ± in front of an uncertainty, and units behind."""
+    titles: list[str] = []
+    for line, below in zip_longest(lines, lines[1:], fillvalue=""):
+        cells = [cell.strip(" *") for cell in line.strip(" |").split("|")]
+        if len(cells) < 2:
+            titles = []
+        elif not any(_is_number(cell) for cell in cells):
+            titles = titles if set("".join(cells)) <= set("-: ") else cells
+        else:
+            # A column of I_zz with a value for each run is not the answer.
+            alone = not _is_number(cells[0]) or not _is_number(below.strip(" |").split("|")[0])
+            line, missing = "", [""] * (len(cells) - len(titles))
+            for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
+                if not cell:
+                    continue
+                if _is_unsure(title) and _is_number(cell) and line:
+                    line += f" ± {cell}{' %' * ('%' in title)}"
+                elif units.kinds_of(cell) and not _is_number(cell):
+                    line += f" {cell}"
+                elif re.search(_OTHER, title) or (_is_number(cells[0]) and alone):
+                    line += f" | {title} = {cell}"
+                else:
+                    line += f" | {cell}"
+        yield line
+
+
+def _is_number(text: str) -> bool:
+    return re.match(r"\s*[-+(]*[.,]?\d", text) is not None
+
+
+def _is_unsure(text: str) -> bool:
+    """Return whether words contain one of an uncertainty."""
+    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_UNSURE, text) is not None
+
+
+# --- the candidates ------------------------------------------------------------------------------------------
+
+_UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_START = r"(?<![\w.,^(+\-−±/])\(?[-+−]?\(?(?:\d|[.,]\d)"
+_CUT = r"[,;.)|]?\s+|[.,;|]*$"
+_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_RANGE}\s+)?$"
+_MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
+
+
+def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
+    """Find the quantities of a file that may be the answer."""
+    try:
+        sentences = _sentences(_lines(name, data))
+    except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
+        return
+    above = ""
+    for at, (number, sentence) in enumerate(sentences):
+        end, before = 0, ""
+        for start in (match.start() for match in re.finditer(_START, sentence)):
+            if start < end:
+                continue
+            words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
+            value = _value(sentence[start : start + _LONGEST_VALUE], words)
+            if value is None:
+                continue
+            # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
+            before = before if re.fullmatch(rf"[\s,|]*{_RANGE}?\s*", words) else words
+            text, length = value
+            end = start + length
+            behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
+            read = _with_u(read_reported("inertia", text, number), behind)
+            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b", sentence[end:])[0]
+            if re.search(_TWO_NUMBERS, before) or re.search(_OTHER, before) or re.search(_OTHER, after):
+                continue
+            if read.u is None and _is_unsure(before):
+                continue  # it is an uncertainty itself
+            result = re.search(_RESULT, before) is not None
+            named = result or _names_inertia(before)
+            if named or read.u is not None:
+                final = result and not re.search(r"\d", before)
+                yield _Candidate((named, read.u is not None, final), f"{name}, line {number}", read)
+        # A heading, or the beginning of a sentence that goes on; titles of a table are in its rows already.
+        above = "" if "|" in sentence.strip(" |") else re.split(r"\d|[.!?;](?:\s|$)", sentence)[-1]
+
+
+def _cuts(text: str) -> Iterator[tuple[str, bool]]:
+    """Give the beginnings of a text that may be a value, the longest first, and whether no other word follows."""
+    for cut in reversed(list(re.finditer(_CUT, text))):
+        last = re.match(r"\)?\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
+        yield text[: cut.start()].strip(" |_").rstrip(".,;"), last
+
+
+def _value(text: str, before: str) -> tuple[str, int] | None:
+    """Find a value at the beginning of a text, as `read_reported` reads it, and how long it is in the text.
+
+    It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in brackets.
+    """
+    if re.search(_UNIT, text):
+        for cut, _ in _cuts(text):
+            if read_reported("inertia", cut).fault is None:
+                return cut, len(cut)
+    mark = re.search(_MARK, before)
+    label = before[: mark.start()] if mark else ""
+    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
+    name = label[: unit.start()] if unit else label
+    if mark is None or not _names_inertia(name, near=True):
+        return None
+    for cut, whole in _cuts(text):
+        if unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
+            return f"{cut} {unit[1]}", len(cut)
+        if whole and re.search(r"\w\w\W*$", name) and read_reported("inertia", cut).fault == "no unit":
+            return cut, len(cut)
+    return None
+
+
+def _names_inertia(text: str, near: bool = False) -> bool:
+    """Return whether words name I_zz, with `near` the last of them; a single letter must be next to the value."""
+    # Without brackets, and without a verb at the end.
+    text = re.sub(rf"[\[(][^\])]*[\])]|\b{_VERB}\W*$", " ", text)
+    words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
+    names = [words[at : at + count] for at in range(len(words)) for count in (1, 2, 3)]
+    names = [one for one in names if len(one[0]) > 1 or len(one) > 1 or one[0] is words[-1]]
+    last = [words[-count:] for count in (1, 2, 3)] if words else []
+    return any(name_roles(" ".join(one))[0] == ("inertia",) for one in (last if near else [*names, words[-1:]]) if one)
+
+
+def _with_u(read: Reported, behind: str) -> Reported:
+    """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
+    gap = re.match(r"([^\d±]{1,80}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*(?=\d|(?<=\s)[.,]\d)", behind)
+    if read.u is not None or gap is None:
+        return read
+    number = behind[gap.end() :][:_LONGEST_VALUE]
+    percent = re.match(r"[\d.,]+\s*%\s*([^\W\d]+)", number)
+    said = f"{gap[1]} {percent[1] if percent else ''}"
+    if not _is_unsure(said) or re.search(_OTHER, said):
+        return read
+    more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
+    plain = all(re.fullmatch(_SMALL, word) for word in more)
+    unit = gap[2] if units.kinds_of(gap[2] or "") else ""
+    for cut, whole in _cuts(number):
+        text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
+        both = read_reported("inertia", text, read.line)
+        # Without a unit of its own, the number may be of anything that is said in between.
+        own = re.search(_UNIT, cut) and not any(name_roles(word)[0] for word in more)
+        if both.fault == read.fault and both.value == read.value and (own or (plain and (whole or "%" in cut))):
+            return both if (both.u or 0) < abs(read.value or 0) else read
+    return read

@@ -76,7 +76,7 @@ _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
 _MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
 _THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
 _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
-_SEVERAL = r"([1-9][0-9]?)\s*[x×*·](?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
+_SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
 _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 _SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 _PARTS_OF_PI = r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*[*·×]?\s*(?:pi|π)\s*(?:/\s*([1-9][0-9]?))?\s*(?:rad)?"
@@ -254,6 +254,8 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
     if kind == "angle" and unit in (None, "rad") and (parts := re.fullmatch(_PARTS_OF_PI, plain)):
         return Quantity(math.pi * to_float(parts[1] or "1") / int(parts[2] or 1), None, None, "rad")
+    plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
+    text = plain if kind == "time" and '"' in text else text
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
     if clock := spoken or re.fullmatch(_CLOCK, plain):
         return _read_clock(clock, kind, unit)

@@ -25,6 +25,8 @@ _BY_UNIT = {
 }
 """Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
+_OF_ONE, _PART_OF_TURN = vocabulary.pattern("of_one"), vocabulary.pattern("parts")
+"""Words for one of several weights, and for a part of a turn."""
 _OF_TILT = vocabulary.pattern("tilted")
 """Words for an angle that the rod does not sweep."""
 
@@ -83,6 +85,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     # Means come after the readings of which they are the mean, and a bare letter, which may number runs, after a name.
     bare = [one for one in columns if one.header.unit is None]
     letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
+    timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
     for column in sorted(columns, key=lambda one: (layout.is_of_means(one.cell.text), one.at in letters)):
         header = column.header
         texts = [row.texts[column.at] for row in table.rows]
@@ -92,6 +95,15 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             column = replace(column, header=replace(header, roles=found))
         found = column.header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
+        clocks = [text for text in texts if re.fullmatch(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?", text)]
+        if (
+            found == ("precession_rate",)
+            and header.unit is None
+            and all(re.search(r"[^\W\d]", text) and turns_in(text) for text in texts)
+        ):
+            found = ("turns",)  # "1/3 rev" below "precession"
+        if found == ("time",) and header.unit is None and clocks == texts and timed:
+            found = ("note",)  # a time of the day, next to "duration [s]"
         if column.at in letters and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
             choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif is_time and turns_in(header.text):
@@ -170,7 +182,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         # "T" can only be the time of one turn if no turns are counted, or each time covers one.
         known = {"time", "precession_period", "angle"} & choice.there
         single = counted <= {"", "1"} and ("turns" not in choice.there or counts)
-        if column.header.roles == ("time", "precession_period") and single and not known:
+        if column.header.roles == ("time", "precession_period") and single and not known and not _told_of_parts(table):
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
             faults.add("period_of_one_turn", column.cell, header=column.cell.text)
@@ -188,6 +200,13 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         else:
             why = f"is not used: it fits {' and '.join(column.header.roles)}"
             faults.add("not_used", cell, header=cell.text, why=why)
+
+
+def _told_of_parts(table: layout.Layout) -> bool:
+    """Return whether a note is about parts of a turn, such as "T is the time from one mark to the next"."""
+    notes = [text.text for text in table.grid.comments]
+    notes += [" ".join(row.texts) for row in table.grid.rows if not any(map(layout.is_number, row.texts))]
+    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in notes)
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
@@ -244,7 +263,13 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             continue
         cell = fit[0].cell
         # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        other = roles.squeezed_words(cell.text) & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
+        words = roles.squeezed_words(cell.text)
+        words = {word for word in words if role != "spin" or not re.search(roles.SPINNING, word)}
+        other = (
+            words & _OTHER_THINGS
+            or (role == "mass" and re.search(_OF_ONE, cell.text))
+            or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
+        )
         if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
             choice.serve(replace(fit[0], role=role))
             choice.unplaced.remove(cell)

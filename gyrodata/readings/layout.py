@@ -229,7 +229,7 @@ def split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
 
 def is_number(text: str) -> bool:
     """Return whether a cell begins like a number."""
-    return text[:1].isdigit() or (text[:1] in "+-−.,(" and text[1:2].isdigit())
+    return text[:1].isdecimal() or (text[:1] in "+-−.,(" and text[1:2].isdecimal())
 
 
 def _is_bare(text: str) -> bool:
@@ -262,6 +262,10 @@ def _units(row: Row) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
     units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
     is_unit = [unit == "%" or bool(kinds_of(unit) and not quantities.PLAIN.fullmatch(unit)) for unit in units]
+    is_unit = [
+        known or (roles.from_centre(unit) and bool(kinds_of(unit.split()[0])))
+        for unit, known in zip(units, is_unit, strict=True)
+    ]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
     return units if any(is_unit) and all(unit in BLANKS or unit != text for unit, text in others) else []
 
@@ -374,6 +378,8 @@ def _said(row: Row, with_time: bool = False) -> _Given:
 def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """Return what no column of a table contains, and no "# key: value" line of a grid: a caption may give it."""
     there = {role for header in headers for role in header.roles}
+    # "mass without hanger [g]" is a mass, although gyro has to ask which.
+    there |= {role for header in headers if not header.roles and header.unit for role in roles.hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
     if not there & {"turns", "angle", *roles.ONE_TURN} and any(turns_in(header.text) for header in headers):
         there.add("turns")
@@ -459,6 +465,8 @@ class _Sheet:
             self.words.append(row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[_filled(row)[0]]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
+        elif not is_note and 3 * len(_filled(row)) < len(headers) and re.search(r"[^\W\d].*\s|%", row.texts[first]):
+            self._leave_out("summary", row)  # "2/5 m r²" or "% error", and a result in the last column
         else:
             self._take_run(row)
 

@@ -260,13 +260,14 @@ class Header(Struct, frozen=True):
 
 
 _SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
-_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.]+"
+_CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
+SPINNING = vocabulary.pattern("spinning")
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
 _AFFIXES = ((START_WORDS, "", "_start"), (END_WORDS, "", "_end"), (UNSURE_WORDS, "u_", ""))
 """Words that change a role, with what the role's name gets before and behind it."""
@@ -331,6 +332,12 @@ def parse_header(text: str) -> Header:
     return Header(text, kept if len(name.strip()) == 1 and kinds else kept or found, unit, spread, number)
 
 
+def hinted(header: Header) -> set[str]:
+    """Return the roles that one word of a header names, and that its unit can measure."""
+    words = re.findall(r"[^\W\d_]{2,}", header.text)
+    return {role for word in words for role in name_roles(word)[0] if _measures(header.unit or "", role)}
+
+
 def _measures(unit: str, role: str) -> bool:
     return kind_of_role(role) in kinds_of(unit) or (unit == "%" and role.startswith("u_"))
 
@@ -360,7 +367,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if name_roles(text)[0]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
-    rest = " ".join(token for token in text.split() if token not in small)
+    rest = " ".join(token for token in text.split() if token not in small and not re.search(SPINNING, token))
     is_rate = kinds_of(rest) == {"rate"}
     # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
     parts = [
@@ -379,7 +386,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
-    if kinds_of(text) == {"angle"}:
+    if kinds_of(text) == {"angle"} or (kinds_of(text) == {"time"} and len(text) > 2):
         return "", text
     name, _, unit = text.rpartition(" / ")
     if name and kinds_of(unit):
@@ -562,7 +569,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 
-_WEIGHTS, _SPINNING = (vocabulary.pattern(key) for key in ("weights", "spinning"))
+_WEIGHTS = vocabulary.pattern("weights")
 
 
 def counts_weights(header: Header) -> bool:
@@ -608,4 +615,4 @@ def clock_word(header: str) -> str:
 
 def is_of_the_spin(header: str) -> bool:
     """Return whether a header says that turns of the ball are timed."""
-    return bool(re.search(_SPINNING, header)) and not re.search(PRECESSION, header)
+    return bool(re.search(SPINNING, header)) and not re.search(PRECESSION, header)

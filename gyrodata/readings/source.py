@@ -448,6 +448,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         try:
             texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
             texts = [match[2] or match[3] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
+            texts = [re.sub(r"(?<=[0-9]) ?[*†‡]+$", "", text) for text in texts]  # marks of footnotes
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
             raise faults.refuse("quote_never_closed", place) from None

@@ -167,6 +167,18 @@ FORMS = {
     + table(rows=WITHOUT_ARM, head=[HEAD[0], *HEAD[2:4]]),
     "a legend in quotes": table(rows=[["ABC"[at // 3], *row[1:]] for at, row in enumerate(ROWS)])
     + '"A = 20.1 g, B = 40.3 g, C = 60.2 g"\n',
+    "units and the origin below the names": "Weight,Where,Tachometer,Stop watch,turns\n" + table(
+        head=["g", "cm from center", "rpm", "s", ""]),
+    "a result below the table": table(rows=[[*row, "", "4.4e-3"] for row in ROWS], head=[*HEAD, "ω", "I (kg m²)"])
+    + "2/5 m r²,,,,,,4.48e-3\n% error,,,,,,0.9%\n",
+    "turns below another name": table(rows=[[*row[:4], "1 rev"] for row in ROWS], head=[*HEAD[:4], "Precession"]),
+    "footnotes": table(rows=[[*row[:3], f"{row[3]}*", row[4]] for row in ROWS], head=["mass¹ (g)", *HEAD[1:]])
+    + "¹ kitchen scale\n* by phone\n",
+    "the time of the day": table("\t", rows=[["14:05", *row] for row in ROWS],
+                                 head=["Time", *HEAD[:3], "Duration [s]", "Turns"]),
+    "other words for the ball": table(head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]),
+    "quotes for seconds": table(rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
+                                head=[*HEAD[:3], "time", "turns"]).replace('""', '"'),
     "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
 }  # fmt: skip
 
@@ -245,6 +257,20 @@ def test_a_header_with_another_zero_or_part_is_asked_about(header: str) -> None:
     at = 1 if "cm" in header else 4
     with pytest.raises(LogError):
         analyze(table(rows=[[*row[:4], "3"] for row in ROWS], head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
+
+
+@pytest.mark.parametrize(
+    "log",
+    [
+        table(head=["mass of one weight (g)", *HEAD[1:]]),
+        table(head=[*HEAD[:3], "T (s)", "run"]) + "T is the time from one mark to the next; there are three marks\n",
+        table(head=["mass without hanger", *HEAD[1:]]) + "the hanger weighs 5.2 g\n",
+        table(rows=[["20·3", *row[1:]] for row in ROWS]),
+    ],
+)
+def test_what_is_said_beside_the_numbers_is_asked_about(log: str) -> None:
+    with pytest.raises(LogError):
+        analyze(log)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ import re
 import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path, PurePosixPath
@@ -23,11 +22,10 @@ from msgspec.structs import replace
 
 from gyrodata import __version__
 from gyrodata.errors import shown
-from gyrodata.grading.forensics import Fingerprint, Flag, put_beside
+from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import COLUMNS, DESK, Offer
 from gyrodata.grading.yardsticks import fit_words, in_order
-from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
 from gyrodata.reporting.data import csv_lines
 from gyrodata.reporting.values import count_text, factor_text, inertia_text, number_text, power_of_ten
@@ -141,7 +139,7 @@ def _content(grade: Grade) -> dict[str, Any]:
 # --- the page of a class -----------------------------------------------------------------------------------
 
 # Longer lists would make a page that is too large for a browser; the other tables contain everything.
-MOST = {"rows": 5000, "named": 500, "pairs": 300, "rows of a pair": 40}
+MOST = {"rows": 5000, "named": 500}
 
 
 def class_page(
@@ -182,8 +180,6 @@ def class_page(
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
         "groups": [_group(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        "pairs": [pair for flag in open_flags for pair in flag.pairs][: MOST["pairs"]],
-        "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
         "decided": [flag for flag in found.flags if flag not in open_flags],
         "marked": {student for one in offers for student in (one.student, *(one.flag.students if one.flag else ()))},
         "words": {slip.kind: slip.words for grade in found.grades for slip in grade.slips},
@@ -208,31 +204,6 @@ def _group(reason: str, lines: list[Offer]) -> dict[str, Any]:
     others = [one for one in lines if one.flag is None]
     why = lines[0].why if len(lines) > 1 and not flags and len({line.why for line in lines}) == 1 else ""
     return {"reason": reason, "number": len(lines), "why": why, "lines": others, "flags": flags}
-
-
-def _beside(first: Fingerprint, second: Fingerprint) -> list[tuple[str, list[list[str]], bool, bool]]:
-    """Return the rows of two logs next to each other: the torque [mN·m], the cells, and if spin and time are the same.
-
-    The cells of a log are its line, spin [rpm], time [s] and turns, with the digits that were typed.
-    """
-    rows = []
-    for one in put_beside(first, second):
-        cells, torque = [["", "", "", ""]] * 2, 0.0
-        for side, (log, at) in enumerate(((first, one.first), (second, one.second))):
-            if at is not None:
-                torque = log.torque[at]
-                turns = Fraction(log.turns[at]).limit_denominator(12)
-                exact = abs(float(turns) - log.turns[at]) < 1e-6 * log.turns[at]
-                spin = _typed(log.spin[at] / RPM, log.spin_step[at] / RPM)
-                time = _typed(log.time[at], log.time_step[at])
-                cells[side] = [str(log.lines[at]), spin, time, str(turns) if exact else f"{log.turns[at]:.4g}"]
-        rows.append((f"{1e3 * torque:.4g}", cells, one.same_spin, one.same_period))
-    return rows
-
-
-def _typed(value: float, step: float) -> str:
-    """Write a number to its last digit; six digits if that is not known."""
-    return f"{value:.{max(0, math.ceil(-math.log10(step) - 1e-6))}f}" if step > 0 else f"{value:.6g}"
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:

@@ -169,6 +169,7 @@ class Logs:
         self.log = np.repeat(np.arange(len(counts)), counts)  # log of each row, shape (R,)
         turns, self.torque = self._rows("turns"), self._rows("torque")  # torque [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
+        self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
         self.grid = np.repeat([_grid(one) for one in self.prints], counts)  # [rad/s], shape (R,)
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
@@ -279,9 +280,9 @@ def _tail(chances: Floats) -> Floats:
 
 def _rows_with_same_spin(logs: Logs, rows: Integers) -> tuple[Integers, Integers]:
     """Return each row with each row of another log that has its weight and its spin, to the step of the tachometer."""
-    spin, by_spin = logs.spin[rows], logs.spin[logs.order]
-    reach = 0.5 * np.maximum(logs.grid[rows], np.max(logs.spin_step)) + 2 * _EXACT * spin
-    low, high = np.searchsorted(by_spin, spin - reach), np.searchsorted(by_spin, spin + reach, side="right")
+    reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
+    low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
+    high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
     mine = np.repeat(rows, high - low)
     other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
     same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
@@ -352,17 +353,16 @@ def similar(logs: Logs) -> Pairs:
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
-        spin, counts = np.log(logs.spin[rows]), logs.useful[rows]
-        rounding = (logs.grid[rows] / logs.spin[rows]) ** 2 / 12
-        own = 2 * np.mean((spin - np.median(spin, axis=0)) ** 2 + rounding, axis=1)
-        number, square = np.zeros((2, len(members), len(members)))
-        for count, one, step in zip(counts.T, spin.T, rounding.T, strict=True):
-            both = count[:, None] & count
-            number += both
-            square += both * ((one[:, None] - one) ** 2 + step[:, None] + step)
-        square /= np.maximum(number, 1)
+        spin = np.log(logs.spin[rows])
+        spin -= np.median(spin, axis=0)
+        size, counts = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12, logs.useful[rows].astype(float)
+        number = counts @ counts.T
+        # The sum of (a - b)² over the spins that count in both logs.
+        square = (counts * size) @ counts.T
+        square = np.abs(square + square.T - 2 * (counts * spin) @ (counts * spin).T) / np.maximum(number, 1)
         square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
         nearest = np.sort(square, axis=1)
+        own = 2 * np.mean(size, axis=1)
         usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(own, np.median(nearest[:, 0])))
         chance = np.where(np.isfinite(square), NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
         chance = np.maximum(np.maximum(chance, chance.T) / len(members), LEAST)

@@ -174,9 +174,11 @@ class Logs:
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.prints]
-        # Standard deviation of a period [s], shape (R,): that of a good hand, or of the instrument's own scatter.
-        sizes = [HAND if one.by_hand else size for one, (_, size) in zip(self.prints, self.scatters, strict=True)]
-        self.noise = np.repeat(sizes, counts) / turns
+        # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
+        # error, which two logs can share: then the median of all logs is used.
+        sizes = [size for _, size in self.scatters]
+        hands, middle = [HAND * one.by_hand for one in self.prints], np.median(sizes or [0.0])
+        self.noise = np.repeat(np.maximum(np.minimum(sizes, middle), hands), counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin

@@ -136,7 +136,6 @@ def grade_class(
     partners, looks = partners_of(grades, roster, meant)
     grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
     flags = flag_class(prints, [*partners, *desk.partners], previous)
-    compared = {key for flag in flags for pair in flag.pairs for key in pair}
     return ClassGrades(
         source=items[0].source.resolve().name,
         submissions=replace(submissions, items=items),
@@ -151,7 +150,6 @@ def grade_class(
         roster=roster,
         partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
-        compared={key: one for key, one in {**previous, **prints}.items() if key in compared},
     )
 
 
@@ -303,7 +301,6 @@ class ClassGrades(Struct, frozen=True, dict=True):
     roster: Roster = EVERYBODY
     partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
     scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
-    compared: Mapping[str, Fingerprint] = {}  # the logs of the flagged pairs, by key
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"

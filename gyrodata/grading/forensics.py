@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from itertools import combinations
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -169,13 +169,16 @@ class Logs:
         self.log = np.repeat(np.arange(len(counts)), counts)  # log of each row, shape (R,)
         turns, self.torque = self._rows("turns"), self._rows("torque")  # torque [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
+        self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
         self.grid = np.repeat([_grid(one) for one in self.prints], counts)  # [rad/s], shape (R,)
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.prints]
-        # Standard deviation of a period [s], shape (R,): that of a good hand, or of the instrument's own scatter.
-        sizes = [HAND if one.by_hand else size for one, (_, size) in zip(self.prints, self.scatters, strict=True)]
-        self.noise = np.repeat(sizes, counts) / turns
+        # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
+        # error, which two logs can share: then the median of all logs is used.
+        sizes = [size for _, size in self.scatters]
+        hands, middle = [HAND * one.by_hand for one in self.prints], np.median(sizes or [0.0])
+        self.noise = np.repeat(np.maximum(np.minimum(sizes, middle), hands), counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin
@@ -184,6 +187,11 @@ class Logs:
 
     def _rows(self, name: str) -> Floats:
         return np.array([value for one in self.prints for value in getattr(one, name)], dtype=float)
+
+    def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
+        """Return which rows have the same "spin" or "period", to the last digit of the coarser one."""
+        values, steps = getattr(self, name), getattr(self, f"{name}_step")
+        return _same_number(values[one], values[other], steps[one], steps[other])
 
     def compared(self, first: int, second: int) -> bool:
         """Return whether two logs are compared, and in this order."""
@@ -274,9 +282,9 @@ def _tail(chances: Floats) -> Floats:
 
 def _rows_with_same_spin(logs: Logs, rows: Integers) -> tuple[Integers, Integers]:
     """Return each row with each row of another log that has its weight and its spin, to the step of the tachometer."""
-    spin, by_spin = logs.spin[rows], logs.spin[logs.order]
-    reach = 0.5 * np.maximum(logs.grid[rows], np.max(logs.spin_step)) + 2 * _EXACT * spin
-    low, high = np.searchsorted(by_spin, spin - reach), np.searchsorted(by_spin, spin + reach, side="right")
+    reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
+    low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
+    high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
     mine = np.repeat(rows, high - low)
     other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
     same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
@@ -300,9 +308,8 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
         found[at[which], mine[which] - rows[0]] = True
         return found
 
-    spin = _same_number(logs.spin[mine], logs.spin[other], logs.spin_step[mine], logs.spin_step[other])
-    period = _same_number(logs.period[mine], logs.period[other], logs.period_step[mine], logs.period_step[other])
-    agree, useful = table(spin & period), logs.useful[rows]
+    spin = logs.same("spin", mine, other)
+    agree, useful = table(spin & logs.same("period", mine, other)), logs.useful[rows]
     same_rows, same_spins = agree.sum(axis=1), (table(spin) & useful).sum(axis=1)
     # A value that n logs have is seen in the other log of a pair in n of N cases.
     common = (1 + table(slice(None)).sum(axis=0)) / number
@@ -348,17 +355,16 @@ def similar(logs: Logs) -> Pairs:
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
-        spin, counts = np.log(logs.spin[rows]), logs.useful[rows]
-        rounding = (logs.grid[rows] / logs.spin[rows]) ** 2 / 12
-        own = 2 * np.mean((spin - np.median(spin, axis=0)) ** 2 + rounding, axis=1)
-        number, square = np.zeros((2, len(members), len(members)))
-        for count, one, step in zip(counts.T, spin.T, rounding.T, strict=True):
-            both = count[:, None] & count
-            number += both
-            square += both * ((one[:, None] - one) ** 2 + step[:, None] + step)
-        square /= np.maximum(number, 1)
+        spin = np.log(logs.spin[rows])
+        spin -= np.median(spin, axis=0)
+        size, counts = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12, logs.useful[rows].astype(float)
+        number = counts @ counts.T
+        # The sum of (a - b)² over the spins that count in both logs.
+        square = (counts * size) @ counts.T
+        square = np.abs(square + square.T - 2 * (counts * spin) @ (counts * spin).T) / np.maximum(number, 1)
         square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
         nearest = np.sort(square, axis=1)
+        own = 2 * np.mean(size, axis=1)
         usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(own, np.median(nearest[:, 0])))
         chance = np.where(np.isfinite(square), NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
         chance = np.maximum(np.maximum(chance, chance.T) / len(members), LEAST)
@@ -400,64 +406,36 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
     return flags
 
 
-class Beside(NamedTuple):
-    """A row of each of two logs, counted from 0; None if a log has no row left."""
-
-    first: int | None
-    second: int | None
-    same_spin: bool = False
-    same_period: bool = False
-
-
-def put_beside(first: Fingerprint, second: Fingerprint) -> list[Beside]:
-    """Match the rows of two logs, the most similar first, in any order, unit and number of digits."""
-
-    def both(name: str) -> tuple[Floats, Floats]:
-        return np.array(getattr(first, name))[:, None], np.array(getattr(second, name))
-
-    turns = both("turns")
-    periods, steps = (map(np.divide, both(name), turns) for name in ("time", "time_step"))
-    weight = _same_weight(*both("torque"))
-    same_spin = weight & _same_number(*both("spin"), *both("spin_step"))
-    same_period = weight & _same_number(*periods, *steps)
-    likeness = weight + 2 * same_period + 4 * same_spin
-    found: dict[int, Beside] = {}
-    left = set(range(len(second.spin)))
-    for at in np.argsort(-likeness, axis=None, kind="stable").tolist():
-        i, j = divmod(at, len(second.spin))
-        if i not in found and j in left:
-            found[i] = Beside(i, j, bool(same_spin[i, j]), bool(same_period[i, j]))
-            left.remove(j)
-    return [found.get(i, Beside(i, None)) for i in range(len(first.spin))] + [Beside(None, j) for j in sorted(left)]
-
-
 def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
     """Describe what two logs have in common, with the lines in both files."""
     (one, mine), (other, theirs) = ((logs.prints[log], logs.keys[log]) for log in (first, second))
+    rows, others = (np.arange(logs.starts[log], logs.starts[log + 1]) for log in (first, second))
     if kind == "similar spins":
-        spins, times = (np.divide(getattr(one, name), getattr(other, name)) for name in ("spin", "time"))
-        periods = times * np.divide(other.turns, one.turns)
-        spin, period = (100 * math.sqrt(np.mean(np.log(ratio) ** 2)) for ratio in (spins, periods))
-        told = (
-            f"the {len(spins)} spins of {mine} and {theirs} differ by {spin:.2g} % (root mean square, in the order of"
-        )
-        told += f" weight and spin), and their precession periods by {period:.2g} %"
+        ratios = logs.spin[rows] / logs.spin[others], logs.period[rows] / logs.period[others]
+        spin, period = (f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios)
+        told = f"the {len(rows)} spins of {mine} and {theirs} differ by {spin} (root mean square, in the order of"
+        told += f" weight and spin), and their precession periods by {period}"
         return f"{told}; the spins of other logs differ much more"
-    rows = [row for row in put_beside(one, other) if row.same_spin and (row.same_period or kind == "same spins")]
-    i, j = np.array([(row.first, row.second) for row in rows], dtype=int).T
-    lines, other_lines = np.array(one.lines)[i], np.array(other.lines)[j]
-    common = f"{len(rows)} of {min(len(one.spin), len(other.spin))}"
+    row, column = rows[:, None], others[None, :]
+    same = _same_weight(logs.torque[row], logs.torque[column]) & logs.same("spin", row, column)
+    same &= logs.same("period", row, column) | (kind == "same spins")
+    matched: dict[int, int] = {}
+    for i, j in np.argwhere(same).tolist():
+        if i not in matched and j not in matched.values():
+            matched[i] = j
+    at, at_other = list(matched), list(matched.values())
+    lines, other_lines = np.array(one.lines)[at], np.array(other.lines)[at_other]
+    common = f"{len(at)} of {min(len(rows), len(others))}"
     mine, theirs_too = (
         f"{key} (lines {', '.join(map(str, sorted(some)))})" for key, some in ((mine, lines), (theirs, other_lines))
     )
+    rows, others = rows[at], others[at_other]
     if kind == "same spins":
-        times = np.array(other.time)[j] * np.array(one.turns)[i] / np.array(other.turns)[j]
-        apart = np.max(np.abs(np.array(one.time)[i] - times))
+        apart = np.max(np.abs(logs.period[rows] - logs.period[others]) * np.array(one.turns)[at])
         told = f"{common} spins of {mine} are those of {theirs} at the same weights"
         return f"{told}; the times beside them differ by {apart:.2g} s at most"
     told = f"{common} rows of {mine} are in {theirs_too}, with the same spin and the same precession period"
     told += ", the files are the same byte for byte" if one.sha256 == other.sha256 else ""
     told += ", in another order" if np.any(np.argsort(lines) != np.argsort(other_lines)) else ""
-    step, other_step = np.divide(one.time_step, one.turns)[i], np.divide(other.time_step, other.turns)[j]
-    finer = np.any(np.maximum(step, other_step) > 1.5 * np.minimum(step, other_step))
-    return told + (", not typed to the same digit" if finer else "")
+    steps = logs.period_step[[rows, others]]
+    return told + (", not typed to the same digit" if np.any(steps.max(axis=0) > 1.5 * steps.min(axis=0)) else "")

@@ -115,12 +115,10 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             raise unfit("condition_of_other_check", "full", name=name, check=self.check, known=" or ".join(known))
         if opposite is None:
             raise unfit("condition_full_outside", "full", name=name)
-        if zero[:2] != (name, opposite.split()[0]):
-            raise unfit("conditions_do_not_fit", "zero", zero=self.zero, full=self.full, name=name, opposite=opposite)
         # "zero" says from which value on there are no points; the other end is infinite.
         ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[relation]
-        if ends[0] > low or ends[1] < high:
-            raise unfit("conditions_overlap", "zero")
+        if zero[:2] != (name, opposite.split()[0]) or ends[0] > low or ends[1] < high:
+            raise unfit("conditions_do_not_fit", "zero", zero=self.zero, full=self.full, name=name, opposite=opposite)
         return Curve(name, (low, high), ends)
 
     @property

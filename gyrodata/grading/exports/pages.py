@@ -12,7 +12,6 @@ import re
 import statistics
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -24,11 +23,9 @@ from msgspec.structs import replace
 
 from gyrodata import __version__
 from gyrodata.errors import shown
-from gyrodata.grading.forensics import Fingerprint, put_beside
 from gyrodata.grading.grade import Grade, points_text
 from gyrodata.grading.ledger import Offer, grouped, in_general
 from gyrodata.grading.yardsticks import fit_words, in_order
-from gyrodata.physics import RPM
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines
@@ -174,7 +171,6 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
         "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
         "offers": offers,
         "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        "beside": lambda pair: _beside(found.compared[pair[0]], found.compared[pair[1]]),
         "marked": {student for one in offers for student in one.people},
         "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
         "histogram": count_points(found.totals, found.rubric.points),
@@ -183,31 +179,6 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
         "by_key": {grade.student: grade for grade in found.grades},
     }
     return environment().get_template("class.html.jinja").render(content)
-
-
-def _beside(first: Fingerprint, second: Fingerprint) -> list[tuple[str, list[list[str]], bool, bool]]:
-    """Return the rows of two logs next to each other: the torque [mN·m], the cells, and if spin and time are the same.
-
-    The cells of a log are its line, spin [rpm], time [s] and turns, with the digits that were typed.
-    """
-    rows = []
-    for one in put_beside(first, second):
-        cells, torque = [["", "", "", ""]] * 2, 0.0
-        for side, (log, at) in enumerate(((first, one.first), (second, one.second))):
-            if at is not None:
-                torque = log.torque[at]
-                turns = Fraction(log.turns[at]).limit_denominator(12)
-                exact = abs(float(turns) - log.turns[at]) < 1e-6 * log.turns[at]
-                spin = _typed(log.spin[at] / RPM, log.spin_step[at] / RPM)
-                time = _typed(log.time[at], log.time_step[at])
-                cells[side] = [str(log.lines[at]), spin, time, str(turns) if exact else f"{log.turns[at]:.4g}"]
-        rows.append((f"{1e3 * torque:.4g}", cells, one.same_spin, one.same_period))
-    return rows
-
-
-def _typed(value: float, step: float) -> str:
-    """Write a number to its last digit; six digits if that is not known."""
-    return f"{value:.{max(0, math.ceil(-math.log10(step) - 1e-6))}f}" if step > 0 else f"{value:.6g}"
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:

@@ -26,10 +26,10 @@ import msgspec
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import InputError, printable, shown
 from gyrodata.grading.submissions.archives import Listing, ending, is_log, read_file
 from gyrodata.grading.submissions.submission import Submission
+from gyrodata.readings import Faults
 
 LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read
@@ -120,14 +120,13 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
 
 def _read_pattern(text: str) -> re.Pattern[str]:
     """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
-    hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
         pattern = re.compile(text)
-        problem = "" if "student" in pattern.groupindex else "does not say which part is the student"
+        why = "" if "student" in pattern.groupindex else "does not say which part is the student"
     except re.error as error:
-        problem = f"is not a regular expression: {error}"
-    if problem:
-        raise InputError.of(PATTERN_CANNOT_BE_USED, f'--pattern "{text}" {problem}', hint)
+        why = f"is not a regular expression: {error}"
+    if why:
+        raise Faults("").refuse("pattern_unusable", pattern=text, why=why)
     return pattern
 
 

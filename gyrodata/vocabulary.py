@@ -19,6 +19,8 @@ MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
+PLAIN: list[tuple[str, str]] = _SECTIONS["answers"].pop("plain")
+"""Patterns that turn LaTeX and Markdown into plain text, and what replaces each."""
 ANSWERS: dict[str, str] = _SECTIONS.pop("answers")
 """Regular expressions of how reports write about I_zz."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")

@@ -13,12 +13,11 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions import names, submission
 from gyrodata.grading.submissions.archives import TEXTS, Listing, ending, list_files, list_inner, read_file
 from gyrodata.grading.submissions.submission import Submission, Submissions
-from gyrodata.readings import listing
+from gyrodata.readings import Faults, listing
 
 __all__ = ["Submission", "Submissions", "find_submissions", "submission_of"]
 
@@ -50,14 +49,10 @@ def find_submissions(
         If the class cannot be read, or contains no submission.
     """
     if lms != "auto" and lms not in names.PLATFORMS:
-        hint = f"write one of: auto, folder, {', '.join(names.NAMED)}"
-        raise InputError.of(diagnostics.NO_SUBMISSION, f'there is no --lms "{lms}"', hint)
-    root, notes = Path(path), list[Diagnostic]()
+        raise Faults("").refuse("unknown_lms", lms=lms, known=", ".join(names.NAMED))
+    root = Path(path)
     about: Mapping[str, dict[str, Any]] = {}
-
-    def note(code: str, message: str, hint: str = "") -> None:
-        notes.append(Diagnostic.of(code, message, hint, root.name))
-
+    note = Faults(root.name).message
     running = lms == "gradescope" or (lms == "auto" and (root / names.LIVE).is_file())
     if pattern is None and running and (root / "submission").is_dir():
         # An autograder of Gradescope that runs has one submission next to its metadata.
@@ -69,23 +64,20 @@ def find_submissions(
         seen, named = names.name_all(files, lms, pattern)
         exports = [name for name, part in named.items() if not part and name.endswith(names.EXPORT)]
         described = min(exports, default="") if seen == "gradescope" else ""
-    notes += files.diagnostics
+    notes = list(files.diagnostics)
     if described:
         try:
             data = read_file(root, described, names.LARGEST)
             about = names.read_live(data) if described == names.LIVE else names.read_export(data)
         except (GyroError, ValueError) as error:
-            message = f"{described.rpartition('/')[2]} cannot be read: {error}"
-            hint = "names and times are not known; students are named by their submission's number"
-            note(diagnostics.GRADESCOPE_METADATA_CANNOT_BE_READ, message, hint)
+            notes.append(note("metadata_unreadable", name=described.rpartition("/")[2], why=error))
     no_files = (names.LIVE, names.EXPORT, "/", *(["index.html"] if seen == "brightspace" else []))
     if left := sorted(shown(name) for name, part in named.items() if not part and not name.endswith(no_files)):
         count = "1 file is" if len(left) == 1 else f"{len(left)} files are"
         hint = "change --pattern so that it fits these as well, or rename them"
         if seen in names.PLATFORMS:
             hint = f"rename them, if they count: {seen} names files such as {names.PLATFORMS[seen].sample}"
-        message = f"{count} of no student and left aside: {listing(left, 5)}"
-        note(diagnostics.FILES_OF_NO_STUDENT, message, hint)
+        notes.append(note("files_of_no_student", count=count, names=listing(left, 5), hint=hint))
     people: dict[str, dict[str, Submission]] = {}
     for name, part in named.items():
         if part is not None:
@@ -101,10 +93,9 @@ def find_submissions(
         made, choice = _joined(files, parts, attempts)
         if len(stamps) > 1:
             made = replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
-            message = f"{made.name} has {len(stamps)} attempts; the {attempts} is graded"
-            note(diagnostics.ONE_OF_SEVERAL_GRADED, message)
+            notes.append(note("newest_of_attempts", name=made.name, count=len(stamps), which=attempts))
         if choice:
-            note(diagnostics.ONE_OF_SEVERAL_GRADED, f"{made.name}: {choice}")
+            notes.append(note("one_of_logs", choice=f"{made.name}: {choice}"))
         items.append(made)
     if not items:
         raise _nothing_found(files, lms, pattern)
@@ -119,22 +110,19 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
     first = paths[0]
     if any(path.is_dir() or path.suffix.lower() == ".zip" for path in paths):
         if len(paths) > 1:
-            hint = "give the files that are handed in together, or the one folder or zip that they are in"
-            message = f"{len(paths)} are given, and not all of them are files"
-            raise InputError.of(diagnostics.NO_SUBMISSION, message, hint)
+            raise Faults("").refuse("not_all_files", count=len(paths))
         files = _without_reports(list_files(first))
         own = {name: shown(name) for name in files.sizes}
     else:
         for path in paths:
             if not path.is_file():
-                message = f"there is no file {str(path)!r}"
-                raise InputError.of(diagnostics.FILE_NOT_FOUND, message, "check its name and its folder")
+                raise Faults("").refuse("file_not_found", path=str(path), hint="check its name and its folder")
         # An absolute name is found below any folder.
         own = {str(path.resolve()): shown(path.name) for path in paths}
         files = Listing(Path.cwd(), {name: Path(name).stat().st_size for name in own})
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
     made, choice = _joined(files, {"/": one} | {name: replace(one, log_file=file) for name, file in own.items()})
-    notes = [Diagnostic.of(diagnostics.ONE_OF_SEVERAL_GRADED, choice)] if choice else []
+    notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
 
 
@@ -145,24 +133,20 @@ def _without_reports(files: Listing) -> Listing:
     )
     if not reports:
         return files
-    message = f"left aside, because gyro analyze wrote it: {listing([shown(one) for one in reports], 5)}"
-    note = Diagnostic.of(diagnostics.FILES_OF_NO_STUDENT, message, "", files.root.name)
+    note = Faults(files.root.name).message("report_left_aside", names=listing([shown(one) for one in reports], 5))
     sizes = {name: size for name, size in files.sizes.items() if not name.startswith(reports)}
     folders = tuple(one for one in files.folders if not one.startswith(reports))
     return Listing(files.root, sizes, folders, (*files.diagnostics, note))
 
 
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
-    root, one = files.root.name, shown(min(files.sizes, default=""))
-    message = (
-        f'"{root}" contains no submission as {"a platform" if lms == "auto" else lms} names them; one file is: {one}'
-    )
-    hint = f"name them such as {names.PLATFORMS['folder' if lms == 'auto' else lms].sample}, or give a --pattern"
-    if pattern is not None:
-        message, hint = f'--pattern "{pattern}" fits no file of "{root}"', f"make it fit such a name: {one}"
+    faults, values = Faults(files.root.name), {"root": files.root.name, "one": shown(min(files.sizes, default=""))}
     if not files.sizes:
-        message, hint = f'"{root}" contains no files', "give the folder or zip of the class"
-    return InputError.of(diagnostics.NO_SUBMISSION, message, hint, root)
+        return faults.refuse("class_empty", **values)
+    if pattern is not None:
+        return faults.refuse("pattern_fits_nothing", pattern=pattern, **values)
+    sample = names.PLATFORMS["folder" if lms == "auto" else lms].sample
+    return faults.refuse("no_submission", lms="a platform" if lms == "auto" else lms, sample=sample, **values)
 
 
 def _joined(

@@ -102,35 +102,8 @@ def _lines(name: str, data: bytes) -> list[str]:
     return readings.split_lines(text)
 
 
-_PLAIN = (
-    ("[’`´]", "'"),
-    (r"(?<!\d)[\"']|[\"'](?!\d)", " "),  # quotation marks around a value
-    (r"\\(SI|qty|num)\{([^{}]*?)\s*(?:\\pm|±|\+-)\s*([^{}]*?)\s*e(-?\d+)\}", r"\\\1{(\2 ± \3)e\4}"),
-    (r"\\(?:SI|qty|num)\{([^{}]*)\}", r"\1 "),
-    (r"\{,\}", ","),
-    (r"\\kilo\s*\\?gram\b|\\kg\b", " kg "),
-    (r"\\gram\b", " g"),
-    (r"\\met(?:er|re)\b", " m"),
-    (r"\\(c?m|g|N|s)(?![a-zA-Z])", r" \1"),
-    (r"\\squared\b", "^2"),
-    (r"\\pm(?![a-zA-Z])", "±"),
-    (r"\\(?:times|cdot)(?![a-zA-Z])", "·"),
-    (r"\\approx(?![a-zA-Z])", "≈"),
-    (r"(?<!\\)&", " | "),
-    (r"\\(?:begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\[^a-zA-Z]|[~$`{}]|(?<!\w)\*\*|\*\*(?!-?\d)", " "),
-    (r"(\d,\d+|\))\s*\.\s*(?=10\s*[\^⁻])", r"\1·"),
-    (r"\^\s*(?:\(\s*([-−]?\d+)\s*\)|([-−]?\d+))", r"^\1\2"),
-    (r"\s+(?=\^)|(?<=_)\s+|(?<=\s)\s+", ""),
-    (r"(?i)plus(?: or |/|-)minus|\+\s*(?=([\d.,]+(?:e-?\d+)?)\s*/?\s*[-−–]\s*\1(?![\d.,]*\d))", "±"),
-    (r"\s*(?:\||à)?\s*±\s*\|?\s*", " ± "),
-    (r"\(\s*([×x·*]\s*10[^()]*)\)", r"\1"),
-    (r"\s+à\s+(\d[\d.,]*\s*%?)\s+près", r" ± \1"),
-)
-"""Patterns that turn LaTeX, Markdown and other ways of writing into plain text."""
-
-
 def _plain(line: str) -> str:
-    for pattern, text in _PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
+    for pattern, text in vocabulary.PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
         line = re.sub(pattern, text, line)
     return line
 

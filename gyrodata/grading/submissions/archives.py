@@ -22,9 +22,8 @@ from pathlib import Path, PurePosixPath
 
 from msgspec import Struct
 
-from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError, shown
-from gyrodata.readings import MAX_BYTES
+from gyrodata.readings import MAX_BYTES, Faults
 from gyrodata.reporting.values import size_text
 
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
@@ -59,37 +58,31 @@ def is_log(name: str) -> bool:
     return ending(name) in LOGS
 
 
-def _refusal(code: str, root: Path, message: str, hint: str = "") -> InputError:
-    return InputError.of(code, f'"{root.name}" {message}', hint, root.name)
+def _refusal(root: Path, message: str, **values: str) -> InputError:
+    return Faults(root.name).refuse(message, root=root.name, **values)
 
 
 def _check_number(root: Path, number: int) -> None:
     if number > MOST_FILES:
-        message = f"contains more than {MOST_FILES} files, too many for a class"
-        raise _refusal(diagnostics.TOO_MANY_FILES, root, message, "give the folder or zip of one assignment")
+        raise _refusal(root, "class_too_large", most=str(MOST_FILES))
 
 
 def list_files(root: Path) -> Listing:
     """List the files of a class, without files that operating systems add. Raises InputError."""
-    code = diagnostics.CLASS_IS_NO_FOLDER_OR_ZIP
     try:
         if root.is_dir():
             return _list_folder(root)
         if not root.exists():
-            raise _refusal(code, root, "is not there: no folder or zip", "check its name")
+            raise _refusal(root, "class_not_there")
         if ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
-            one = f"to see what is read in one hand-in, run: gyro check --hand-in {shlex.quote(str(root))}"
-            hint = f"give the folder or zip of the class; {one}"
-            raise _refusal(code, root, "is one file, not the folder or zip of a class", hint)
+            raise _refusal(root, "class_is_one_file", path=shlex.quote(str(root)))
         if zipfile.is_zipfile(root):
             return _opened(*_identity(root))[2]
         with root.open("rb") as file:
-            if file.read(4) == b"PK\x03\x04":
-                raise _refusal(diagnostics.ZIP_DAMAGED, root, "is damaged: its end is missing", "download it again")
-        hint = "give the folder of the class or the zip as it was downloaded; unpack a .rar, .7z or .tar.gz first"
-        raise _refusal(code, root, "is neither a folder nor a zip", hint)
+            cut = file.read(4) == b"PK\x03\x04"
+        raise _refusal(root, "zip_damaged", why="its end is missing") if cut else _refusal(root, "class_is_no_zip")
     except OSError as error:
-        raise _refusal(code, root, f"cannot be read: {error.strerror or error}") from None
+        raise _refusal(root, "class_unreadable", why=error.strerror or str(error)) from None
 
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
@@ -121,20 +114,20 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
     name = name.rpartition("/")[2]
-    raise InputError.of(diagnostics.SUBMITTED_FILE_CANNOT_BE_READ, f'"{name}" cannot be read: {why}', file=name)
+    raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
 
 
 def _list_folder(root: Path) -> Listing:
     sizes: dict[str, int] = {}
     folders: list[str] = []
-    left_out: list[tuple[str, str]] = []
+    left_out: list[Diagnostic] = []
+    faults = Faults(root.name)
 
     def closed(error: OSError) -> None:
         if Path(error.filename) == root:
             raise error
-        words = f'"{Path(error.filename).relative_to(root).as_posix()}/" cannot be opened and is left out'
-        hint = "give yourself the right to read it, such as with chmod -R u+rX"
-        left_out.append((f"{words}: {error.strerror}", hint))
+        folder = Path(error.filename).relative_to(root).as_posix()
+        left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
 
     for path, inner, files in os.walk(root, onerror=closed):
         below = os.path.relpath(path, root).replace(os.sep, "/") + "/" if path != str(root) else ""
@@ -144,13 +137,12 @@ def _list_folder(root: Path) -> Listing:
             state = os.lstat(root / name)
             if stat.S_ISLNK(state.st_mode):
                 # It may lead to the files of another student, or of the grader.
-                hint = "put a copy of what it leads to in its place, if it belongs there"
-                left_out.append((f'"{name}" is a link and is left out', hint))
+                left_out.append(faults.message("link_left_out", name=name))
             elif stat.S_ISREG(state.st_mode):
                 sizes[name] = state.st_size
         _check_number(root, len(folders) + len(sizes))
-    notes = tuple(Diagnostic.of(diagnostics.FILE_LEFT_OUT, *words, root.name) for words in sorted(left_out))
-    return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), notes)
+    notes = sorted(left_out, key=lambda note: note.message)
+    return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), tuple(notes))
 
 
 def _identity(root: Path) -> tuple[Path, int, int, int]:
@@ -189,7 +181,7 @@ def _contents(root: Path, name: str = "") -> tuple[zipfile.ZipFile, dict[str, zi
     try:
         archive = zipfile.ZipFile(source)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
-        raise _refusal(diagnostics.ZIP_DAMAGED, place, f"is damaged: {error}", "download it again") from None
+        raise _refusal(place, "zip_damaged", why=str(error)) from None
     _check_number(place, len(archive.infolist()))
     files: dict[str, zipfile.ZipInfo] = {}
     folders, twice = set(), set()
@@ -202,10 +194,7 @@ def _contents(root: Path, name: str = "") -> tuple[zipfile.ZipFile, dict[str, zi
         elif inner:
             twice |= {inner} & files.keys()
             files[inner] = info
-    notes = []
-    for inner in sorted(twice):
-        message, hint = f'the zip contains "{inner}" twice; the later one is read', "take one of the two out of the zip"
-        notes.append(Diagnostic.of(diagnostics.FILE_LEFT_OUT, message, hint, root.name))
+    notes = [Faults(root.name).message("file_twice_in_zip", name=inner) for inner in sorted(twice)]
     sizes = {inner: info.file_size for inner, info in sorted(files.items())}
     return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))
 
@@ -217,10 +206,12 @@ def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:
         with suppress(UnicodeError):
             name = name.encode("cp437").decode("utf-8")
     name = name.replace("\\", "/")
-    why = 'leads out of its folder with ".."' if ".." in name.split("/") else ""
-    why = why or ("is an absolute path" if re.match(r"/|[A-Za-z]:", name) else "")
-    why = why or ("is a link" if stat.S_ISLNK(info.external_attr >> 16) else "")
-    if why := why or ("contains a NUL" if "\x00" in name else ""):
-        hint = "no platform writes such a zip; ask who made it, and take that file out"
-        raise _refusal(diagnostics.ZIP_NOT_SAFE, root, f'is not read: "{shown(name)[:100]}" {why}', hint)
+    reasons = {
+        'leads out of its folder with ".."': ".." in name.split("/"),
+        "is an absolute path": re.match(r"/|[A-Za-z]:", name),
+        "is a link": stat.S_ISLNK(info.external_attr >> 16),
+        "contains a NUL": "\x00" in name,
+    }
+    if why := next((why for why, found in reasons.items() if found), ""):
+        raise _refusal(root, "zip_not_safe", name=shown(name)[:100], why=why)
     return name

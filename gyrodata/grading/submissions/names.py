@@ -14,7 +14,7 @@ import base64
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -26,10 +26,10 @@ import msgspec
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import PATTERN_CANNOT_BE_USED
 from gyrodata.errors import InputError, printable, shown
 from gyrodata.grading.submissions.archives import Listing, ending, is_log, read_file
 from gyrodata.grading.submissions.submission import Submission
+from gyrodata.readings import Faults
 
 LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read
@@ -120,14 +120,13 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
 
 def _read_pattern(text: str) -> re.Pattern[str]:
     """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
-    hint = r"write it like --pattern '(?P<student>\w+)_lab\.csv'"
     try:
         pattern = re.compile(text)
-        problem = "" if "student" in pattern.groupindex else "does not say which part is the student"
+        why = "" if "student" in pattern.groupindex else "does not say which part is the student"
     except re.error as error:
-        problem = f"is not a regular expression: {error}"
-    if problem:
-        raise InputError.of(PATTERN_CANNOT_BE_USED, f'--pattern "{text}" {problem}', hint)
+        why = f"is not a regular expression: {error}"
+    if why:
+        raise Faults("").refuse("pattern_unusable", pattern=text, why=why)
     return pattern
 
 
@@ -214,30 +213,48 @@ def _with_user_names(named: Named, root: Path) -> Named:
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` -----------------------------
 
 
-class _Person(Struct, rename=lambda name: f":{name}"):
-    name: str = ""
-    sid: str = ""
-    email: str = ""
+class _Assignment(Struct):
+    due_date: datetime | None = None
 
 
-def _about(folder: str, number: str, people: Sequence[_Person], submitted: str | None) -> dict[str, Any]:
-    """Give what the metadata says of a submission; a student is known by number, else by address or name."""
-    keys = {one.sid or one.email or one.name: one for one in people}
-    keys.pop("", None)
-    about: dict[str, Any] = {"submitted": submitted}
-    if keys:
-        first = keys[min(keys)]
-        ids = {"gradescope": number, "sid": first.sid, "email": first.email, "folder": folder}
-        about["student"] = "+".join(map(shown, sorted(keys)))
-        about["name"] = ", ".join(shown(keys[key].name) or shown(key) for key in sorted(keys))
-        about["ids"] = {kind: value for kind, value in ids.items() if value}
-        about["members_of_group"] = tuple(sorted(keys)) if len(keys) > 1 else ()
-    return about
+class _Person(Struct):
+    name: str | None = None
+    sid: str | int | None = None
+    email: str | None = None
+    assignment: _Assignment | None = None
 
 
-class _Entry(Struct, rename=lambda name: f":{name}"):
+class _Entry(Struct):
+    """One submission; an export says less of it than a running autograder."""
+
     submitters: list[_Person] | Literal[""] = ""
-    created_at: str = ""
+    created_at: str | None = None
+    id: str | int = ""
+    users: list[_Person] = []
+    assignment: _Assignment | None = None
+    previous_submissions: list[dict[str, Any]] = []
+
+    def about(self, folder: str, number: str) -> dict[str, Any]:
+        """Give what is said of the submission; a student is known by number, else by address or name."""
+        people = {str(one.sid or one.email or one.name or ""): one for one in self.submitters or self.users}
+        people.pop("", None)
+        keys, time = sorted(people), _time(self.created_at)
+        about: dict[str, Any] = {"submitted": time and time.isoformat(timespec="seconds")}
+        if keys:
+            first = people[keys[0]]
+            ids = {"gradescope": number, "sid": str(first.sid or ""), "email": first.email or "", "folder": folder}
+            about["student"] = "+".join(map(shown, keys))
+            about["name"] = ", ".join(shown(people[key].name or key) for key in keys)
+            about["ids"] = {kind: value for kind, value in ids.items() if value}
+            about["members_of_group"] = tuple(keys) if len(keys) > 1 else ()
+        return about
+
+
+def _time(text: str | None) -> datetime | None:
+    """Read ISO 8601, or ``2026-03-09 14:05:59.123456789 -08:00`` (or ``Z``) as Ruby writes it."""
+    with suppress(ValueError):
+        return datetime.fromisoformat(re.sub(" (?=[-+Z])", "", text or ""))
+    return None
 
 
 _WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  - .*|[ \t]*$))*)", re.MULTILINE)
@@ -253,45 +270,18 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     loader.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
     loader.add_constructor("!nothing", lambda *_: "")
     loader.add_constructor("!binary", lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"))
-    found = {}
+    text = "\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))
     try:
-        values = yaml.load("\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace"))), Loader=loader)
-        for folder, entry in msgspec.convert(values, dict[str, _Entry]).items():
-            if match := re.fullmatch(r"submission_([0-9A-Za-z]+)", folder):
-                found[folder] = _about(folder, match[1], entry.submitters or [], _ruby_time(entry.created_at))
+        # Ruby writes a colon in front of each key.
+        values = yaml.load(re.sub(r"(?m)^( +(?:- )?):(?=\w+:)", r"\1", text), Loader=loader)
+        entries = msgspec.convert(values, dict[str, _Entry])
     except (RecursionError, msgspec.ValidationError, yaml.YAMLError, ValueError) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
         raise ValueError(f"this is not the metadata of an export: {why}") from None
-    if not found:
+    matches = {folder: re.fullmatch(r"submission_([0-9A-Za-z]+)", folder) for folder in entries}
+    if not any(matches.values()):
         raise ValueError("it lists no submission")
-    return found
-
-
-def _ruby_time(text: str) -> str | None:
-    """Turn ``2026-03-09 14:05:59.123456789 -08:00`` (or ``Z``) into ISO 8601 to the second."""
-    try:
-        return datetime.fromisoformat(re.sub(" (?=[-+Z])", "", text)).isoformat(timespec="seconds")
-    except ValueError:
-        return None
-
-
-class _Assignment(Struct):
-    due_date: datetime | None = None
-
-
-class _User(Struct):
-    name: str | None = None
-    sid: str | int | None = None
-    email: str | None = None
-    assignment: _Assignment | None = None
-
-
-class _Live(Struct):
-    id: str | int = ""
-    created_at: datetime | None = None
-    users: list[_User] = []
-    assignment: _Assignment | None = None
-    previous_submissions: list[dict[str, Any]] = []
+    return {folder: entries[folder].about(folder, match[1]) for folder, match in matches.items() if match}
 
 
 def read_live(data: bytes) -> dict[str, dict[str, Any]]:
@@ -301,14 +291,11 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
     submission that failed on the side of the platform (``autograder_error``) is not an attempt.
     """
     try:
-        live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Live)
+        live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
         own = [user.assignment.due_date for user in live.users if user.assignment and user.assignment.due_date]
-        due = max(own) if own else live.assignment and live.assignment.due_date
-        late = (live.created_at - due).total_seconds() if live.created_at and due else None
+        due, time = max(own) if own else live.assignment and live.assignment.due_date, _time(live.created_at)
+        late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
-    people = [_Person(user.name or "", str(user.sid or ""), user.email or "") for user in live.users]
-    stamp = live.created_at.isoformat(timespec="seconds") if live.created_at else None
     attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)
-    about = _about("submission", str(live.id), people, stamp)
-    return {"submission": about | {"late_seconds": late, "attempt": attempt}}
+    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late, "attempt": attempt}}

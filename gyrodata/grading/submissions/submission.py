@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -50,10 +50,9 @@ class Submission(Struct, frozen=True, dict=True):
         """The log and the other texts, or why they cannot be read; each is read once."""
         found: dict[str, bytes | InputError] = {}
         for name in filter(None, (*self.report_names, self.log_name)):
+            most = readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
             try:
-                found[name] = read_file(
-                    self.source, name, readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
-                )
+                found[name] = read_file(self.source, name, most)
             except InputError as error:
                 found[name] = error
         return found
@@ -66,11 +65,6 @@ class Submission(Struct, frozen=True, dict=True):
             raise data
         return data
 
-    def reports(self) -> Iterator[tuple[str, bytes]]:
-        """Give the other texts that may contain the answer, with names to show."""
-        texts = ((shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names)
-        return ((name, data) for name, data in texts if isinstance(data, bytes))
-
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
 
@@ -78,7 +72,8 @@ class Submission(Struct, frozen=True, dict=True):
         """
         name = PurePosixPath(self.log_file or self.log_name or "").name
         log = readings.read_log(self.log(), name=name, settings=settings)
-        answers = read_answers(log, self.reports())
+        texts = [(shown(one.rpartition("/")[2]), self.texts[one]) for one in self.report_names]
+        answers = read_answers(log, ((one, data) for one, data in texts if isinstance(data, bytes)))
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
@@ -98,15 +93,11 @@ class Submission(Struct, frozen=True, dict=True):
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
-        about = [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]
-        digest = hashlib.sha256(repr(about).encode("utf-8", "replace"))
-        try:
-            data = self.log()
-        except GyroError as error:
-            data = str(error).encode("utf-8", "replace")
-        digest.update(hashlib.sha256(data).digest())
-        for name, data in self.reports():
-            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
+        about = repr([self.log_file, self.late, self.late_seconds, self.submitted, self.problem])
+        digest = hashlib.sha256(about.encode("utf-8", "replace"))
+        for name, data in self.texts.items():
+            digest.update(name.rpartition("/")[2].encode("utf-8", "replace"))
+            digest.update(data if isinstance(data, bytes) else str(data).encode("utf-8", "replace"))
         return digest.hexdigest()
 
 

@@ -210,10 +210,12 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     torque, product = np.asarray(kind.torque), np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
     factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
-    roles = (role, "spin_start", "spin_end") if role == "spin" else (role,)
-    meant = "" if role == "turns" else kind.meant
+    roles, meant = (
+        {role, *(["spin_start", "spin_end"] if role == "spin" else [])},
+        kind.meant if role != "turns" else "",
+    )
     # Which role is made from which column, in which unit, and by which factor.
-    made = [(one, one, meant, factor) for one in roles if one in readings.columns]
+    made = [(one, one, meant, factor) for one in readings.columns if one in roles]
     if kind.kind == "exchanged":
         made = [("spin", "time", "rpm", np.array(RPM)), ("time", "spin", "s", np.array(1 / RPM))]
     columns = dict(readings.columns)
@@ -260,15 +262,13 @@ def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Mistake], 
 
 def _pairs(singles: list[Mistake]) -> list[Mistake]:
     """List all pairs of forgotten steps: students put raw numbers into the formula."""
-    pairs = itertools.combinations([kind for kind in singles if kind.forgets], 2)
-    return [
-        Mistake(
-            f"{one.kind} + {other.kind}", f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}",
-            product=one.product * other.product, torque=one.torque * other.torque, rank=max(one.rank, other.rank),
-        )
-        for one, other in pairs
-        if one.forgets != other.forgets
-    ]  # fmt: skip
+    found = []
+    for one, other in itertools.combinations([kind for kind in singles if kind.forgets], 2):
+        if one.forgets != other.forgets:
+            words, check = f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}"
+            both = Mistake(f"{one.kind} + {other.kind}", words, check, rank=max(one.rank, other.rank))
+            found.append(replace(both, torque=one.torque * other.torque, product=one.product * other.product))
+    return found
 
 
 # --- references of stations --------------------------------------------------------------------------------
@@ -321,7 +321,7 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         read = read_reported("inertia", f"{self.inertia} ± {self.u}")
         if read.problem or read.u is None or not read.value or read.value < 0:
             raise unfit("reference_unclear", "inertia", problem=read.problem or f'"{read.text}" is not above zero')
-        return Reference(read.value, read.u, source)
+        return Reference(read.value, read.u, source.removesuffix(", station all"))
 
 
 # --- the class as its own reference -------------------------------------------------------------------------

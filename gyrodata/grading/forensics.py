@@ -167,7 +167,7 @@ class Logs:
         counts = [len(one.time) for one in self.prints]
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)  # first row of each log, shape (N + 1,)
         self.log = np.repeat(np.arange(len(counts)), counts)  # log of each row, shape (R,)
-        turns, self.torque = self._rows("turns"), self._rows("torque")  # torque [N*m], shape (R,)
+        turns, self.torque = self._rows("turns"), np.abs(self._rows("torque"))  # torque [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
         self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
         self.grid = np.repeat([_grid(one) for one in self.prints], counts)  # [rad/s], shape (R,)
@@ -217,10 +217,10 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            told = (
-                f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, one for each torque"
+            told = f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, "
+            told += (
+                f"one for each torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
             )
-            told += f" ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
             flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
     return flags
 
@@ -268,7 +268,6 @@ def _same_number(one: Floats, other: Floats, step: Floats, other_step: Floats) -
 
 
 def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    one, other = np.abs(one), np.abs(other)
     return np.abs(one - other) <= SAME_TORQUE * np.maximum(one, other)
 
 

@@ -210,10 +210,8 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     torque, product = np.asarray(kind.torque), np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
     factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
-    roles, meant = (
-        {role, *(["spin_start", "spin_end"] if role == "spin" else [])},
-        kind.meant if role != "turns" else "",
-    )
+    roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
+    meant = "" if role == "turns" else kind.meant
     # Which role is made from which column, in which unit, and by which factor.
     made = [(one, one, meant, factor) for one in readings.columns if one in roles]
     if kind.kind == "exchanged":
@@ -321,7 +319,7 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         read = read_reported("inertia", f"{self.inertia} ± {self.u}")
         if read.problem or read.u is None or not read.value or read.value < 0:
             raise unfit("reference_unclear", "inertia", problem=read.problem or f'"{read.text}" is not above zero')
-        return Reference(read.value, read.u, source.removesuffix(", station all"))
+        return Reference(read.value, read.u, source)
 
 
 # --- the class as its own reference -------------------------------------------------------------------------

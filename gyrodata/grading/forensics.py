@@ -217,10 +217,8 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            told = f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, "
-            told += (
-                f"one for each torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
-            )
+            told = f"its {len(log.lines)} times are within {size:.2g} s of straight lines in the spin, one for each"
+            told = f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
             flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
     return flags
 

@@ -240,9 +240,8 @@ ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one di
 def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, own = evidence.given[0], evidence.own
     if criterion.curve.variable == "stated":
-        stated = reported.u is not None
-        said = "states" if stated else "does not state"
-        return mark(criterion, f'"{reported.text}" {said} an uncertainty', {"stated": float(stated)})
+        said = "does not state" if reported.u is None else "states"
+        return mark(criterion, f'"{reported.text}" {said} an uncertainty', {"stated": float(reported.u is not None)})
     if reported.u is None:
         return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
     u = reported.u / abs(evidence.factor)
@@ -256,9 +255,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     spread = statistics.stdev(each) / math.sqrt(len(each)) if len(each) > 1 else 0.0
     if abs(u - spread) < ROUNDED * spread:
         ratio = 1.0
-    undone = f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
-    reason = f"± {inertia_range_text(reported.u, reported.u)}{undone}"
-    whole = inertia_range_text(low, high)
+    reason, whole = f"± {inertia_range_text(reported.u, reported.u)}", inertia_range_text(low, high)
+    reason += f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
     if ratio == 1:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:

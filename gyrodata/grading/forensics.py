@@ -167,7 +167,7 @@ class Logs:
         counts = [len(one.time) for one in self.prints]
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)  # first row of each log, shape (N + 1,)
         self.log = np.repeat(np.arange(len(counts)), counts)  # log of each row, shape (R,)
-        turns, self.torque = self._rows("turns"), self._rows("torque")  # torque [N*m], shape (R,)
+        turns, self.torque = self._rows("turns"), np.abs(self._rows("torque"))  # torque [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
         self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
         self.grid = np.repeat([_grid(one) for one in self.prints], counts)  # [rad/s], shape (R,)
@@ -217,11 +217,9 @@ def flag_scatter(logs: Logs) -> list[Flag]:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            evidence = (
-                f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, one for each torque "
-                f"({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
-            )
-            flags.append(Flag("scatter", (key,), evidence, p, p * len(timed)))
+            told = f"its {len(log.lines)} times are within {size:.2g} s of straight lines in the spin, one for each"
+            told = f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
+            flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
     return flags
 
 
@@ -268,7 +266,6 @@ def _same_number(one: Floats, other: Floats, step: Floats, other_step: Floats) -
 
 
 def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
-    one, other = np.abs(one), np.abs(other)
     return np.abs(one - other) <= SAME_TORQUE * np.maximum(one, other)
 
 
@@ -425,16 +422,15 @@ def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
             matched[i] = j
     at, at_other = list(matched), list(matched.values())
     lines, other_lines = np.array(one.lines)[at], np.array(other.lines)[at_other]
-    common = f"{len(at)} of {min(len(rows), len(others))}"
-    mine, theirs_too = (
-        f"{key} (lines {', '.join(map(str, sorted(some)))})" for key, some in ((mine, lines), (theirs, other_lines))
-    )
+    numbers, other_numbers = (", ".join(map(str, sorted(some))) for some in (lines, other_lines))
+    common, mine = f"{len(at)} of {min(len(rows), len(others))}", f"{mine} (lines {numbers})"
     rows, others = rows[at], others[at_other]
     if kind == "same spins":
         apart = np.max(np.abs(logs.period[rows] - logs.period[others]) * np.array(one.turns)[at])
         told = f"{common} spins of {mine} are those of {theirs} at the same weights"
         return f"{told}; the times beside them differ by {apart:.2g} s at most"
-    told = f"{common} rows of {mine} are in {theirs_too}, with the same spin and the same precession period"
+    told = f"{common} rows of {mine} are in {theirs} (lines {other_numbers})"
+    told += ", with the same spin and the same precession period"
     told += ", the files are the same byte for byte" if one.sha256 == other.sha256 else ""
     told += ", in another order" if np.any(np.argsort(lines) != np.argsort(other_lines)) else ""
     steps = logs.period_step[[rows, others]]

@@ -184,7 +184,7 @@ def grade_submission(
         step = answer.step or 0.0
         slips = tuple(yardsticks.find_slips(value, step, own, analysis.readings, analysis.measurements))
         named = [one for one in own.values if slips and one.name == slips[0].fit]
-        matched = yardsticks.nearest(named or own.values, value)
+        matched = min(named or own.values, key=lambda one: abs(one.value - value))
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
         evidence = replace(evidence, matched=matched, d=d, slips=slips)
     grade = replace(
@@ -212,13 +212,12 @@ Scatters = Mapping[str, yardsticks.BenchScatter]
 """By station; "all" is for all other stations."""
 
 
-def settle(grades: Iterable[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], References, Scatters]:
+def settle(grades: Sequence[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], References, Scatters]:
     """Give the points that need the whole class, because the class is the reference.
 
     `grades`: All grades of the class, as `grade_submission` or an earlier `settle` returned them. Returns the grades in
     the same order, and what they are compared with. No grade depends on the order.
     """
-    grades = tuple(grades)
     references, scatters = rubric.references, {}
     if rubric.class_reference:
         known = [(one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None]

@@ -20,10 +20,8 @@ _DURATION = r"^\s*\d+(\.\d+)?\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*$"
 Duration = Annotated[str, Meta(pattern=_DURATION, examples=["15 min", "36 h", "2 days"])]
 _SHARE = Annotated[str, Meta(pattern=r"^\s*\d+(\.\d+)?\s*%\s*$", examples=["10 %"])]
 Deduction = _SHARE | Annotated[float, Meta(ge=0, examples=[2])]
-Time = Annotated[
-    dt.datetime | None,
-    Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema={"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}),
-]
+_STAMP = {"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}
+Time = Annotated[dt.datetime | None, Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema=_STAMP)]
 
 _SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
 

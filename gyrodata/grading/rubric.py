@@ -6,7 +6,6 @@ A rubric is a TOML file. The file ``rubric.toml`` in this folder is used if no o
 from __future__ import annotations
 
 import datetime as dt
-import difflib
 import hashlib
 import json
 import math
@@ -25,7 +24,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS
 from gyrodata.grading.late import Deduction, LateRule
 from gyrodata.grading.yardsticks import APPARATUS, BENCH, TABLES, Reference, Station, check_bench, station_key
-from gyrodata.toml_table import Number, Text, TomlFile, unfit
+from gyrodata.toml_table import Number, Text, TomlFile, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submissions
@@ -100,8 +99,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         for key, value in defaults.items():
             if getattr(self, key) in (None, "", ()) and key in ("title", *kind.keys):
                 force_setattr(self, key, value)
-        if self.curve.variable == "stated" and self.title == kind.title:
-            force_setattr(self, "title", "An uncertainty is stated")
+        assert self.curve  # its faults are told now
 
     @cached_property
     def curve(self) -> Curve:
@@ -202,8 +200,7 @@ BUILT_IN = ("simple", "full", "manual")
 
 def default_rubric_text(kind: str = "full") -> str:
     """Return the text of a rubric of `BUILT_IN`, with its remarks; "full" is used by default."""
-    name = "rubric.toml" if kind == "full" else f"rubric-{kind}.toml"
-    return files("gyrodata.grading").joinpath(name).read_text("utf-8")
+    return files("gyrodata.grading").joinpath(f"rubric-{kind}.toml".replace("-full", "")).read_text("utf-8")
 
 
 def default_rubric() -> Rubric:
@@ -224,14 +221,13 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
     """Warn of each late exception for a student who is not in the class: it has no effect."""
-    items = submissions.items
-    known = {name.casefold(): one.student for one in items for name in (one.student, one.name, *one.ids.values())}
+    names = [name for one in submissions.items for name in (one.student, one.name, *one.ids.values())]
+    known = {name.casefold() for name in names}
     found = []
     for one in rubric.late.exceptions if rubric.late else ():
         if one.student.casefold() not in known:
-            close = difflib.get_close_matches(one.student.casefold(), known, n=1)
-            hint = f"did you mean {known[close[0]]}?" if close else "write the name, key or id of a student"
             message = f'the late exception for "{one.student}" has no effect: no submission has this name'
+            hint = nearest(one.student, names, "write the name, key or id of a student")
             found.append(Diagnostic.of(diagnostics.EXCEPTION_FOR_NOBODY, message, hint, rubric.name))
     return found
 

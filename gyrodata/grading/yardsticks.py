@@ -95,6 +95,12 @@ class OwnRuns(Struct, frozen=True, dict=True):
             found.append(OwnValue("recommended", factor * best.value, best.u and factor * best.u))
         return found
 
+    def with_mistake(self, kind: Mistake) -> list[OwnValue]:
+        """Compute the accepted fits with a mistake."""
+        if kind.kind == "inverse_slope":
+            return [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in self.values]
+        return self.fits(kind.product, kind.torque)
+
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs, in the order of the rubric, without repeating equal values.
@@ -119,11 +125,6 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
     best = OwnValue("recommended", inertia.value, inertia.u or None)
     yardstick = min(max((inertia.u or 0.0) / abs(inertia.value), FINEST), COARSEST)
     return OwnRuns(product, measured.torque, tuple(sets), tuple(accept), best, yardstick)
-
-
-def nearest(values: Sequence[OwnValue], reported: float) -> OwnValue:
-    """Return the fit nearest to a reported value [kg*m^2], the first of two with the same distance."""
-    return min(values, key=lambda own: abs(own.value - reported))
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
@@ -191,11 +192,21 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     """
     if min(distance(reported, value.value, step, own.yardstick) for value in own.values) <= FROM:
         return []
+    plain, margin = {value.name: value.value for value in own.values}, FROM * own.yardstick
+    low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
     singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
     singles.append(known_mistakes()["inverse_slope"])
-    found = _matching(reported, step, own, singles, WITHIN)
-    if not any(slip.distance <= BOTH_WITHIN for _, slip in found):
-        found += _matching(reported, step, own, _pairs(singles), BOTH_WITHIN)
+    found: list[tuple[int, Slip]] = []
+    for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
+        for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
+            for one in sorted(own.with_mistake(kind), key=lambda one: abs(one.value - reported)):
+                away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
+                close = away <= min(within, NEAREST / own.yardstick)
+                # A value among honest answers cannot be separated from them.
+                if close and one.name in plain and not low <= one.value <= high:
+                    factor = one.value / plain[one.name]
+                    found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
+                    break
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
@@ -210,10 +221,10 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     torque, product = np.asarray(kind.torque), np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
     factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
-    roles = (role, "spin_start", "spin_end") if role == "spin" else (role,)
+    roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
     meant = "" if role == "turns" else kind.meant
     # Which role is made from which column, in which unit, and by which factor.
-    made = [(one, one, meant, factor) for one in roles if one in readings.columns]
+    made = [(one, one, meant, factor) for one in readings.columns if one in roles]
     if kind.kind == "exchanged":
         made = [("spin", "time", "rpm", np.array(RPM)), ("time", "spin", "s", np.array(1 / RPM))]
     columns = dict(readings.columns)
@@ -237,38 +248,15 @@ def unusual(readings: Readings) -> int:
     return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
 
 
-def _matching(reported: float, step: float, own: OwnRuns, kinds: list[Mistake], most: float) -> list[tuple[int, Slip]]:
-    """Find the slips of a list that explain the report, each with its rank and by the fit that agrees best."""
-    plain = {value.name: value.value for value in own.values}
-    margin = FROM * own.yardstick
-    low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
-    found, limit = [], min(most, NEAREST / own.yardstick)
-    for kind in kinds:
-        if kind.kind == "inverse_slope":
-            fits = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
-        else:
-            fits = own.fits(kind.product, kind.torque)
-        for one in sorted(fits, key=lambda one: abs(one.value - reported)):
-            away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
-            # A value among honest answers cannot be separated from them.
-            if one.name in plain and away <= limit and not low <= one.value <= high:
-                factor = one.value / plain[one.name]
-                found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
-                break
-    return found
-
-
 def _pairs(singles: list[Mistake]) -> list[Mistake]:
     """List all pairs of forgotten steps: students put raw numbers into the formula."""
-    pairs = itertools.combinations([kind for kind in singles if kind.forgets], 2)
-    return [
-        Mistake(
-            f"{one.kind} + {other.kind}", f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}",
-            product=one.product * other.product, torque=one.torque * other.torque, rank=max(one.rank, other.rank),
-        )
-        for one, other in pairs
-        if one.forgets != other.forgets
-    ]  # fmt: skip
+    found = []
+    for one, other in itertools.combinations([kind for kind in singles if kind.forgets], 2):
+        if one.forgets != other.forgets:
+            words, check = f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}"
+            both = Mistake(f"{one.kind} + {other.kind}", words, check, rank=max(one.rank, other.rank))
+            found.append(replace(both, torque=one.torque * other.torque, product=one.product * other.product))
+    return found
 
 
 # --- references of stations --------------------------------------------------------------------------------

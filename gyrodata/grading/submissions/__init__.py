@@ -128,9 +128,7 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
 
 def _without_reports(files: Listing) -> Listing:
     """Leave out the folders that ``gyro analyze`` wrote: their runs.csv reads as a log."""
-    reports = tuple(
-        one for one in files.folders if f"{one}results.json" in files.sizes and f"{one}runs.csv" in files.sizes
-    )
+    reports = tuple(one for one in files.folders if {f"{one}results.json", f"{one}runs.csv"} <= files.sizes.keys())
     if not reports:
         return files
     note = Faults(files.root.name).message("report_left_aside", names=listing([shown(one) for one in reports], 5))
@@ -140,13 +138,11 @@ def _without_reports(files: Listing) -> Listing:
 
 
 def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
-    faults, values = Faults(files.root.name), {"root": files.root.name, "one": shown(min(files.sizes, default=""))}
-    if not files.sizes:
-        return faults.refuse("class_empty", **values)
-    if pattern is not None:
-        return faults.refuse("pattern_fits_nothing", pattern=pattern, **values)
-    sample = names.PLATFORMS["folder" if lms == "auto" else lms].sample
-    return faults.refuse("no_submission", lms="a platform" if lms == "auto" else lms, sample=sample, **values)
+    message = "pattern_fits_nothing" if pattern is not None else "no_submission"
+    root, one = files.root.name, shown(min(files.sizes, default=""))
+    by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
+    values = {"root": root, "one": one, "pattern": pattern, "lms": by, "sample": names.PLATFORMS[known].sample}
+    return Faults(root).refuse(message if files.sizes else "class_empty", **values)
 
 
 def _joined(
@@ -169,16 +165,9 @@ def _joined(
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
     texts = {name for name in {**parts, **own} if name in sizes and ending(own.get(name, ".txt")) in TEXTS}
-    made = replace(
-        first,
-        ids=named.ids,
-        feedback_stem=named.feedback_stem,
-        members=tuple(sorted(own)),
-        log_name=log,
-        log_file=own[log] if log else None,
-        report_names=tuple(sorted(texts - {log})),
-        late=any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0,
-        late_seconds=None if first.late_seconds is None else max(0.0, first.late_seconds),
-        problem=None if log else f"{words}; {damaged}" if damaged else words,
-    )
-    return made, words if log else ""
+    late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
+    seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
+    problem = None if log else f"{words}; {damaged}" if damaged else words
+    made = replace(first, ids=named.ids, feedback_stem=named.feedback_stem, late=late, late_seconds=seconds)
+    made = replace(made, members=tuple(sorted(own)), report_names=tuple(sorted(texts - {log})), problem=problem)
+    return replace(made, log_name=log, log_file=own[log] if log else None), words if log else ""

@@ -24,7 +24,7 @@ from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
-_MOST_LINES, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 1000, 120
+_MOST_LINES, _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 20_000, 1000, 120
 
 _RESULT, _OTHER, _UNSURE, _JOINING, _RANGE, _VERB, _SMALL = (
     f"(?i:{vocabulary.ANSWERS[key]})" for key in ("result", "other", "unsure", "joining", "range", "verb", "small")
@@ -63,12 +63,12 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     equal = [one for one in found if one.rank == best]
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda one: one.read.step or 0.0)
-    read = chosen.read
-    for other in equal:
-        if not _agree(read, other.read):
-            problem = f'two values are found: "{read.text}" in {chosen.place} and "{other.read.text}" in {other.place}'
-            read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
-            break
+    read, others = chosen.read, [one for one in equal if not _agree(chosen.read, one.read)]
+    if others:
+        problem = (
+            f'two values are found: "{read.text}" in {chosen.place} and "{others[0].read.text}" in {others[0].place}'
+        )
+        read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
     note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
     return Answers(read, (note,), chosen.place.rpartition(", line ")[0])
 
@@ -102,16 +102,12 @@ def _lines(name: str, data: bytes) -> list[str]:
     return readings.split_lines(text)
 
 
-def _plain(line: str) -> str:
-    for pattern, text in vocabulary.PLAIN if len(line) < 20 * _LONGEST_SENTENCE else ():
-        line = re.sub(pattern, text, line)
-    return line
-
-
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
-    """Split lines into sentences, each with the number of its line."""
-    found = []
-    for number, line in enumerate(_with_titles([_plain(line) for line in lines[:_MOST_LINES]]), 1):
+    """Split lines into sentences without markup, each with the number of its line."""
+    found, plain = [], [line[:_LONGEST_LINE] for line in lines[:_MOST_LINES]]
+    for pattern, text in vocabulary.PLAIN:
+        plain = [re.sub(pattern, text, line) for line in plain]
+    for number, line in enumerate(_with_titles(plain), 1):
         found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
     return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]
 
@@ -121,25 +117,20 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
     titles: list[str] = []
     for line, below in zip_longest(lines, lines[1:], fillvalue=""):
         cells = [cell.strip(" *") for cell in line.strip(" |").split("|")]
-        if len(cells) < 2:
-            titles = []
-        elif not any(_is_number(cell) for cell in cells):
-            titles = titles if set("".join(cells)) <= set("-: ") else cells
-        else:
+        if not any(map(_is_number, cells)):
+            titles = titles if set(line) <= set("-: |") else cells * (len(cells) > 1)
+        elif len(cells) > 1:
             # A column of I_zz with a value for each run is not the answer.
-            alone = not _is_number(cells[0]) or not _is_number(below.strip(" |").split("|")[0])
+            alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
             for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
-                if not cell:
-                    continue
-                if _is_unsure(title) and _is_number(cell) and line:
+                number = _is_number(cell)
+                if number and line and _is_unsure(title):
                     line += f" ± {cell}{' %' * ('%' in title)}"
-                elif units.kinds_of(cell) and not _is_number(cell):
+                elif not number and (not cell or units.kinds_of(cell)):
                     line += f" {cell}"
-                elif re.search(_OTHER, title) or (_is_number(cells[0]) and alone):
-                    line += f" | {title} = {cell}"
                 else:
-                    line += f" | {cell}"
+                    line += f" | {title} = {cell}" if alone or re.search(_OTHER, title) else f" | {cell}"
         yield line
 
 
@@ -232,10 +223,9 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     # Without brackets, and without a verb at the end.
     text = re.sub(rf"[\[(][^\])]*[\])]|\b{_VERB}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
-    names = [words[at : at + count] for at in range(len(words)) for count in (1, 2, 3)]
-    names = [one for one in names if len(one[0]) > 1 or len(one) > 1 or one[0] is words[-1]]
-    last = [words[-count:] for count in (1, 2, 3)] if words else []
-    return any(name_roles(" ".join(one))[0] == ("inertia",) for one in (last if near else [*names, words[-1:]]) if one)
+    ends = range(len(words) if near else 1, len(words) + 1)
+    names = [(" ".join(words[max(0, end - count) : end]), end) for end in ends for count in (1, 2, 3)]
+    return any(name_roles(name)[0] == ("inertia",) for name, end in names if len(name) > 1 or end == len(words))
 
 
 def _with_u(read: Reported, behind: str) -> Reported:

@@ -88,24 +88,23 @@ def list_files(root: Path) -> Listing:
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
     outer, _, inner = name.rpartition("//")
+    place = root / name
     try:
         if outer or (root.is_file() and not Path(name).is_absolute()):
             archive, members, _ = _contents(root, outer) if outer else _opened(*_identity(root))
-            name = inner
-            if name not in members:
-                raise FileNotFoundError("it is no longer there")
-            if members[name].flag_bits & 0x1:
+            member = members.get(inner)
+            if member is not None and member.flag_bits & 0x1:
                 raise OSError("it is encrypted")
-            if members[name].compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            if member is not None and member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 # The others unpack a whole block at a time, however large.
                 raise OSError("it is packed in a way that no platform uses")
-            with archive.open(members[name]) as file:
-                data = file.read(most + 1)
-        elif (root / name).is_symlink() or not (root / name).is_file():
-            raise FileNotFoundError("it is no longer there")
+            file = archive.open(member) if member else None
         else:
-            with (root / name).open("rb") as plain:
-                data = plain.read(most + 1)
+            file = place.open("rb") if place.is_file() and not place.is_symlink() else None
+        if file is None:
+            raise FileNotFoundError("it is no longer there")
+        with file:
+            data = file.read(most + 1)
         if len(data) <= most:
             return data
         why = f"it is larger than {size_text(most)}"
@@ -113,7 +112,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         why = error.strerror or str(error)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
-    name = name.rpartition("/")[2]
+    name = inner.rpartition("/")[2]
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
 
 

@@ -110,9 +110,8 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     below = outer if len(people) > 1 else ""
     inner = {name: name.removeprefix(below) for name in names}
     folders = {one: one.removeprefix(below) for one in files.folders if one.startswith(below) and one != below}
-    in_folders = any(
-        "/" in own for own in [one for one in inner.values() if is_log(one)] or {**inner, **folders}.values()
-    )
+    placed = [one for one in inner.values() if is_log(one)] or [*inner.values(), *folders.values()]
+    in_folders = any("/" in own for own in placed)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
     return "folder", {name: _of_folder(own, in_folders, files.root) for name, own in inner.items()}
@@ -148,18 +147,15 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
         with suppress(ValueError):
             stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
-    return Submission(
-        student=key,
-        # In anonymous submissions, Moodle calls everybody so.
-        name=f"{person} {key}" if person == "Participant" else person or key,
-        ids=ids,
-        source=root,
-        log_file=groups.get("file", file if kind == "student" else None),
-        late="late" in groups,
-        submitted=groups.get("submitted") or stamp or None,
-        attempt=int(number) if number.isascii() and number.isdigit() else 1,
-        feedback_stem=key.replace("/", "_") if kind == "student" else printable(groups.get("stem") or stem),
-    )
+    # In anonymous submissions, Moodle calls everybody so.
+    person = f"{person} {key}" if person == "Participant" else person or key
+    time = groups.get("submitted") or stamp or None
+    one = Submission(key, person, ids, root, late="late" in groups, submitted=time)
+    if number.isascii() and number.isdigit():
+        one = replace(one, attempt=int(number))
+    if kind == "student":
+        return replace(one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_"))
+    return replace(one, log_file=groups.get("file"), feedback_stem=printable(groups.get("stem") or stem))
 
 
 def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
@@ -189,12 +185,9 @@ def _with_user_names(named: Named, root: Path) -> Named:
     """
     matches = {name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named}
     owners = {name: match["owner"] for name, match in matches.items() if match}
-    people: dict[str, tuple[str, str]] = {}
     distinct = sorted(set(owners.values()))
-    prefix = commonprefix(distinct) if len(distinct) > 1 else ""  # noqa: RUF071 (these are no paths)
-    for owner in distinct:
-        rest = owner[prefix.rfind("_") + 1 :] if "_" in prefix else owner.rpartition("_")[2]
-        people[owner] = shown(rest), shown(rest)
+    at = commonprefix(distinct).rfind("_") + 1 if len(distinct) > 1 else 0  # noqa: RUF071 (these are no paths)
+    people = {owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2 for owner in distinct}
     for name, owner in owners.items():
         part = named[name]
         with suppress(InputError):
@@ -202,12 +195,11 @@ def _with_user_names(named: Named, root: Path) -> Named:
             line = _FIRST_LINE.match(data.decode("utf-8-sig", "replace").replace("\r", "\n"))
             # Anybody can write such a text: the user name must be the one in the name of the file.
             if line and owner.endswith(f"_{line[2]}"):
-                people[owner] = shown(line[2]), shown(line[1])
-    return {
-        name: part and replace(part, student=user, name=full, ids={"username": user})
-        for name, part in named.items()
-        for user, full in [people.get(owners.get(name, ""), ("", ""))]
-    }
+                people[owner] = [shown(line[2]), shown(line[1])]
+    for name, part in named.items():
+        user, full = people.get(owners.get(name, ""), ("", ""))
+        named[name] = part and replace(part, student=user, name=full, ids={"username": user})
+    return named
 
 
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` -----------------------------

@@ -115,7 +115,7 @@ class Submissions(Struct, frozen=True):
 Attempts = Literal["newest", "oldest"]
 
 # Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write ``lab(1).csv``.
-_COPY = re.compile(r"(?P<base>.+?)(?:-(?P<again>\d{1,2})| ?\((?P<copy>\d{1,2})\))(?P<ending>\.[^/]+)")
+_COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
 
 
 def choose_log(
@@ -144,35 +144,27 @@ def choose_log(
     if not logs:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"
-    numbers: dict[int, str] = {}
-    bases = set()
-    for name, own in logs.items():
-        match = _COPY.fullmatch(own) if len(logs) > 1 else None
-        bases.add((match["base"] + match["ending"] if match else own).lower())
-        numbers[int(match["again"] or match["copy"]) if match else 0] = name
-    if len(bases) == 1 and len(numbers) == len(logs):
+    copies = {name: _COPY.fullmatch(own) for name, own in logs.items()}
+    bases = {match["base"] + match["ending"] if match else logs[name] for name, match in copies.items()}
+    numbers = {int(match["number"]) if match else 0: name for name, match in copies.items()}
+    if len({base.lower() for base in bases}) == 1 and len(numbers) == len(logs):
         chosen, how = numbers[(min if attempts == "oldest" else max)(numbers)], f"the {attempts}"
     else:
         # If the names differ, the log is the only file that can be read as one.
         fitting: dict[bytes, str] = {}
         for name, own in logs.items():
             with suppress(GyroError):
-                data = b"" if _unfit(own, sizes[name]) else read(name)
-                if data and data not in fitting and readings.read_log(data, name=own.rpartition("/")[2]).ok:
+                data = read(name)
+                if data not in fitting and readings.read_log(data, name=own.rpartition("/")[2]).ok:
                     fitting[data] = name
         if len(fitting) != 1:
             why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
             return None, f"{why}: {readings.listing(sorted(logs.values()))}"
         (chosen,), how = fitting.values(), "read as the log"
-    if problem := _unfit(logs[chosen], sizes[chosen]):
-        return None, problem
+    size, name, most = sizes[chosen], logs[chosen].rpartition("/")[2], readings.MAX_BYTES
+    if size > most:
+        return None, f"{name} is {size_text(size)}; a log of more than {size_text(most)} is not read"
+    if size == 0:
+        return None, f"{name} is empty"
     others = readings.listing(sorted(own for name, own in logs.items() if name != chosen))
     return chosen, f"{logs[chosen]} is {how}; left aside: {others}" if len(logs) > 1 else ""
-
-
-def _unfit(name: str, size: int) -> str:
-    """Say why a file cannot be a log, by its size; "" if it can be one."""
-    name, most = name.rpartition("/")[2], readings.MAX_BYTES
-    if size > most:
-        return f"{name} is {size_text(size)}; a log of more than {size_text(most)} is not read"
-    return f"{name} is empty" if size == 0 else ""

@@ -78,11 +78,8 @@ def _code(severity: Severity, code: str) -> str:
 _error, _warning, _note = (partial(_code, severity) for severity in ("error", "warning", "note"))
 
 # the file
-FILE_NOT_FOUND = _error("G101")
 COMPRESSED_FILE_DAMAGED = _error("G107")
 CODE_PAGE_GUESSED = _note("G109")
-
-# the sheet
 
 # the table
 CELL_IS_NO_NUMBER = _error("G203")
@@ -93,8 +90,6 @@ PER_SECOND_IS_AMBIGUOUS = _error("G208")
 NUMBER_IMPOSSIBLE = _error("G215")
 VALUE_BELOW_ITS_FIRST_ROW = _error("G219")
 NOTE_MAY_CHANGE_READING = _warning("G240")
-
-# what the log says
 
 # options that go with a log
 TEMPLATE_VALUE_CANNOT_BE_READ = _error("G506")
@@ -125,17 +120,7 @@ OUT_IS_NO_FOLDER = _error("G638")
 FIXED_LOG_CANNOT_BE_WRITTEN = _error("G639")
 
 # a class
-CLASS_IS_NO_FOLDER_OR_ZIP = _error("G701")
-ZIP_DAMAGED = _error("G702")
-ZIP_NOT_SAFE = _error("G703")
-TOO_MANY_FILES = _error("G704")
 NO_SUBMISSION = _error("G705")
-PATTERN_CANNOT_BE_USED = _error("G706")
-FILES_OF_NO_STUDENT = _warning("G707")
-ONE_OF_SEVERAL_GRADED = _note("G708")
-GRADESCOPE_METADATA_CANNOT_BE_READ = _warning("G709")
-SUBMITTED_FILE_CANNOT_BE_READ = _error("G713")
-FILE_LEFT_OUT = _warning("G714")
 ANSWER_ELSEWHERE = _note("G717")
 ANSWER_READ = _note("G718")
 ANSWER_MISSING = _warning("G719")

@@ -19,6 +19,8 @@ MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
+MARKUP: list[tuple[str, str]] = _SECTIONS["answers"].pop("markup")
+"""Patterns that turn HTML, and the XML of Word, into lines and cells, and what replaces each."""
 PLAIN: list[tuple[str, str]] = _SECTIONS["answers"].pop("plain")
 """Patterns that turn LaTeX and Markdown into plain text, and what replaces each."""
 ANSWERS: dict[str, str] = _SECTIONS.pop("answers")

@@ -89,6 +89,5 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
 
 def _digits(number: str) -> int:
     """Count significant digits: ``0.0044`` has as many as ``4.4e-3``; zeros before the point may only fill up."""
-    mantissa = re.split("[eE]", number)[0]
-    digits = re.sub("[^0-9]", "", mantissa).lstrip("0")
-    return len(digits if re.search("[.,]", mantissa) else digits.rstrip("0")) or 1
+    digits = re.sub("[^0-9.,]", "", re.split("[eE]", number)[0]).lstrip("0.,")
+    return len(re.sub("[.,]", "", digits) if re.search("[.,]", number) else digits.rstrip("0")) or 1

@@ -156,11 +156,10 @@ def _joined(
         if ending(file) == ".zip":
             try:
                 inner = list_inner(files.root, name)
-            except InputError as error:
-                damaged = error.diagnostics[0].message
-            else:
                 sizes |= inner
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
+            except InputError as error:
+                damaged = error.diagnostics[0].message
     log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.

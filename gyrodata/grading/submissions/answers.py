@@ -54,8 +54,8 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     """
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
-        below = readings.split_lines(log.source_text)[read.line or 0 :]
-        return Answers(_with_u(read, "".join(below[:1])), (), log.name)
+        below = readings.split_lines(log.source_text)[read.line or 0 :][:1]
+        return Answers(_with_u(read, "".join(below)), (), log.name)
     found = [one for name, data in reports for one in _candidates(name, data)]
     if not found:
         return Answers()
@@ -94,11 +94,10 @@ def _lines(name: str, data: bytes) -> list[str]:
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind in (".html", ".htm", ".docx"):
-        text = re.sub(r"(?:</w:p>\s*)?</(?:w:tc|td|th)>|<w:tab\b[^<>]*>", " | ", text)
-        text = re.sub(r"(?i)</w:(?:p|tr)>|<(?:w:)?br\b[^<>]*>|</?(?:p|div|li|tr|h\d|table|[uo]l)\b[^<>]*>", "\n", text)
-        text = html.unescape(re.sub(r"<[^<>]*>", "", text)).replace("\u00a0", " ")
+        for pattern, plain in vocabulary.MARKUP:
+            text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
-        text = re.sub(r"\s*\n\s*", "\n", text).strip()
+        text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
     return readings.split_lines(text)
 
 
@@ -170,20 +169,17 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = before if re.fullmatch(rf"[\s,|]*{_RANGE}?\s*", words) else words
-            text, length = value
-            end = start + length
+            end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
-            read = _with_u(read_reported("inertia", text, number), behind)
+            read = _with_u(read_reported("inertia", value[0], number), behind)
             after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b", sentence[end:])[0]
-            if re.search(_TWO_NUMBERS, before) or re.search(_OTHER, before) or re.search(_OTHER, after):
-                continue
-            if read.u is None and _is_unsure(before):
-                continue  # it is an uncertainty itself
-            result = re.search(_RESULT, before) is not None
+            # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
+            other = re.search(_TWO_NUMBERS, before) or re.search(_OTHER, f"{before}\n{after}")
+            result, u = re.search(_RESULT, before) is not None, read.u is not None
             named = result or _names_inertia(before)
-            if named or read.u is not None:
-                final = result and not re.search(r"\d", before)
-                yield _Candidate((named, read.u is not None, final), f"{name}, line {number}", read)
+            if not other and (u or (named and not _is_unsure(before))):
+                rank = (named, u, result and not re.search(r"\d", before))
+                yield _Candidate(rank, f"{name}, line {number}", read)
         # A heading, or the beginning of a sentence that goes on; titles of a table are in its rows already.
         above = "" if "|" in sentence.strip(" |") else re.split(r"\d|[.!?;](?:\s|$)", sentence)[-1]
 
@@ -234,8 +230,7 @@ def _with_u(read: Reported, behind: str) -> Reported:
     if read.u is not None or gap is None:
         return read
     number = behind[gap.end() :][:_LONGEST_VALUE]
-    percent = re.match(r"[\d.,]+\s*%\s*([^\W\d]+)", number)
-    said = f"{gap[1]} {percent[1] if percent else ''}"
+    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
     if not _is_unsure(said) or re.search(_OTHER, said):
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]

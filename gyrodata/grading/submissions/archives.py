@@ -120,15 +120,9 @@ def _list_folder(root: Path) -> Listing:
     sizes: dict[str, int] = {}
     folders: list[str] = []
     left_out: list[Diagnostic] = []
+    errors: list[OSError] = []
     faults = Faults(root.name)
-
-    def closed(error: OSError) -> None:
-        if Path(error.filename) == root:
-            raise error
-        folder = Path(error.filename).relative_to(root).as_posix()
-        left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
-
-    for path, inner, files in os.walk(root, onerror=closed):
+    for path, inner, files in os.walk(root, onerror=errors.append):
         below = os.path.relpath(path, root).replace(os.sep, "/") + "/" if path != str(root) else ""
         folders.append(below)
         inner[:] = [name for name in inner if not _STREWN.search(f"{below}{name}/")]
@@ -140,6 +134,11 @@ def _list_folder(root: Path) -> Listing:
             elif stat.S_ISREG(state.st_mode):
                 sizes[name] = state.st_size
         _check_number(root, len(folders) + len(sizes))
+    for error in errors:
+        if Path(error.filename) == root:
+            raise error
+        folder = Path(error.filename).relative_to(root).as_posix()
+        left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
     notes = sorted(left_out, key=lambda note: note.message)
     return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), tuple(notes))
 
@@ -167,10 +166,8 @@ def list_inner(root: Path, name: str, depth: int = 1) -> dict[str, int]:
     found: dict[str, int] = {}
     for inner, size in _contents(root, name)[2].sizes.items():
         whole = f"{name}//{inner}"
-        if inner.lower().endswith(".zip") and depth < MOST_LEVELS:
-            found |= list_inner(root, whole, depth + 1)
-        else:
-            found[whole] = size
+        packed = inner.lower().endswith(".zip") and depth < MOST_LEVELS
+        found |= list_inner(root, whole, depth + 1) if packed else {whole: size}
     return found
 
 

@@ -120,13 +120,12 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
 def _read_pattern(text: str) -> re.Pattern[str]:
     """Check a regular expression of the user: it needs a group ``student``, and may have others of `_take_apart`."""
     try:
-        pattern = re.compile(text)
-        why = "" if "student" in pattern.groupindex else "does not say which part is the student"
+        if "student" in (pattern := re.compile(text)).groupindex:
+            return pattern
+        why = "does not say which part is the student"
     except re.error as error:
         why = f"is not a regular expression: {error}"
-    if why:
-        raise Faults("").refuse("pattern_unusable", pattern=text, why=why)
-    return pattern
+    raise Faults("").refuse("pattern_unusable", pattern=text, why=why)
 
 
 def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
@@ -169,8 +168,7 @@ def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
 
 def _flat_key(name: str) -> str:
     """Return the key of a student with a file: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
-    stem = re.sub(r"(?i)(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
-    stem = re.sub(r" ?\([0-9]{1,2}\)$", "", stem)
+    stem = re.sub(r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
@@ -205,15 +203,11 @@ def _with_user_names(named: Named, root: Path) -> Named:
 # --- the metadata of Gradescope: submitters and times, as fields of `Submission` -----------------------------
 
 
-class _Assignment(Struct):
-    due_date: datetime | None = None
-
-
 class _Person(Struct):
     name: str | None = None
     sid: str | int | None = None
     email: str | None = None
-    assignment: _Assignment | None = None
+    assignment: dict[str, Any] | None = None
 
 
 class _Entry(Struct):
@@ -223,7 +217,7 @@ class _Entry(Struct):
     created_at: str | None = None
     id: str | int = ""
     users: list[_Person] = []
-    assignment: _Assignment | None = None
+    assignment: dict[str, Any] | None = None
     previous_submissions: list[dict[str, Any]] = []
 
     def about(self, folder: str, number: str) -> dict[str, Any]:
@@ -284,8 +278,9 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
     """
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
-        own = [user.assignment.due_date for user in live.users if user.assignment and user.assignment.due_date]
-        due, time = max(own) if own else live.assignment and live.assignment.due_date, _time(live.created_at)
+        assignments = (*(user.assignment for user in live.users), live.assignment)
+        dues = [_time((one or {}).get("due_date")) for one in assignments]
+        due, time = max(filter(None, dues[:-1]), default=dues[-1]), _time(live.created_at)
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None

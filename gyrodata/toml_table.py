@@ -7,6 +7,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable
+from functools import reduce
 from typing import Annotated, Any, TypeVar
 
 from msgspec import Meta, ValidationError, convert
@@ -51,7 +52,7 @@ class TomlFile:
             line = self.text.count("\n", 0, bad.start()) + 1
             raise self._error(code, "is not UTF-8", "save it as UTF-8 in your editor", line)
         try:
-            self.values: dict[str, Any] = tomllib.loads(self.text)
+            self.values: Any = tomllib.loads(self.text)
         except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError
             found = re.search(r"line (\d+), column (\d+)", str(error))
             place = map(int, found.groups()) if found else [self.text.count("\n") + 1]
@@ -65,10 +66,7 @@ class TomlFile:
             raise self._explained(error, kind, path) from None
 
     def _value(self, path: Path) -> Any:
-        value: Any = self.values
-        for part in path:
-            value = value[part]
-        return value
+        return reduce(lambda value, part: value[part], path, self.values)
 
     def _explained(self, error: ValidationError, kind: type, path: Path) -> InputError:
         """Write what is wrong and what to write, from the words of msgspec and the JSON Schema of the record."""

@@ -172,10 +172,6 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     return mark(criterion, found or "no picture and no PDF that could show a plot", {"files": float(pictures)})
 
 
-def _manual(criterion: Criterion, evidence: Evidence) -> Mark:
-    return mark(criterion, "a person gives these points", {}, None)
-
-
 # --- the report ---------------------------------------------------------------------------------------------
 
 
@@ -323,7 +319,8 @@ ASKS: Mapping[str, str] = TABLES["asks"]
 
 JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
     "log": _log, "procedure": _procedure, "own_data": _own_data, "reference": _reference, "uncertainty": _uncertainty,
-    "units": _units, "constancy": _constancy, "files": _files, "manual": _manual,
+    "units": _units, "constancy": _constancy, "files": _files,
+    "manual": lambda criterion, evidence: mark(criterion, "a person gives these points", {}, None),
 }  # fmt: skip
 
 OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz

@@ -277,18 +277,6 @@ def _tail(chances: Floats) -> Floats:
     return np.maximum(np.cumsum(numbers[::-1])[::-1], LEAST)
 
 
-def _rows_with_same_spin(logs: Logs, rows: Integers) -> tuple[Integers, Integers]:
-    """Return each row with each row of another log that has its weight and its spin, to the step of the tachometer."""
-    reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
-    low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
-    high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
-    mine = np.repeat(rows, high - low)
-    other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
-    same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[mine] != logs.log[other])
-    same &= _same_number(logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other])
-    return mine[same], other[same]
-
-
 def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
     """Compare a log with K others that have one of its spins.
 
@@ -296,7 +284,15 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
     with enough of them.
     """
     number, rows = len(logs.keys), np.arange(logs.starts[log], logs.starts[log + 1])
-    mine, other = _rows_with_same_spin(logs, rows)
+    # Each row with each row of another log that has its weight and its spin, to the step of the tachometer.
+    reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
+    low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
+    high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
+    mine = np.repeat(rows, high - low)
+    other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
+    same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[other] != log)
+    same &= _same_number(logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other])
+    mine, other = mine[same], other[same]
     others, at = np.unique(logs.log[other], return_inverse=True)
 
     def table(which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
@@ -361,8 +357,7 @@ def similar(logs: Logs) -> Pairs:
         square = np.abs(square + square.T - 2 * (counts * spin) @ (counts * spin).T) / np.maximum(number, 1)
         square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
         nearest = np.sort(square, axis=1)
-        own = 2 * np.mean(size, axis=1)
-        usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(own, np.median(nearest[:, 0])))
+        usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(2 * np.mean(size, axis=1), np.median(nearest[:, 0])))
         chance = np.where(np.isfinite(square), NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
         chance = np.maximum(np.maximum(chance, chance.T) / len(members), LEAST)
         for i, j in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():

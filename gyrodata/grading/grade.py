@@ -390,13 +390,11 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
     reported, station = answers.inertia or ReportedValue("inertia", ""), station_of(readings)
-    one = HandIn(
-        text=reported.text or None, inertia=reported.value, u=reported.u, file=answers.file or None,
-        line=reported.line, station=station
-    )  # fmt: skip
+    file, text = answers.file or None, reported.text or None
+    one = HandIn(text=text, inertia=reported.value, u=reported.u, file=file, line=reported.line, station=station)
     # The place of the answer is reported once.
     others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
-    code, file, hint = diagnostics.ANSWER_READ, one.file or "", ""
+    code, hint = diagnostics.ANSWER_READ, ""
     if one.inertia is not None:
         place = f"{one.file}, line {one.line}" if one.line else one.file
         said = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {place}"
@@ -405,7 +403,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     else:
         log = shown(PurePosixPath(submission.log_file or "").name)
         hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-        code, file = diagnostics.ANSWER_MISSING, one.file or log
+        code, file = diagnostics.ANSWER_MISSING, file or log
         message = f"the answer cannot be read: {reported.problem}"
         if answers.inertia is None:
             read = {submission.log_name, *submission.report_names}
@@ -415,4 +413,4 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
             message = f"no I_zz is found in {found_in}{f'; not read: {unread}' if unread else ''}"
         elif one.file == log:
             hint += ", and take its other lines with an I_zz out"
-    return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file, one.line))
+    return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file or "", one.line))

@@ -141,10 +141,9 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     bench: Annotated[Mapping[str, str], Meta(extra_json_schema={"propertyNames": {"enum": ["from", *BENCH]}})] = {}
 
     def __post_init__(self) -> None:
-        parts, total = [f"{one.points:g}" for one in self.criteria], math.fsum(one.points for one in self.criteria)
+        each, total = [f"{one.points:g}" for one in self.criteria], math.fsum(one.points for one in self.criteria)
         if abs(total - self.points) > 1e-9:
-            values = {"points": self.points, "parts": " + ".join(parts), "total": total}
-            raise unfit("rubric_points_do_not_add_up", "points", **values)
+            raise unfit("points_do_not_add_up", "points", points=self.points, parts=" + ".join(each), total=total)
         ids = [one.id for one in self.criteria]
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:

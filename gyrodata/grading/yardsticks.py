@@ -201,9 +201,8 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
         for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
             for one in sorted(own.with_mistake(kind), key=lambda one: abs(one.value - reported)):
                 away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
-                close = away <= min(within, NEAREST / own.yardstick)
                 # A value among honest answers cannot be separated from them.
-                if close and one.name in plain and not low <= one.value <= high:
+                if away <= min(within, NEAREST / own.yardstick) and one.name in plain and not low <= one.value <= high:
                     factor = one.value / plain[one.name]
                     found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
                     break
@@ -372,8 +371,9 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings
     own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
     own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
     own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    is_balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
-    own |= {"u_imbalance"} if is_balanced else set()
+    own |= (
+        {"u_imbalance"} if readings.balance_tilt or readings.balance_drift or readings.balanced is not None else set()
+    )
     left = [key for key in lines if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))]
     missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:

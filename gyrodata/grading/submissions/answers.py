@@ -145,7 +145,7 @@ def _is_unsure(text: str) -> bool:
 # --- the candidates ------------------------------------------------------------------------------------------
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
-_START = r"(?<![\w.,^(+\-−±/])\(?[-+−]?\(?(?:\d|[.,]\d)"
+_START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.)|]?\s+|[.,;|]*$"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_RANGE}\s+)?$"
 _MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
@@ -172,7 +172,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
             read = _with_u(read_reported("inertia", value[0], number), behind)
-            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b", sentence[end:])[0]
+            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
             other = re.search(_TWO_NUMBERS, before) or re.search(_OTHER, f"{before}\n{after}")
             result, u = re.search(_RESULT, before) is not None, read.u is not None

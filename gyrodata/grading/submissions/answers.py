@@ -145,8 +145,8 @@ def _is_unsure(text: str) -> bool:
 # --- the candidates ------------------------------------------------------------------------------------------
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
-_START = r"(?<![\w.,^(+\-−±/])\(?[-+−]?\(?(?:\d|[.,]\d)"
-_CUT = r"[,;.)|]?\s+|[.,;|]*$"
+_START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
+_CUT = r"[,;.|]?\s+|[.,;|]*$"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_RANGE}\s+)?$"
 _MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
 
@@ -172,7 +172,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
             read = _with_u(read_reported("inertia", value[0], number), behind)
-            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b", sentence[end:])[0]
+            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
             other = re.search(_TWO_NUMBERS, before) or re.search(_OTHER, f"{before}\n{after}")
             result, u = re.search(_RESULT, before) is not None, read.u is not None
@@ -187,8 +187,9 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
     """Give the beginnings of a text that may be a value, the longest first, and whether no other word follows."""
     for cut in reversed(list(re.finditer(_CUT, text))):
-        last = re.match(r"\)?\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
-        yield text[: cut.start()].strip(" |_").rstrip(".,;"), last
+        value = text[: cut.start()].strip(" |_").rstrip(".,;")
+        value = value.removesuffix(")") if value.count(")") > value.count("(") else value
+        yield value, re.match(r"\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
 
 
 def _value(text: str, before: str) -> tuple[str, int] | None:

@@ -73,12 +73,11 @@ class Evidence(Struct, frozen=True):
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
     reported = evidence.reported
-    if criterion.check in OF_REPORT and (reported is None or reported.value is None):
+    if criterion.check in ("own_data", "reference", "uncertainty", "units") and evidence.matched is None:
         share = 0.0 if reported is None and evidence.rubric.no_report == "zero" else None
-        reason = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-        if reported is not None:
-            reason = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
-        return mark(criterion, reason, {}, share)
+        unread = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}" if reported else ""
+        add = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
+        return mark(criterion, unread or add, {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
 
@@ -149,8 +148,8 @@ def _scatter_mark(criterion: Criterion, spread: float, told: Scatters, words: st
     p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
-        agrees = criterion.curve.share(p) == 1
-        reason += f", which {'agrees with' if agrees else 'is more than'} {words} ({p_text(p)})"
+        agrees = "agrees with" if criterion.curve.share(p) == 1 else "is more than"
+        reason += f", which {agrees} {words} ({p_text(p)})"
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
 
@@ -322,5 +321,3 @@ JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
     "units": _units, "constancy": _constancy, "files": _files,
     "manual": lambda criterion, evidence: mark(criterion, "a person gives these points", {}, None),
 }  # fmt: skip
-
-OF_REPORT = ("own_data", "reference", "uncertainty", "units")  # checks that need a reported I_zz

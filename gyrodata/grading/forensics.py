@@ -177,8 +177,8 @@ class Logs:
         # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
         # error, which two logs can share: then the median of all logs is used.
         sizes = [size for _, size in self.scatters]
-        hands, middle = [HAND * one.by_hand for one in self.prints], np.median(sizes or [0.0])
-        self.noise = np.repeat(np.maximum(np.minimum(sizes, middle), hands), counts) / turns
+        least = np.maximum(np.minimum(sizes, np.median(sizes or [0.0])), [HAND * one.by_hand for one in self.prints])
+        self.noise = np.repeat(least, counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin

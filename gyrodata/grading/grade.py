@@ -257,8 +257,8 @@ def reconsider(
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
     `grade`: As `settle` returned it. `typed`: I_zz typed in by a person. If the answer agrees with the reference, and
-    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned. If
-    the answer agrees with a log that is far from the reference, a person is asked to look.
+    follows from the log after a known mistake in the log is corrected, the grade for the corrected log is returned.
+    Otherwise a person is asked to look, unless the answer is wrong too: then it tells how the student has worked.
     """
     from gyrodata.analysis import analyze_readings
 
@@ -277,16 +277,16 @@ def reconsider(
         measured = analyze_readings(readings, whole=False).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
-    expected = value if wrong_log else reference.inertia
-    kinds = [kind for kind, _ in mistakes.explaining_mistakes(readings, measured, abs(inertia), expected)]
-    kinds = [kind for kind in kinds if not kind.kind.startswith("ball_")]
+    found = mistakes.explaining_mistakes(readings, measured, abs(inertia), value if wrong_log else reference.inertia)
+    kinds = [kind for kind, _ in found if not kind.kind.startswith("ball_")]
     if wrong_log:
         # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
         kinds.sort(key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind)))
         again = (grade_submission(submission, rubric, typed, kind) for kind in kinds)
         known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-        right = next((replace(one, **known) for one in again if one.d is not None and one.d <= FAR), grade)
-        return _settle_one(right, rubric, references, scatters)
+        right = next((replace(one, **known) for one in again if one.d is not None and one.d <= FAR), None)
+        if right is not None:
+            return _settle_one(right, rubric, references, scatters)
     why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
     told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
     told += f"{factor_text(inertia / reference.inertia)} it{f'; {why}' if kinds else ''}"
@@ -374,8 +374,7 @@ def _why_not(error: Exception) -> str:
     faults = [one for one in error.diagnostics if one.severity == "error"]
     if faults:
         where = f"line {faults[0].line}: " if faults[0].line else ""
-        more = f", and {len(faults) - 1} more" if len(faults) > 1 else ""
-        told += f": {where}{faults[0].message}{more}"
+        told += f": {where}{faults[0].message}{f', and {len(faults) - 1} more' if len(faults) > 1 else ''}"
     return told
 
 
@@ -406,11 +405,10 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         code, file = diagnostics.ANSWER_MISSING, file or log
         message = f"the answer cannot be read: {reported.problem}"
         if answers.inertia is None:
-            read = {submission.log_name, *submission.report_names}
-            names = {name: shown(PurePosixPath(name).name) for name in (*filter(None, read), *submission.members)}
-            unread = listing(sorted(names[name] for name in submission.members if name not in read))
-            found_in = listing(sorted(names[name] for name in filter(None, read)))
-            message = f"no I_zz is found in {found_in}{f'; not read: {unread}' if unread else ''}"
+            read = [name for name in (submission.log_name, *submission.report_names) if name]
+            unread = [name for name in submission.members if name not in read]
+            here, left = (listing(sorted(shown(PurePosixPath(one).name) for one in some)) for some in (read, unread))
+            message = f"no I_zz is found in {here}{f'; not read: {left}' if unread else ''}"
         elif one.file == log:
             hint += ", and take its other lines with an I_zz out"
     return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file or "", one.line))

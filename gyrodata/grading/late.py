@@ -23,13 +23,11 @@ Deduction = _SHARE | Annotated[float, Meta(ge=0, examples=[2])]
 _STAMP = {"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}
 Time = Annotated[dt.datetime | None, Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema=_STAMP)]
 
-_SECONDS = {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}
-
 
 def seconds_of(duration: str) -> float:
     """Read a duration [s]."""
     number, unit, *_ = re.findall(r"[\d.]+|[a-z]", duration)
-    return float(number) * _SECONDS[unit]
+    return float(number) * {"s": 1, "m": 60, "h": 3600, "d": 86400, "w": 604800}[unit]
 
 
 def points_of(deduction: str | float, whole: float) -> float:

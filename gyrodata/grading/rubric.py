@@ -220,13 +220,12 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
     """Warn of each late exception for a student who is not in the class: it has no effect."""
-    names = [name for one in submissions.items for name in (one.student, one.name, *one.ids.values())]
-    known = {name.casefold() for name in names}
+    known = {name.casefold(): name for one in submissions.items for name in (one.student, one.name, *one.ids.values())}
     found = []
     for one in rubric.late.exceptions if rubric.late else ():
         if one.student.casefold() not in known:
             message = f'the late exception for "{one.student}" has no effect: no submission has this name'
-            hint = nearest(one.student, names, "write the name, key or id of a student")
+            hint = nearest(one.student, known.values(), "write the name, key or id of a student")
             found.append(Diagnostic.of(diagnostics.EXCEPTION_FOR_NOBODY, message, hint, rubric.name))
     return found
 

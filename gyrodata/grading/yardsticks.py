@@ -368,12 +368,11 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings
     """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
     readings, answers = submission.read()
     known = {*APPARATUS, *SHARED_UNCERTAINTIES, *(key for role in readings.columns for key in u_keys(role))}
-    own = {*readings.constants, *readings.columns, *readings.uncertainties, *(["motion"] if readings.motion else [])}
+    balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
+    # g follows from the latitude, and a test of the balance is better than its usual uncertainty.
+    also = {"motion": readings.motion, "g": "latitude" in readings.constants, "u_imbalance": balanced}
+    own = {*readings.constants, *readings.columns, *readings.uncertainties, *(key for key in also if also[key])}
     own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
-    own |= {"g"} if "latitude" in own else set()  # g follows from the latitude
-    own |= (
-        {"u_imbalance"} if readings.balance_tilt or readings.balance_drift or readings.balanced is not None else set()
-    )
     left = [key for key in lines if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))]
     missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:

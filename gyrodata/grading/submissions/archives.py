@@ -75,7 +75,8 @@ def list_files(root: Path) -> Listing:
         if not root.exists():
             raise _refusal(root, "class_not_there")
         if ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
-            raise _refusal(root, "class_is_one_file", path=shlex.quote(str(root)))
+            near = root.relative_to(Path.cwd()) if root.is_relative_to(Path.cwd()) else root
+            raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         if zipfile.is_zipfile(root):
             return _opened(*_identity(root))[2]
         with root.open("rb") as file:

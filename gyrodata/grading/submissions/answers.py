@@ -177,7 +177,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             other = re.search(_TWO_NUMBERS, before) or re.search(_OTHER, f"{before}\n{after}")
             result, u = re.search(_RESULT, before) is not None, read.u is not None
             named = result or _names_inertia(before)
-            if not other and (u or (named and not _is_unsure(before))):
+            if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
         # A heading, or the beginning of a sentence that goes on; titles of a table are in its rows already.

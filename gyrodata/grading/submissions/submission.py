@@ -65,6 +65,11 @@ class Submission(Struct, frozen=True, dict=True):
             raise data
         return data
 
+    def reports(self) -> list[tuple[str, bytes]]:
+        """Return the other texts that may contain the answer, with names to show."""
+        texts = [(shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names]
+        return [(name, data) for name, data in texts if isinstance(data, bytes)]
+
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
 
@@ -72,8 +77,7 @@ class Submission(Struct, frozen=True, dict=True):
         """
         name = PurePosixPath(self.log_file or self.log_name or "").name
         log = readings.read_log(self.log(), name=name, settings=settings)
-        texts = [(shown(one.rpartition("/")[2]), self.texts[one]) for one in self.report_names]
-        answers = read_answers(log, ((one, data) for one, data in texts if isinstance(data, bytes)))
+        answers = read_answers(log, self.reports())
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
@@ -94,10 +98,13 @@ class Submission(Struct, frozen=True, dict=True):
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
         about = repr([self.log_file, self.late, self.late_seconds, self.submitted, self.problem])
-        digest = hashlib.sha256(about.encode("utf-8", "replace"))
-        for name, data in self.texts.items():
-            digest.update(name.rpartition("/")[2].encode("utf-8", "replace"))
-            digest.update(data if isinstance(data, bytes) else str(data).encode("utf-8", "replace"))
+        try:
+            data = self.log()
+        except GyroError as error:
+            data = str(error).encode("utf-8", "replace")
+        digest = hashlib.sha256(about.encode("utf-8", "replace") + hashlib.sha256(data).digest())
+        for name, data in self.reports():
+            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
         return digest.hexdigest()
 
 

@@ -197,20 +197,16 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 
     It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in brackets.
     """
-    if re.search(_UNIT, text):
-        for cut, _ in _cuts(text):
-            if read_reported("inertia", cut).fault is None:
-                return cut, len(cut)
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
     unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
     name = label[: unit.start()] if unit else label
-    if mark is None or not _names_inertia(name, near=True):
-        return None
-    for cut, whole in _cuts(text):
-        if unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
+    near = mark is not None and _names_inertia(name, near=True)
+    for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():
+        if near and unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
             return f"{cut} {unit[1]}", len(cut)
-        if whole and re.search(r"\w\w\W*$", name) and read_reported("inertia", cut).fault == "no unit":
+        bare = near and whole and re.search(r"\w\w\W*$", name)
+        if read_reported("inertia", cut).fault in ((None, "no unit") if bare else (None,)):
             return cut, len(cut)
     return None
 

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.answers import Answers, read_answers
-from gyrodata.grading.submissions.archives import TABLES, ending, is_log, read_file
+from gyrodata.grading.submissions.archives import LOGS, TABLES, ending, read_file
 from gyrodata.reporting.values import size_text
 
 _MOST_REPORT = 30_000_000  # bytes
@@ -147,7 +147,7 @@ def choose_log(
         The log, and a note on the choice or ""; or None, and why there is no log.
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
-    logs = tables or {name: own for name, own in files.items() if is_log(own)}
+    logs = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
     if not logs:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"

@@ -23,8 +23,8 @@ MARKUP: list[tuple[str, str]] = _SECTIONS["answers"].pop("markup")
 """Patterns that turn HTML, and the XML of Word, into lines and cells, and what replaces each."""
 PLAIN: list[tuple[str, str]] = _SECTIONS["answers"].pop("plain")
 """Patterns that turn LaTeX and Markdown into plain text, and what replaces each."""
-ANSWERS: dict[str, str] = _SECTIONS.pop("answers")
-"""Regular expressions of how reports write about I_zz."""
+ANSWERS: dict[str, str] = {key: f"(?i:{text})" for key, text in _SECTIONS.pop("answers").items()}
+"""Regular expressions, without regard to case, of how reports write about I_zz."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
 """Messages for texts in the place of a number, and what to type."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS

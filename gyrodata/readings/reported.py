@@ -17,8 +17,6 @@ KINDS = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "ex
 
 Fault = Literal["unreadable", "no unit", "wrong unit", "given twice"]
 _FAULTS: dict[str, Fault] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
-_HUGE = 1e30
-"""A number above this, or below one over it, is not a quantity of a lab [SI]."""
 
 
 class Reported(Struct, frozen=True):
@@ -79,7 +77,7 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
         spread_unit = "%" if written.spread_unit == "%" else None
         quantity = quantities.in_si(replace(written, unit=SI[kind], spread_unit=spread_unit), kind)
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
-    if any(not 1 / _HUGE <= abs(size) <= _HUGE for size in (quantity.value, u) if size):
+    if any(not 1e-30 <= abs(size) <= 1e30 for size in (quantity.value, u) if size):
         return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
     read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
     if written is None or quantity.step is None:

@@ -87,9 +87,8 @@ def find_submissions(
     for student in sorted(people):
         parts = people[student]
         stamps = sorted({(part.submitted or "", part.attempt) for name, part in parts.items() if name in files.sizes})
-        if stamps:
-            stamp = stamps[0 if attempts == "oldest" else -1]
-            parts = {name: part for name, part in parts.items() if (part.submitted or "", part.attempt) == stamp}
+        stamp = (stamps or [("", 1)])[0 if attempts == "oldest" else -1]
+        parts = {name: part for name, part in parts.items() if (part.submitted or "", part.attempt) == stamp} or parts
         made, choice = _joined(files, parts, attempts)
         if len(stamps) > 1:
             made = replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))

@@ -24,11 +24,8 @@ from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
+_SAYS = vocabulary.ANSWERS
 _MOST_LINES, _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 20_000, 1000, 120
-
-_RESULT, _OTHER, _UNSURE, _JOINING, _RANGE, _VERB, _SMALL = (
-    f"(?i:{vocabulary.ANSWERS[key]})" for key in ("result", "other", "unsure", "joining", "range", "verb", "small")
-)
 
 
 class Answers(Struct, frozen=True):
@@ -129,7 +126,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
                 elif not number and (not cell or units.kinds_of(cell)):
                     line += f" {cell}"
                 else:
-                    line += f" | {title} = {cell}" if alone or re.search(_OTHER, title) else f" | {cell}"
+                    line += f" | {title} = {cell}" if alone or re.search(_SAYS["other"], title) else f" | {cell}"
         yield line
 
 
@@ -139,7 +136,7 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_UNSURE, text) is not None
+    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_SAYS["unsure"], text) is not None
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -147,7 +144,7 @@ def _is_unsure(text: str) -> bool:
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
-_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_RANGE}\s+)?$"
+_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_SAYS['range']}\s+)?$"
 _MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
 
 
@@ -168,16 +165,16 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             if value is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
-            before = before if re.fullmatch(rf"[\s,|]*{_RANGE}?\s*", words) else words
+            before = before if re.fullmatch(rf"[\s,|]*{_SAYS['range']}?\s*", words) else words
             end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
             read = _with_u(read_reported("inertia", value[0], number), behind)
-            after = re.split(rf"[.,;|]|\d|\b{_JOINING}\b|\([^()]*:", sentence[end:])[0]
+            after = re.split(rf"[.,;|]|\d|\b{_SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            other = re.search(_TWO_NUMBERS, before) or re.search(_OTHER, f"{before}\n{after}")
-            result, u = re.search(_RESULT, before) is not None, read.u is not None
+            other = re.search(_TWO_NUMBERS, before) or re.search(_SAYS["other"], f"{before}\n{after}")
+            result, u = re.search(_SAYS["result"], before) is not None, read.u is not None
             named = result or _names_inertia(before)
-            if not other and (u or (named and not _is_unsure(before))):
+            if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
         # A heading, or the beginning of a sentence that goes on; titles of a table are in its rows already.
@@ -197,20 +194,16 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 
     It has a unit of I_zz, or the name of I_zz directly in front, perhaps with a unit in brackets.
     """
-    if re.search(_UNIT, text):
-        for cut, _ in _cuts(text):
-            if read_reported("inertia", cut).fault is None:
-                return cut, len(cut)
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
     unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
     name = label[: unit.start()] if unit else label
-    if mark is None or not _names_inertia(name, near=True):
-        return None
-    for cut, whole in _cuts(text):
-        if unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
+    near = mark is not None and _names_inertia(name, near=True)
+    for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():
+        if near and unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
             return f"{cut} {unit[1]}", len(cut)
-        if whole and re.search(r"\w\w\W*$", name) and read_reported("inertia", cut).fault == "no unit":
+        bare = near and whole and re.search(r"\w\w\W*$", name)
+        if read_reported("inertia", cut).fault in ((None, "no unit") if bare else (None,)):
             return cut, len(cut)
     return None
 
@@ -218,7 +211,7 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 def _names_inertia(text: str, near: bool = False) -> bool:
     """Return whether words name I_zz, with `near` the last of them; a single letter must be next to the value."""
     # Without brackets, and without a verb at the end.
-    text = re.sub(rf"[\[(][^\])]*[\])]|\b{_VERB}\W*$", " ", text)
+    text = re.sub(rf"[\[(][^\])]*[\])]|\b{_SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
     names = [(" ".join(words[max(0, end - count) : end]), end) for end in ends for count in (1, 2, 3)]
@@ -232,10 +225,10 @@ def _with_u(read: Reported, behind: str) -> Reported:
         return read
     number = behind[gap.end() :][:_LONGEST_VALUE]
     said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
-    if not _is_unsure(said) or re.search(_OTHER, said):
+    if not _is_unsure(said) or re.search(_SAYS["other"], said):
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
-    plain = all(re.fullmatch(_SMALL, word) for word in more)
+    plain = all(re.fullmatch(_SAYS["small"], word) for word in more)
     unit = gap[2] if units.kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
         text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())

@@ -53,11 +53,6 @@ def ending(name: str) -> str:
     return PurePosixPath(name.lower().removesuffix(".gz")).suffix
 
 
-def is_log(name: str) -> bool:
-    """Return whether a file may be a log, by its ending."""
-    return ending(name) in LOGS
-
-
 def _refusal(root: Path, message: str, **values: str) -> InputError:
     return Faults(root.name).refuse(message, root=root.name, **values)
 
@@ -89,19 +84,17 @@ def list_files(root: Path) -> Listing:
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
     outer, _, inner = name.rpartition("//")
-    place = root / name
+    plain = root / name
     try:
         if outer or (root.is_file() and not Path(name).is_absolute()):
             archive, members, _ = _contents(root, outer) if outer else _opened(*_identity(root))
             member = members.get(inner)
-            if member is not None and member.flag_bits & 0x1:
-                raise OSError("it is encrypted")
-            if member is not None and member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                # The others unpack a whole block at a time, however large.
-                raise OSError("it is packed in a way that no platform uses")
+            # Other ways than these two unpack a whole block at a time, however large.
+            if member and (member.flag_bits & 0x1 or member.compress_type not in _PACKED):
+                raise OSError("it is encrypted, or packed in a way that no platform uses")
             file = archive.open(member) if member else None
         else:
-            file = place.open("rb") if place.is_file() and not place.is_symlink() else None
+            file = plain.open("rb") if plain.is_file() and not plain.is_symlink() else None
         if file is None:
             raise FileNotFoundError("it is no longer there")
         with file:
@@ -150,10 +143,12 @@ def _identity(root: Path) -> tuple[Path, int, int, int]:
     return root, state.st_mtime_ns, state.st_size, os.getpid()
 
 
+_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_Contents = tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]
+
+
 @lru_cache(maxsize=2)
-def _opened(
-    root: Path, changed: int, size: int, process: int
-) -> tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]:
+def _opened(root: Path, changed: int, size: int, process: int) -> _Contents:
     """Open a zip with a safe table of contents, and list it."""
     with root.open("rb") as file:
         file.seek(max(0, size - MOST_DIRECTORY_BYTES))
@@ -172,7 +167,7 @@ def list_inner(root: Path, name: str, depth: int = 1) -> dict[str, int]:
     return found
 
 
-def _contents(root: Path, name: str = "") -> tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]:
+def _contents(root: Path, name: str = "") -> _Contents:
     """Open the zip of a class, or a zip in the class, and list it."""
     source, place = (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name)) if name else (root, root)
     try:

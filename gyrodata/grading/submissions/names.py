@@ -12,9 +12,7 @@ from __future__ import annotations
 
 import base64
 import re
-import tomllib
 from collections import Counter
-from collections.abc import Mapping
 from contextlib import suppress
 from datetime import datetime
 from importlib.resources import files as package_files
@@ -23,11 +21,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
-from msgspec import Struct, convert
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.errors import InputError, printable, shown
-from gyrodata.grading.submissions.archives import Listing, ending, is_log, read_file
+from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_file
 from gyrodata.grading.submissions.submission import Submission
 from gyrodata.readings import Faults
 
@@ -61,9 +59,8 @@ class Platform(Struct, frozen=True):
         return next(filter(None, (re.fullmatch(one, name, re.DOTALL) for one in self.names)), None)
 
 
-PLATFORMS: Mapping[str, Platform] = convert(
-    tomllib.loads(package_files("gyrodata.grading").joinpath("platforms.toml").read_text("utf-8")), dict[str, Platform]
-)
+_TEXT = package_files("gyrodata.grading").joinpath("platforms.toml").read_bytes()
+PLATFORMS = msgspec.toml.decode(_TEXT, type=dict[str, Platform])
 """All platforms by name; "folder" has no names of its own."""
 
 NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.names)
@@ -104,13 +101,13 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     if lms in NAMED:
         return lms, dict.fromkeys(names)
     # The only folder is that of the class if it contains logs of several students, else that of its only student.
-    logs = [name.removeprefix(outer) for name in names if is_log(name)]
+    logs = [name.removeprefix(outer) for name in names if ending(name) in LOGS]
     packed = files.root.is_file()  # a zip usually contains the folder that was packed
     people = {name.partition("/")[0] if "/" in name else _flat_key(name) for name in logs if "/" in name or packed}
     below = outer if len(people) > 1 else ""
     inner = {name: name.removeprefix(below) for name in names}
     folders = {one: one.removeprefix(below) for one in files.folders if one.startswith(below) and one != below}
-    placed = [one for one in inner.values() if is_log(one)] or [*inner.values(), *folders.values()]
+    placed = [one for one in inner.values() if ending(one) in LOGS] or [*inner.values(), *folders.values()]
     in_folders = any("/" in own for own in placed)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
@@ -149,9 +146,8 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     # In anonymous submissions, Moodle calls everybody so.
     person = f"{person} {key}" if person == "Participant" else person or key
     time = groups.get("submitted") or stamp or None
-    one = Submission(key, person, ids, root, late="late" in groups, submitted=time)
-    if number.isascii() and number.isdigit():
-        one = replace(one, attempt=int(number))
+    attempt = int(number) if number.isascii() and number.isdigit() else 1
+    one = Submission(key, person, ids, root, late="late" in groups, submitted=time, attempt=attempt)
     if kind == "student":
         return replace(one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_"))
     return replace(one, log_file=groups.get("file"), feedback_stem=printable(groups.get("stem") or stem))

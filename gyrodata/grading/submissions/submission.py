@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.answers import Answers, read_answers
-from gyrodata.grading.submissions.archives import TABLES, ending, is_log, read_file
+from gyrodata.grading.submissions.archives import LOGS, TABLES, ending, read_file
 from gyrodata.reporting.values import size_text
 
 _MOST_REPORT = 30_000_000  # bytes
@@ -65,6 +65,11 @@ class Submission(Struct, frozen=True, dict=True):
             raise data
         return data
 
+    def reports(self) -> list[tuple[str, bytes]]:
+        """Return the other texts that may contain the answer, with names to show."""
+        texts = [(shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names]
+        return [(name, data) for name, data in texts if isinstance(data, bytes)]
+
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
 
@@ -72,8 +77,7 @@ class Submission(Struct, frozen=True, dict=True):
         """
         name = PurePosixPath(self.log_file or self.log_name or "").name
         log = readings.read_log(self.log(), name=name, settings=settings)
-        texts = [(shown(one.rpartition("/")[2]), self.texts[one]) for one in self.report_names]
-        answers = read_answers(log, ((one, data) for one, data in texts if isinstance(data, bytes)))
+        answers = read_answers(log, self.reports())
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
@@ -94,10 +98,13 @@ class Submission(Struct, frozen=True, dict=True):
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
         about = repr([self.log_file, self.late, self.late_seconds, self.submitted, self.problem])
-        digest = hashlib.sha256(about.encode("utf-8", "replace"))
-        for name, data in self.texts.items():
-            digest.update(name.rpartition("/")[2].encode("utf-8", "replace"))
-            digest.update(data if isinstance(data, bytes) else str(data).encode("utf-8", "replace"))
+        try:
+            data = self.log()
+        except GyroError as error:
+            data = str(error).encode("utf-8", "replace")
+        digest = hashlib.sha256(about.encode("utf-8", "replace") + hashlib.sha256(data).digest())
+        for name, data in self.reports():
+            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
         return digest.hexdigest()
 
 
@@ -140,7 +147,7 @@ def choose_log(
         The log, and a note on the choice or ""; or None, and why there is no log.
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
-    logs = tables or {name: own for name, own in files.items() if is_log(own)}
+    logs = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
     if not logs:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"

@@ -13,7 +13,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import zip_longest
+from itertools import islice, zip_longest
 
 from msgspec import Struct
 
@@ -25,7 +25,8 @@ from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
 _SAYS = vocabulary.ANSWERS
-_MOST_LINES, _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 1000, 20_000, 1000, 120
+_MOST_LINES, _MOST_VALUES = 1000, 100
+_LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 
 class Answers(Struct, frozen=True):
@@ -53,7 +54,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         read = log.reported["inertia"]
         below = readings.split_lines(log.source_text)[read.line or 0 :][:1]
         return Answers(_with_u(read, "".join(below)), (), log.name)
-    found = [one for name, data in reports for one in _candidates(name, data)]
+    found = [one for name, data in reports for one in islice(_candidates(name, data), _MOST_VALUES)]
     if not found:
         return Answers()
     best = max(one.rank for one in found)

@@ -5,8 +5,8 @@ grows by dt M Z × e3. So |e3|, H·Z and H·e3 are constant to rounding, and the
 Lie–Poisson integrator). Use at least four steps per nutation: with fewer steps the answer is wrong, without a warning.
 
 A rod that is released from rest nods between its start and a turning point. All constants are divided by I. If the
-torque is negative, the frame is turned upside down, so that β = |M|/I is never negative. With a = H·e3/I, u0 = cosθ at the start and the depth w = u0 − cosθ, which is 0 at the start and w1 at the
-turning point,
+torque is negative, the frame is turned upside down, so that β = |M|/I is never negative. With a = H·e3/I, u0 = cosθ at
+the start and the depth w = u0 − cosθ, which is 0 at the start and w1 at the turning point,
 
     ẇ² = 2β w (w1 − w)(w + w3),    φ̇ = a w/((1 − u0 + w)(1 + u0 − w)),
 

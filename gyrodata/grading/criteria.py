@@ -12,7 +12,6 @@ from msgspec import Struct, convert
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
-from gyrodata.grading.late import points_of
 from gyrodata.grading.yardsticks import COARSEST, TABLES, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
 from gyrodata.readings import Reported
 from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
@@ -68,6 +67,11 @@ class Evidence(Struct, frozen=True):
         """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
         assert self.reported is not None and self.reported.value is not None and self.matched is not None  # noqa: PT018
         return self.reported, self.reported.value, self.matched
+
+
+def points_of(deduction: str | float, whole: float) -> float:
+    """Read a deduction from `whole` points."""
+    return float(deduction.rstrip(" %")) / 100 * whole if isinstance(deduction, str) else deduction
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:

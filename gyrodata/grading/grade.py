@@ -22,8 +22,7 @@ from gyrodata.fitting import times_stated
 from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
-from gyrodata.grading.late import judge_lateness
-from gyrodata.grading.rubric import Rubric
+from gyrodata.grading.rubric import Rubric, judge_lateness
 from gyrodata.grading.submissions import Submission, submission_of
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported

@@ -14,8 +14,7 @@ from msgspec.structs import astuple
 from gyrodata import schema
 from gyrodata.diagnostics import explanations
 from gyrodata.errors import InputError
-from gyrodata.grading.late import judge_lateness
-from gyrodata.grading.rubric import default_rubric_text, read_rubric
+from gyrodata.grading.rubric import default_rubric_text, judge_lateness, read_rubric
 from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references
 

@@ -88,6 +88,7 @@ def grade(
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
     from gyrodata.grading import classroom, ledger, output, submissions
+    from gyrodata.grading.exports import compare_tables
     from gyrodata.grading.exports.gradebooks import fill_book
     from gyrodata.grading.grade import not_graded
     from gyrodata.grading.roster import Roster, read_roster
@@ -131,7 +132,10 @@ def grade(
             at_work.enter_context(alone_in(target, private=True))
         try:
             grades = classroom.grade_class(found, judged, options, years, desk, people)
-            changes = output.changes_in(folder, grades) if folder is not None else ()
+            before = folder / output.TABLE if folder is not None else Path()
+            # A table without a line, and no table, are not compared.
+            old = before.read_bytes() if before.is_file() else b""
+            changes = compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
             if book is not None:
                 ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
                 filled = fill_book(*book, grades.grades, assignment, grades.ids, ours)

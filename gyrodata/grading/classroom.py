@@ -340,7 +340,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def bench(self) -> str:
         """The scatter that constancy is compared with, in words; "" for the usual one."""
-        return yardsticks.scatter_words(self.scatters)
+        stations = sorted(self.scatters, key=yardsticks.in_order)
+        told = [self.scatters[one].words for one in stations if self.scatters[one].factor > 1]
+        return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
     @property
     def mean(self) -> float | None:

@@ -27,18 +27,8 @@ FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
 # ``grades-by-hand-DIGEST.csv`` for each that a person changed -------------------------------------------------------
 
 
-def _bytes(text: str) -> bytes:
-    return text.encode("utf-8", "replace")
-
-
 def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:12]
-
-
-def changes_in(folder: Path, found: ClassGrades) -> tuple[exports.Change, ...] | None:
-    """Compare with the table of grades in the folder; None if the file there is not such a table."""
-    before = (folder / TABLE).read_bytes() if (folder / TABLE).is_file() else b""
-    return exports.compare_tables(before, _bytes(found.table)) if before else ()
 
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
@@ -114,7 +104,7 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
     """Write everything but the feedback, and keep a table that a person changed; say where to look."""
     names = feedback_names(found)
     files = {one.student: ", ".join(map(basename, one.beside_log)) for one in found.submissions.items}
-    yield from _keep_table(folder, _bytes(found.table))
+    yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = find_offers(found, filled)
     page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
     texts: dict[str, Iterable[str]] = {
@@ -125,7 +115,9 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
         "grades.json": exports.grades_document(found),
     }
     for name, parts in texts.items():
-        write_whole(folder / name, map(_bytes, parts), private=True, sync=name == TABLE)
+        write_whole(
+            folder / name, (part.encode("utf-8", "replace") for part in parts), private=True, sync=name == TABLE
+        )
     if filled is not None:
         write_whole(folder / filled.file, [filled.data], private=True)
     waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
@@ -177,7 +169,7 @@ def write_feedback(
             pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
         texts = feedback_html(grade, pictures), feedback_markdown(grade)
         for ending, text in zip(ENDINGS, texts, strict=True):
-            changed += _write_page(folder, before, name, ending, _bytes(text))
+            changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
         if progress is not None:
             progress(number)
     files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]

@@ -95,12 +95,6 @@ class OwnRuns(Struct, frozen=True, dict=True):
             found.append(OwnValue("recommended", factor * best.value, best.u and factor * best.u))
         return found
 
-    def with_mistake(self, kind: Mistake) -> list[OwnValue]:
-        """Compute the accepted fits with a mistake."""
-        if kind.kind == "inverse_slope":
-            return [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in self.values]
-        return self.fits(kind.product, kind.torque)
-
     @cached_property
     def values(self) -> tuple[OwnValue, ...]:
         """Every accepted fit of the runs, in the order of the rubric, without repeating equal values.
@@ -199,7 +193,9 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     found: list[tuple[int, Slip]] = []
     for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
         for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
-            for one in sorted(own.with_mistake(kind), key=lambda one: abs(one.value - reported)):
+            inverse = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+            values = inverse if kind.kind == "inverse_slope" else own.fits(kind.product, kind.torque)
+            for one in sorted(values, key=lambda one: abs(one.value - reported)):
                 away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
                 # A value among honest answers cannot be separated from them.
                 if away <= min(within, NEAREST / own.yardstick) and one.name in plain and not low <= one.value <= high:
@@ -398,12 +394,6 @@ class BenchScatter(Struct, frozen=True):
     def words(self) -> str:
         """Describe the scatter."""
         return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
-
-
-def scatter_words(scatter: Mapping[str, BenchScatter]) -> str:
-    """Describe the scatter by which constancy is judged in a class; "" for the usual scatter."""
-    told = [scatter[station].words for station in sorted(scatter, key=in_order) if scatter[station].factor > 1]
-    return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
 
 def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, BenchScatter]:

@@ -109,7 +109,11 @@ def fill_book(
                     found.skipped.append((student, f"has {before} in Moodle already: Moodle skips the grade"))
                     cells = {}
                 if layout.comment is not None:
-                    cells[layout.comment] = _as_html(comment(grade))
+                    # A spreadsheet does not read a text that begins with a tag as a formula.
+                    paragraphs = re.split(r"\n\s*\n", html.escape(comment(grade)).strip())
+                    cells[layout.comment] = "".join(
+                        f"<p>{one.strip().replace(chr(10), '<br>')}</p>" for one in paragraphs
+                    )
                 for column, text in cells.items():
                     old = sheet.value(row, column)
                     if old != text and not _EMPTY.fullmatch(old) and read_number(old) != points:
@@ -214,12 +218,6 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
         places.setdefault(("number", number), []).append(row)
     labels = {row: f"{sheet.value(row, 0)} ({sheet.value(row, 1)})" for row in rows}
     return _Layout(top - 1, sheet.value(next(iter(rows)), top), labels, places, top, comment)
-
-
-def _as_html(text: str) -> str:
-    """Write a plain text as paragraphs; a spreadsheet does not read a text that begins with a tag as a formula."""
-    paragraphs = re.split(r"\n\s*\n", text.strip())
-    return "".join(f"<p>{html.escape(one.strip()).replace(chr(10), '<br>')}</p>" for one in paragraphs)
 
 
 # --- a CSV sheet in which only single cells may change ------------------------------------------------------

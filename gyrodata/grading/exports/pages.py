@@ -11,7 +11,7 @@ import os
 import re
 import statistics
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from itertools import groupby
 from pathlib import Path
@@ -133,18 +133,14 @@ def _content(grade: Grade) -> dict[str, Any]:
 
 def class_text(found: ClassGrades) -> str:
     """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
-    reasons = grouped((reason, found.label(student)) for reason, student in _open_decisions(found))
-    return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
-
-
-def _open_decisions(found: ClassGrades) -> Iterator[tuple[str, str]]:
-    """Return what a person has to decide, in general words, and the student."""
+    waiting: list[tuple[str, str]] = []
     for grade in found.grades:
         reasons = [f"no grade: {in_general(grade.why)}"] if grade.why is not None else []
         offers = [Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look]
         reasons += [offer.reason for offer in offers if found.desk.waits(offer)]
         reasons += [f"points to give: {one.title}" for one in grade.marks if grade.status == "so far" and one.waits]
-        yield from ((reason, grade.student) for reason in reasons)
+        waiting += [(reason, found.label(grade.student)) for reason in reasons]
+    return environment().get_template("class.txt.jinja").render(found=found, reasons=grouped(waiting))
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:

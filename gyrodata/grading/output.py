@@ -33,8 +33,9 @@ def _digest(data: bytes) -> str:
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
-    paths = (folder / PUBLISHED).glob("grades-????????????.csv")
-    tables = [exports.read_table(path.read_bytes()) or {} for path in paths]
+    tables = [
+        exports.read_table(one.read_bytes()) or {} for one in (folder / PUBLISHED).glob("grades-????????????.csv")
+    ]
     known = {student: {table[student][exports.TOTAL] for table in tables if student in table} for student in students}
     return {student: None if desk.decides(student, exports.TOTAL) else some for student, some in known.items()}
 

@@ -367,7 +367,10 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if name_roles(text)[0]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
-    rest = " ".join(token for token in text.split() if token not in small and not re.search(SPINNING, token))
+    tokens = [token for token in text.split() if token not in small]
+    if len(tokens) > 1 and any(kinds_of(token) == {"rate"} for token in tokens):
+        tokens = [token for token in tokens if not re.search(SPINNING, token)]  # "RPM ball"
+    rest = " ".join(tokens)
     is_rate = kinds_of(rest) == {"rate"}
     # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
     parts = [

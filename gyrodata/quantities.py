@@ -254,8 +254,8 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
     if kind == "angle" and unit in (None, "rad") and (parts := re.fullmatch(_PARTS_OF_PI, plain)):
         return Quantity(math.pi * to_float(parts[1] or "1") / int(parts[2] or 1), None, None, "rad")
-    plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
-    text = plain if kind == "time" and '"' in text else text
+    if kind == "time" and '"' in text:
+        text = plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
     if clock := spoken or re.fullmatch(_CLOCK, plain):
         return _read_clock(clock, kind, unit)

@@ -19,12 +19,6 @@ MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
-MARKUP: list[tuple[str, str]] = _SECTIONS["answers"].pop("markup")
-"""Patterns that turn HTML, and the XML of Word, into lines and cells, and what replaces each."""
-PLAIN: list[tuple[str, str]] = _SECTIONS["answers"].pop("plain")
-"""Patterns that turn LaTeX and Markdown into plain text, and what replaces each."""
-ANSWERS: dict[str, str] = {key: f"(?i:{text})" for key, text in _SECTIONS.pop("answers").items()}
-"""Regular expressions, without regard to case, of how reports write about I_zz."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
 """Messages for texts in the place of a number, and what to type."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS

@@ -46,6 +46,8 @@ FROM_OTHERS = 5
 
 def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: FitResult) -> tuple[Outlier, ...]:
     """Return odd runs with the corrections that fit, the most likely first; `others`: the fit without these runs."""
+    if not outliers:
+        return ()
     measured = lab.measured
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0

@@ -31,6 +31,9 @@ _OF_TILT = vocabulary.pattern("tilted")
 """Words for an angle that the rod does not sweep."""
 
 
+_TIME_OF_DAY = re.compile(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?")
+
+
 class Chosen(Struct, frozen=True):
     """A column with its role."""
 
@@ -95,15 +98,10 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             column = replace(column, header=replace(header, roles=found))
         found = column.header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
-        clocks = [text for text in texts if re.fullmatch(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?", text)]
-        if (
-            found == ("precession_rate",)
-            and header.unit is None
-            and all(re.search(r"[^\W\d]", text) and turns_in(text) for text in texts)
-        ):
+        if header.unit is None and found == ("precession_rate",) and texts and all(map(turns_in, texts)):
             found = ("turns",)  # "1/3 rev" below "precession"
-        if found == ("time",) and header.unit is None and clocks == texts and timed:
-            found = ("note",)  # a time of the day, next to "duration [s]"
+        elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
+            found = ("note",)  # next to "duration [s]"
         if column.at in letters and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
             choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif is_time and turns_in(header.text):
@@ -118,7 +116,19 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             several.append(column)
         elif header.text or any(texts):
             choice.unplaced.append(column.cell)
-    # "Time for 1/3 rev (s)" is a time of the precession, or of the ball.
+    _serve_stating(stating, choice)
+    if several:
+        _eliminate(table, several, choice, faults)
+    if choice.unplaced:
+        _place_by_cells_and_unit(columns, table, choice, faults)
+    choice.unplaced.sort(key=lambda cell: cell.place)
+    for repeats in choice.used.values():
+        repeats.sort(key=lambda chosen: chosen.number or 0)
+    return choice
+
+
+def _serve_stating(stating: list[Chosen], choice: Choice) -> None:
+    """Use columns that state their turns: "Time for 1/3 rev (s)" is a time of the precession, or of the ball."""
     spins = any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
         turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
@@ -131,26 +141,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             number = next(number for number in itertools.count(1) if number not in numbers)
             choice.serve(replace(column, role="time", number=number, turns=turns))
     times = choice.used.get("time", [])
-    said, unsaid = {one.turns for one in times if one.turns}, [one for one in times if not one.turns]
-    if unsaid and len(said) == 1 and "turns" not in choice.there:
-        # "t1 of one turn, t2, t3": the turns of the first are those of its repeats.
-        choice.used["time"] = [replace(one, turns=next(iter(said))) for one in times]
-    elif (
-        len(unsaid) == 1
-        and unsaid[0].number == 1
-        and "turns" not in choice.there
-        and said
-        and all("/" in turns for turns in said)
-    ):
-        choice.used["time"] = [replace(one, turns=one.turns or "1") for one in times]  # "T1/3, T2/3, T1"
-    if several:
-        _eliminate(table, several, choice, faults)
-    if choice.unplaced:
-        _place_by_cells_and_unit(columns, table, choice, faults)
-    choice.unplaced.sort(key=lambda cell: cell.place)
-    for repeats in choice.used.values():
-        repeats.sort(key=lambda chosen: chosen.number or 0)
-    return choice
+    said, others = {one.turns for one in times if one.turns}, [one.number for one in times if not one.turns]
+    if said and others and "turns" not in choice.there:
+        # "t1 of one turn, t2, t3" are repeats; of "T1/3, T2/3, T1" the last is one turn.
+        is_part = others == [1] and all("/" in turns for turns in said)
+        turns = "1" if is_part else "".join(said) if len(said) == 1 else ""
+        choice.used["time"] = [replace(one, turns=one.turns or turns) for one in times]
 
 
 def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
@@ -249,13 +245,8 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             continue
         if len(fit) > 1:
             # "Alice's time" and "Bob's time" are two readings of one time.
-            names = [re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:] for one in fit]
-            if (
-                role == "time"
-                and names[0]
-                and names.count(names[0]) == len(names)
-                and "time" in roles.name_roles(names[0][0])[0]
-            ):
+            names = {"".join(re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:]) for one in fit}
+            if role == "time" and len(names) == 1 and "time" in roles.name_roles(names.pop())[0]:
                 for number, one in enumerate(fit, 1):
                     choice.serve(replace(one, role=role, number=number))
                     choice.unplaced.remove(one.cell)

@@ -419,7 +419,8 @@ class _Sheet:
         self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
         names = [name for row in grid.rows if _is_head(row) for name in row.texts]
-        self.any_timed = any(set(parse_header(name).roles) & {*roles.TIMINGS} or turns_in(name) for name in names)
+        found = {role for name in names for role in parse_header(name).roles}
+        self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(map(turns_in, names))
         self.only_means = False
         self.told: set[str] = set()
         """Parts of a run in the first table."""

@@ -292,12 +292,10 @@ def parse_header(text: str) -> Header:
     if not THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
         return Header(text, (), unit, spread)  # worked out, not measured
     found, number = name_roles(name)
-    if (
-        not found
-        and (parted := re.sub(r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])", "_", text)) != text
-        and parse_header(parted).roles
-    ):
-        return replace(parse_header(parted), text=text)  # "massGrams"
+    if not found and not text.islower():
+        parted = re.sub(r"(?:(?<=[a-z]{3})|(?<=\bn))(?=[A-Z])", "_", text)
+        if parted != text and (header := parse_header(parted)).roles:
+            return replace(header, text=text)  # "massGrams"
     if unit is None:
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
@@ -499,6 +497,10 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
 @lru_cache(maxsize=4096)
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
+    name, unit = split_unit(header) if len(header) < 30 else ("", None)
+    known = name.isascii() and name.isalpha() and name.lower() in NAMES and not re.search("[0-9]", header)
+    if known and (unit is None or kinds_of(unit)):
+        return ""  # "time [s]" and "revolutions", before the long patterns below are compiled
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"

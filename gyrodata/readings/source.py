@@ -231,11 +231,8 @@ def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
                 if isinstance(value, time):
                     value = timedelta(0, value.second, value.microsecond, 0, value.minute, value.hour)
                 minutes, seconds = divmod(value.total_seconds(), 60)
-                value = (
-                    f"{int(minutes // 60)}:{int(minutes % 60):02d}"
-                    if in_minutes
-                    else f"{int(minutes):02d}:{seconds:05.2f}"
-                )
+                hours, rest = divmod(int(minutes), 60)
+                value = f"{hours}:{rest:02d}" if in_minutes else f"{int(minutes):02d}:{seconds:05.2f}"
             values.append(value)
         while values[-1] is None:
             values.pop()
@@ -325,8 +322,10 @@ class Grid(Struct, frozen=True):
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
-_EMPHASIS = re.compile(r"(?:([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»])")
+_EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
 """A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a word processor."""
+_FOOTNOTES = ("*", "†", "‡")
+_FOOTNOTE = re.compile(r"(?<=[0-9]) ?[*†‡]+$")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
 """Marks for "the same as above"; a blank cell means the same."""
@@ -448,7 +447,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         try:
             texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
             texts = [match[2] or match[3] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
-            texts = [re.sub(r"(?<=[0-9]) ?[*†‡]+$", "", text) for text in texts]  # marks of footnotes
+            texts = [_FOOTNOTE.sub("", text) if text[-1:] in _FOOTNOTES else text for text in texts]
         except csv.Error:
             place = Place(index + 1, grid.lines[index].rfind('"') + 1)
             raise faults.refuse("quote_never_closed", place) from None

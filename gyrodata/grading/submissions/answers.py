@@ -10,21 +10,25 @@ from __future__ import annotations
 import html
 import io
 import re
+import tomllib
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, zip_longest
+from pathlib import Path
 
 from msgspec import Struct
 
-from gyrodata import diagnostics, readings, units, vocabulary
+from gyrodata import diagnostics, readings, units
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import ending
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
-_SAYS = vocabulary.ANSWERS
+_WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+_MARKUP, _PLAIN = _WORDS.pop("markup"), _WORDS.pop("plain")
+_SAYS = {key: f"(?i:{text})" for key, text in _WORDS.items()}
 _MOST_LINES, _MOST_VALUES = 1000, 100
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
@@ -92,7 +96,7 @@ def _lines(name: str, data: bytes) -> list[str]:
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind in (".html", ".htm", ".docx"):
-        for pattern, plain in vocabulary.MARKUP:
+        for pattern, plain in _MARKUP:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
@@ -102,7 +106,7 @@ def _lines(name: str, data: bytes) -> list[str]:
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
     found, plain = [], [line[:_LONGEST_LINE] for line in lines[:_MOST_LINES]]
-    for pattern, text in vocabulary.PLAIN:
+    for pattern, text in _PLAIN:
         plain = [re.sub(pattern, text, line) for line in plain]
     for number, line in enumerate(_with_titles(plain), 1):
         found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]

@@ -64,13 +64,7 @@ def shell(line: str) -> subprocess.CompletedProcess[bytes]:
 
 
 @posix
-@pytest.mark.parametrize(
-    "line",
-    [
-        "gyro analyze log.csv --no-report > /dev/full",
-        "gyro analyze - <&-",
-    ],
-)
+@pytest.mark.parametrize("line", ["gyro analyze log.csv --no-report > /dev/full", "gyro analyze - <&-"])
 def test_stream_that_cannot_be_used_is_told_in_a_line(line: str, home: Path) -> None:
     if "/dev/full" in line and not Path("/dev/full").exists():
         pytest.skip("no full device here")
@@ -91,11 +85,7 @@ def test_report_and_grades_are_written_without_an_error_stream(home: Path) -> No
 
 @posix
 @pytest.mark.parametrize(
-    ("line", "code"),
-    [
-        ("analyze log.csv -o log.csv/x", "G603"),
-        ("grade class -o log.csv/x", "G763"),
-    ],
+    ("line", "code"), [("analyze log.csv -o log.csv/x", "G603"), ("grade class -o log.csv/x", "G763")]
 )
 def test_place_that_cannot_be_written_is_told_in_a_line(line: str, code: str, home: Path) -> None:
     done = CliRunner().invoke(app, line.split())

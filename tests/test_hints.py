@@ -223,6 +223,8 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G202", written(TABLE[:1]), then_good("one row for each timed run")),
     ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),
     ("G209", written(COMMAS), lambda hint: written(COMMAS, named(hint, r"columns with (\S)"))),
+    ("G209", written([TABLE[0], *([*row, "7"] for row in TABLE[1:])], ";"),
+     lambda hint: written([row[:5] for row in TABLE], ";") if "remove these cells" in hint else ""),
     ("G210", written([[*TABLE[0], "time [s]"], *NO_NEW_TIME]),
      lambda hint: written([[*TABLE[0][:3], named(hint, r"time (time_1),") + " [s]", "turns",
                             named(hint, r", (time_2)") + " [s]"], *NO_NEW_TIME])),

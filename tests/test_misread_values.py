@@ -144,8 +144,7 @@ def typed(position: str = "15.0") -> str:
 
 class TestFloats:
     @pytest.mark.parametrize(
-        "log",
-        [typed(), typed(position="15.00"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,")],
+        "log", [typed(), typed(position="15.00"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,")]
     )
     def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
         file = gyrodata.analyze(log.encode()).inertia

@@ -32,10 +32,7 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     command = [sys.executable, "-m", "gyrodata", "analyze", path.name, "--watch"]
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()
-    with (
-        shown.open("wb") as out,
-        subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run,
-    ):
+    with shown.open("wb") as out, subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run:
         for line, step in steps:
             while (at := shown.read_text("utf-8").find(line, seen)) < 0:
                 assert time.monotonic() - begun < 60, (line, shown.read_text("utf-8"))

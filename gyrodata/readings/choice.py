@@ -25,8 +25,8 @@ _BY_UNIT = {
 }
 """Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
-_OF_ONE, _PART_OF_TURN = vocabulary.pattern("of_one"), vocabulary.pattern("parts")
-"""Words for one of several weights, and for a part of a turn."""
+_PART_OF_TURN = vocabulary.pattern("parts")
+"""Words for a part of a turn."""
 _OF_TILT = vocabulary.pattern("tilted")
 """Words for an angle that the rod does not sweep."""
 
@@ -258,7 +258,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         words = {word for word in words if role != "spin" or not re.search(roles.SPINNING, word)}
         other = (
             words & _OTHER_THINGS
-            or (role == "mass" and re.search(_OF_ONE, cell.text))
+            or (role == "mass" and roles.is_part_of_mass(cell.text))
             or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
         )
         if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):

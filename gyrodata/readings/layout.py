@@ -379,7 +379,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """Return what no column of a table contains, and no "# key: value" line of a grid: a caption may give it."""
     there = {role for header in headers for role in header.roles}
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
-    there |= {role for header in headers if not header.roles and header.unit for role in roles.hinted(header)}
+    there |= {role for header in headers if not header.roles for role in roles.hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
     if not there & {"turns", "angle", *roles.ONE_TURN} and any(turns_in(header.text) for header in headers):
         there.add("turns")

@@ -260,6 +260,8 @@ class Header(Struct, frozen=True):
 
 
 _SPREAD = r"[\[(]?\s*(?:±|\+/-|\+-)\s*([0-9]+(?:[.,][0-9]+)?)\s*([^\])\[(,;]*)[\])]?"
+_OF_ONE = vocabulary.pattern("of_one")
+"""Words for one of several weights."""
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
@@ -331,9 +333,16 @@ def parse_header(text: str) -> Header:
 
 
 def hinted(header: Header) -> set[str]:
-    """Return the roles that one word of a header names, and that its unit can measure."""
+    """Return the roles that one word of a header names: its unit can measure them, or it is "without" something."""
+    if header.unit is None:
+        return {altered_role(header.text)}
     words = re.findall(r"[^\W\d_]{2,}", header.text)
-    return {role for word in words for role in name_roles(word)[0] if _measures(header.unit or "", role)}
+    return {role for word in words for role in name_roles(word)[0] if _measures(header.unit, role)}
+
+
+def is_part_of_mass(header: str) -> bool:
+    """Return whether a header names a part of the mass, as "mass of one weight" and "mass without hanger" do."""
+    return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"
 
 
 def _measures(unit: str, role: str) -> bool:

@@ -579,6 +579,8 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
     elif role == "time" and whole:
         hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
+    elif role == "mass" and (parts := [header for header in texts if roles.is_part_of_mass(header)]):
+        hint = f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as 20.3 or 2 x 10.15; {hint}'
     elif role == "mass" and counts:
         ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
         hint = f'"{counts[0]}" counts weights: {ways}; {hint}'

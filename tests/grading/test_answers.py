@@ -73,9 +73,7 @@ ASKED = ["I_zz in the range 4.4 - 4.5 x 10^-3 kg m^2", "slope: I_zz = 4.4e-3 kg 
 
 
 @pytest.mark.parametrize(
-    "text",
-    [*ASKED, *PROSE["others"], "", "inertia = " + "[" * 100_000],
-    ids=lambda text: text[:60],
+    "text", [*ASKED, *PROSE["others"], "", "inertia = " + "[" * 100_000], ids=lambda text: text[:60]
 )
 def test_other_values_are_not_the_answer(text: str) -> None:
     found = read_answers(None, [("report.txt", text.encode())]).inertia

@@ -62,12 +62,7 @@ def test_links_in_a_folder_are_left_out_and_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "why"),
-    [
-        ("../evil.csv", ".."),
-        ("/etc/cron.d/evil", "absolute"),
-        ("C:\\evil.csv", "absolute"),
-    ],
+    ("name", "why"), [("../evil.csv", ".."), ("/etc/cron.d/evil", "absolute"), ("C:\\evil.csv", "absolute")]
 )
 def test_path_that_leads_out_of_the_class_is_refused(name: str, why: str, tmp_path: Path) -> None:
     (tmp_path / "inner").mkdir()

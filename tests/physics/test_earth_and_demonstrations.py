@@ -24,8 +24,7 @@ def test_it_follows_a_star(latitude: float, azimuth: float, altitude: float, tim
     sine = math.sin(altitude) * math.sin(latitude) + north * math.cos(latitude)
     declination = math.asin(min(1.0, max(-1.0, sine)))
     hour = math.atan2(
-        -math.sin(azimuth) * math.cos(altitude),
-        math.sin(altitude) * math.cos(latitude) - north * math.sin(latitude),
+        -math.sin(azimuth) * math.cos(altitude), math.sin(altitude) * math.cos(latitude) - north * math.sin(latitude)
     )
     later = hour + physics.EARTH_ROTATION * time
     up = math.sin(latitude) * math.sin(declination) + math.cos(latitude) * math.cos(declination) * math.cos(later)

@@ -33,8 +33,7 @@ def test_tilt_left_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rpm", "pitch", "percent", "digit"),
-    [(200, 2, -0.09, 2), (200, 30, -1.4, 1), (50, 10, -8.1, 1), (50, 30, -31, 0)],
+    ("rpm", "pitch", "percent", "digit"), [(200, 2, -0.09, 2), (200, 30, -1.4, 1), (50, 10, -8.1, 1), (50, 30, -31, 0)]
 )
 def test_tilt_left_out_in_digits(rpm: float, pitch: float, percent: float, digit: int) -> None:
     spin, angle = rpm * RPM, math.radians(pitch)

@@ -273,6 +273,12 @@ def test_what_is_said_beside_the_numbers_is_asked_about(log: str) -> None:
         analyze(log)
 
 
+def test_mass_of_one_of_two_weights_can_be_written_as_a_product() -> None:
+    with pytest.raises(LogError, match="write all that hangs on the rod"):
+        analyze(table(head=["mass of one weight (g)", *HEAD[1:]]))
+    assert is_right(table(rows=[[f"2 x {float(row[0]) / 2:g}", *row[1:]] for row in ROWS]))
+
+
 @pytest.mark.parametrize("header", ["θ (deg)", "inclination angle (deg)", "angle of rod (deg)", "zur Vertikalen (°)"])
 def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
     with pytest.raises(LogError, match="turns is missing"):

@@ -61,11 +61,7 @@ def test_repeats_in_columns_become_runs():
 
 
 @pytest.mark.parametrize(
-    ("line", "value", "u"),
-    [
-        (",I_zz,4.4e-3 ± 1e-4 kg m^2,,", 4.4e-3, 1e-4),
-        (",,,,I_zz: 4.4e-3 kg m^2", 4.4e-3, None),
-    ],
+    ("line", "value", "u"), [(",I_zz,4.4e-3 ± 1e-4 kg m^2,,", 4.4e-3, 1e-4), (",,,,I_zz: 4.4e-3 kg m^2", 4.4e-3, None)]
 )
 def test_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
     readings = read_log(f"{RUNS}{line}\n")

@@ -199,7 +199,7 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         for key, value in defaults.items():
             if getattr(self, key) in (None, "", ()) and key in ("title", *kind.keys):
                 force_setattr(self, key, value)
-        assert self.curve  # its faults are told now
+        assert self.curve  # its faults are reported now
 
     @cached_property
     def curve(self) -> Curve:

@@ -180,7 +180,7 @@ def _with_user_names(named: Named, root: Path) -> Named:
     matches = {name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named}
     owners = {name: match["owner"] for name, match in matches.items() if match}
     distinct = sorted(set(owners.values()))
-    at = commonprefix(distinct).rfind("_") + 1 if len(distinct) > 1 else 0  # noqa: RUF071 (these are no paths)
+    at = commonprefix(distinct).rfind("_") + 1 if len(distinct) > 1 else 0  # noqa: RUF071 (these are not paths)
     people = {owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2 for owner in distinct}
     for name, owner in owners.items():
         part = named[name]

@@ -133,6 +133,15 @@ NO_BALL = (
 """Printed instead of the comparison with the ball."""
 
 
+WIDE = 3.0
+"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is much narrower."""
+
+
+def is_wide(answer: Result) -> bool:
+    """Return whether the 95 % interval is much wider than ± 2 u."""
+    return answer.interval_95 is not None and (answer.k or 0.0) > WIDE
+
+
 class Analysis(Struct, frozen=True, eq=False):
     """The complete result of one log, in SI units; two are equal if their JSON is equal.
 

@@ -14,7 +14,7 @@ from gyrodata.fitting import Estimate
 from gyrodata.measurements import Measurements
 from gyrodata.physics import RPM, Floats
 from gyrodata.quantities import as_read
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, Result, is_wide
 from gyrodata.tables import Torque
 
 # Okabe and Ito's three dark colours, and three others with contrast that colour-blind readers can distinguish. Grey is
@@ -189,6 +189,13 @@ def with_u(result: Estimate) -> str:
 
     form = ".2uP" if 0.1 <= abs(result.value) < 1e4 else ".2ueP"
     return f"{ufloat(result.value, result.u):{form}}".replace("±", " ± ").replace("×", " × ").replace("-", "−")
+
+
+def answer(inertia: Result) -> str:
+    """Write I_zz [kg*m^2] with u, or its 95 % interval if that is much wider than ± 2 u."""
+    if not is_wide(inertia):
+        return f"{with_u(inertia)} kg·m²"
+    return f"{' to '.join(as_number(float(f'{end:.2g}')) for end in inertia.interval_95 or ())} kg·m² (95 % interval)"
 
 
 def torque_unit(largest: float) -> tuple[str, float]:

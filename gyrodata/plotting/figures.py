@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gyrodata.errors import insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
-from gyrodata.plotting.figure_data import Scene, as_number, gather, run_name, with_u
+from gyrodata.plotting.figure_data import Scene, answer, as_number, gather, run_name, with_u
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
     ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]")
-    ax.set_title(f"I_zz = {with_u(scene.analysis.inertia)} kg·m²", loc="left")
+    ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, scene.product, scene.torque, scene.product_u, scene.torque_u)
@@ -158,7 +158,7 @@ def describe_torque(scene: Scene) -> str:
     farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
     return (
         f"Torque {reach} {scene.unit} against precession rate times spin: a straight line of slope I_zz = "
-        f"{with_u(scene.analysis.inertia)} kg·m², with its 95 % band; at zero product it is at "
+        f"{answer(scene.analysis.inertia)}, with its 95 % band; at zero product it is at "
         f"{as_number(-scene.imbalance / scene.unit_size)} {scene.unit}. Dashed: the line through the origin. Below, on "
         "a larger scale: the torque of each run minus the line; "
         f"{run_name(scene.names[farthest])} has the largest difference for its uncertainty."

@@ -13,11 +13,8 @@ from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
 from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
-from gyrodata.results import CONVENTIONS, NO_BALL, Analysis
+from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 from gyrodata.tables import turn_words
-
-WIDE = 3.0
-"""If the coverage factor k is larger, the answer is the 95 % interval, because ± 2 u is much narrower."""
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""
@@ -48,7 +45,7 @@ def report(analysis: Analysis) -> elements.Report:
     n = Numbers(analysis)
     size = say("{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque"))
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
-    if is_wide(analysis):
+    if is_wide(analysis.inertia):
         answer = say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
@@ -82,11 +79,6 @@ def report(analysis: Analysis) -> elements.Report:
         brief=tuple(_brief(n)),
         sections=sections,
     )
-
-
-def is_wide(analysis: Analysis) -> bool:
-    """Return whether the 95 % interval is much wider than ± 2 u."""
-    return analysis.inertia.interval_95 is not None and (analysis.inertia.k or 0.0) > WIDE
 
 
 # --- the first screen --------------------------------------------------------------------------------------------
@@ -128,7 +120,7 @@ def _top(n: Numbers) -> Iterator[elements.Block]:
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
     # If the interval is wide, it is the answer itself.
-    if analysis.inertia.interval_95 is not None and not is_wide(analysis):
+    if analysis.inertia.interval_95 is not None and not is_wide(analysis.inertia):
         k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
         yield paragraph("95 % interval: {} (k = {})", n.interval("inertia.interval_95", n.inertia), k)
     yield paragraph("Every ± is one standard uncertainty u, which includes the scatter of the runs.", kind="small")
@@ -140,7 +132,7 @@ def _brief(n: Numbers) -> Iterator[Sentence]:
     yield say("{}{}", _agreement(n), _largest_part(n))
     if analysis.if_balanced is not None:
         yield from _on_balance(n)
-    if is_wide(analysis):
+    if is_wide(analysis.inertia):
         words = "Median and half of the 68 % interval: {}; the 95 % interval is much wider than ± 2 u."
         yield say(words, n.value("inertia.value", n.inertia))
     elif analysis.inertia.interval_95 is not None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from gyrodata.plotting import FIGURES
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
+from gyrodata.results import is_wide
 from gyrodata.tables import turn_words
 
 AGREES = 2.0
@@ -100,7 +101,9 @@ def _slope(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
     yield conclude(n, "line", say("{}.", agreement))
     yield paragraph("{}.", quality)
     balance = "."
-    if m0.u:
+    if is_wide(analysis.inertia):
+        balance = ": these runs cannot show whether the ball is balanced."
+    elif m0.u:
         balance = ": the ball " + ("shows no imbalance." if _agrees(m0.value / m0.u) else "was not perfectly balanced.")
     words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}"
     if analysis.runs_disagree:

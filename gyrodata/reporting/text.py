@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FEW_RUNS
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.reporting import questions, values
-from gyrodata.reporting.content import FAR, is_wide, report
+from gyrodata.reporting.content import FAR, report
 from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
-from gyrodata.results import NO_BALL, Analysis
+from gyrodata.results import NO_BALL, Analysis, is_wide
 from gyrodata.tables import Run
 
 MORE = "More: gyro analyze LOG -v, or open the HTML report"
@@ -40,7 +40,7 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     whole = report(analysis)
     top = [
         *map(plain, whole.doubts),
-        plain(whole.answer) + "   (± u, one standard uncertainty)" * (not is_wide(analysis)),
+        plain(whole.answer) + "   (± u, one standard uncertainty)" * (not is_wide(analysis.inertia)),
     ]
     top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]

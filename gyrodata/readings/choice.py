@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Collection, Mapping
+from fractions import Fraction
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata import units, vocabulary
-from gyrodata.quantities import fold_number
+from gyrodata.quantities import PLAIN, fold_number, to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.lablog import Faults, Settings, Text, listing
 from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
@@ -31,6 +32,8 @@ _OF_TILT = vocabulary.pattern("tilted")
 """Words for an angle that the rod does not sweep."""
 
 
+_PERIOD_SYMBOL = re.compile(r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])")
+"""A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
 _TIME_OF_DAY = re.compile(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?")
 
 
@@ -85,11 +88,16 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     named = {squeeze(roles.split_unit(header.text)[0]): header.roles for header in table.headers}
     several: list[Chosen] = []
     stating: list[Chosen] = []
-    # Means come after the readings of which they are the mean, and a bare letter, which may number runs, after a name.
+    # Means come after the readings of which they are the mean, a bare letter, which may number runs, after a name, and
+    # a distance from the surface after one from the centre.
     bare = [one for one in columns if one.header.unit is None]
     letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
     timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
-    for column in sorted(columns, key=lambda one: (layout.is_of_means(one.cell.text), one.at in letters)):
+
+    def later(one: Chosen) -> tuple[bool, ...]:
+        return layout.is_of_means(one.cell.text), one.at in letters, bool(roles.origin_in(one.cell.text))
+
+    for column in sorted(columns, key=later):
         header = column.header
         texts = [row.texts[column.at] for row in table.rows]
         name = squeeze(roles.split_unit(header.text)[0])
@@ -98,6 +106,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             column = replace(column, header=replace(header, roles=found))
         found = column.header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
+        is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
         if header.unit is None and found == ("precession_rate",) and texts and all(map(turns_in, texts)):
             found = ("turns",)  # "1/3 rev" below "precession"
         elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
@@ -116,7 +125,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             several.append(column)
         elif header.text or any(texts):
             choice.unplaced.append(column.cell)
-    _serve_stating(stating, choice)
+    _serve_stating(stating, table, choice, faults)
+    times = choice.used.get("time", [])
+    of_one_turn = times and all(_PERIOD_SYMBOL.match(one.cell.text) and one.number and not one.turns for one in times)
+    if of_one_turn and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) and not _told_of_parts(table):
+        choice.used["time"] = [replace(one, turns="1") for one in times]  # "T1 [s]", "T2 [s]"
+        faults.add("period_of_one_turn", times[0].cell, header=times[0].cell.text)
     if several:
         _eliminate(table, several, choice, faults)
     if choice.unplaced:
@@ -127,12 +141,16 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     return choice
 
 
-def _serve_stating(stating: list[Chosen], choice: Choice) -> None:
+def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
     """Use columns that state their turns: "Time for 1/3 rev (s)" is a time of the precession, or of the ball."""
     spins = any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
         turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
-        if of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
+        times = [one for one in choice.used.get("time", []) if one.turns not in ("", turns)]
+        if copied := next((one for one in times if _is_multiple(table, one, column, turns)), None):
+            why = f'is not used: it is calculated from "{copied.cell.text}"'
+            faults.add("not_used", column.cell, header=column.cell.text, why=why)
+        elif of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
             choice.serve(replace(column, role="spin_time", turns=turns))
         elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
@@ -147,6 +165,14 @@ def _serve_stating(stating: list[Chosen], choice: Choice) -> None:
         is_part = others == [1] and all("/" in turns for turns in said)
         turns = "1" if is_part else "".join(said) if len(said) == 1 else ""
         choice.used["time"] = [replace(one, turns=one.turns or turns) for one in times]
+
+
+def _is_multiple(table: layout.Layout, first: Chosen, second: Chosen, turns: str) -> bool:
+    """Return whether two times for different turns agree better than a hand can stop them."""
+    pairs = [(row.texts[first.at], row.texts[second.at]) for row in table.rows]
+    pairs = [pair for pair in pairs if all(map(PLAIN.fullmatch, pair))]
+    factor = Fraction(turns) / Fraction(first.turns)
+    return len(pairs) > 2 and all(abs(to_float(a) * factor / to_float(b) - 1) < 2e-3 for a, b in pairs if to_float(b))
 
 
 def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
@@ -235,6 +261,17 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         choice.serve(column)
         choice.unplaced.remove(column.cell)
         faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
+    for column in columns:
+        # "preccesion peroid (s)"
+        is_time = column.cell in choice.unplaced and "time" in kinds_of(column.header.unit or "")
+        if (
+            is_time
+            and choice.there.isdisjoint(roles.TIMINGS)
+            and roles.suggest_role(column.cell.text, 0.85) in roles.ONE_TURN
+        ):
+            choice.serve(replace(column, role="precession_period"))
+            choice.unplaced.remove(column.cell)
+            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
     there = choice.there | choice.asked
     for role, present in _BY_UNIT.items():
         kind = kind_of_role(role)

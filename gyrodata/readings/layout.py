@@ -67,6 +67,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if early := next((row for row in rows[:first] if sum(map(_is_bare, row.texts)) > 2), None):
             lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
+        _move_units(grid.rows, head)
         grid = _with_captions(grid, head)
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, faults)
@@ -127,6 +128,19 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(grid.rows[0].line, texts, tuple(row.spot(k) for row, k in places)))
     return replace(grid, rows=rows)
+
+
+def _move_units(rows: list[Row], head: Row) -> None:
+    """Move units that are in a column of their own, without a name, to the header on their left."""
+    for at, text in enumerate([*head.texts, ""]):
+        cells = [
+            row.texts[at] for row in rows if row is not head and at < len(row.texts) and is_number(row.texts[at - 1])
+        ]
+        if at and not text and 2 * len(cells) > len(rows) and len(set(cells)) == 1 and kinds_of(cells[0]):
+            head.texts[at - 1] += f" [{cells[0]}]"
+            for row in rows:
+                if row.texts[at : at + 1] == cells[:1]:
+                    row.texts[at:] = ["", *row.texts[at + 1 :]] if row.texts[at + 1 :] else []
 
 
 def _with_captions(grid: Grid, head: Row) -> Grid:
@@ -267,7 +281,11 @@ def _units(row: Row) -> list[str]:
         for unit, known in zip(units, is_unit, strict=True)
     ]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
-    return units if any(is_unit) and all(unit in BLANKS or unit != text for unit, text in others) else []
+    is_row = all(unit in BLANKS or unit != text for unit, text in others)
+    # Calculated columns can have units that gyro does not know: "rad²/s²".
+    named = any(is_number(text) or set(parse_header(text).roles) - {"run"} for _, text in others)
+    is_row |= sum(is_unit) > max(2, len(others)) and not named
+    return units if any(is_unit) and is_row else []
 
 
 _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
@@ -317,18 +335,18 @@ _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
-def _turns_stated(whole: str, found: Collection[str]) -> str:
-    """Return the turns that a line states for the times of runs; "" for a line about other turns.
+def _turns_stated(clause: str, whole: str, found: Collection[str]) -> str:
+    """Return the turns that a clause of a line states for the times of runs; "" for a line about other turns.
 
-    Such a line names a time, or a mass of a run, or it contains hardly anything else.
+    Such a clause names a time, or a mass of a run, or it contains hardly anything else.
     """
-    turns, parts = turns_in(whole), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
+    turns, parts = turns_in(clause), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
     if not turns or len(parts) > 1 or re.search(_DEFINITION, whole):
         return ""
-    words = {word for word in roles.squeezed_words(re.sub(_QUANTITY, " ", whole)) if not word.isdecimal()}
+    words = {word for word in roles.squeezed_words(re.sub(_QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
     timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
-    if "mass" in found or timed or re.search(_TIMED, whole):
+    if "mass" in found or timed or re.search(_TIMED, clause):
         return turns
     others = [word for word in words if len(word) > 2 and not roles.is_of_turns(word) and not roles.name_roles(word)[0]]
     return turns if len(others) < 2 else ""
@@ -361,8 +379,9 @@ def _said(row: Row, with_time: bool = False) -> _Given:
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             at = filled[bisect(ends, match.start(1 if match[1] else 4))]
             found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
-    turns = _turns_stated(whole, found)
-    for part in (*row.texts, *re.split(r"[,;،；，]\s+", whole)):
+    parts = re.split(r"[,;،；，()]\s+", whole)
+    turns = next(filter(None, (_turns_stated(part, whole, found) for part in (whole, *parts))), "")
+    for part in (*row.texts, *parts):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",):  # "Number of turns: 1/3", "turns 1"
@@ -381,9 +400,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
     there |= {role for header in headers if not header.roles for role in roles.hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if not there & {"turns", "angle", *roles.ONE_TURN} and any(turns_in(header.text) for header in headers):
-        there.add("turns")
-    if there & {"angle", *roles.ONE_TURN}:
+    if "angle" in there or any(turns_in(header.text) for header in headers):
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
@@ -395,6 +412,9 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 
 
 # From row to row ---------------------------------------------------------------------------------------------------
+
+
+_LEGEND = re.compile(r"\W*([^\W\d_]\w?)\s*[=:]\s*([^\W\d].{3,80})")
 
 
 class _Sheet:
@@ -418,6 +438,10 @@ class _Sheet:
         """The position that a caption gave last: it is valid until another is given."""
         self.said: list[tuple[Text, dict[str, str]]] = []
         """What was read of each caption."""
+        texts = [*("".join(row.texts) for row in grid.rows), *(comment.text for comment in grid.comments)]
+        legend = filter(None, map(_LEGEND.fullmatch, texts))
+        self.legend = {squeeze(one[1]): one[2] for one in legend if parse_header(one[2]).unit}
+        """What a line such as "d = distance from centre in cm" says of a short header."""
         names = [name for row in grid.rows if _is_head(row) for name in row.texts]
         found = {role for name in names for role in parse_header(name).roles}
         self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(map(turns_in, names))
@@ -429,6 +453,9 @@ class _Sheet:
         """Begin a table with its header row."""
         self.head = head
         self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
+        for at, (cell, header) in enumerate(self.here):
+            if header.unit is None and (words := self.legend.get(squeeze(cell.text))):
+                self.here[at] = replace(cell, text=words), parse_header(words)
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
             sign = squeeze(roles.split_unit(cell.text)[0]).lower()
             if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
@@ -546,7 +573,7 @@ class _Sheet:
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
-            if cell.text and cell.text in names[:at]:
+            if cell.text and any((cell.text, header.unit) == (old.text, own.unit) for old, own in self.here[:at]):
                 raise self.faults.refuse("same_names", cell, name=cell.text)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):

@@ -12,6 +12,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
+from itertools import accumulate
 from typing import Literal, NamedTuple
 
 from msgspec import Struct, convert
@@ -265,10 +266,11 @@ _OF_ONE = vocabulary.pattern("of_one")
 _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
+_BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
-_ORDINAL = r"(?:#|№|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)])?"
+_ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
 SPINNING = vocabulary.pattern("spinning")
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
 _AFFIXES = ((START_WORDS, "", "_start"), (END_WORDS, "", "_end"), (UNSURE_WORDS, "u_", ""))
@@ -299,6 +301,9 @@ def parse_header(text: str) -> Header:
         if parted != text and (header := parse_header(parted)).roles:
             return replace(header, text=text)  # "massGrams"
     if unit is None:
+        begins = accumulate(re.split(r"[\s(]+", name), "{} {}".format)
+        if not found and turns_in(name) and any("time" in name_roles(begin)[0] for begin in begins):
+            found = ("time",)  # "Time for one turn" above "20.3 s"
         # A bare "N" counts turns: the other readings would need a unit.
         bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
         return Header(text, bare or found, unit, spread, number)
@@ -354,23 +359,31 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
-        is_unit = _is_unit_of(name, inside) or bool(re.fullmatch(_CLOCK_FORM, inside))
+        is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (_is_unit_of(name, inside) and not turns_in(inside))
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
         if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
             return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
+        parted, own = ("", None) if is_unit else split_unit(name)
+        if own and not own.isdigit() and kinds_of(own):
+            return f"{parted} {inside}", own  # "r [cm] (from centre)"
         if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
-            return split_unit(name)  # "Position (from the centre)"
-        said = name_roles(text)[0] if name_roles(name)[0] else not kinds_of(inside)
+            return name, None  # "Position (from the centre)"
+        said = name_roles(text)[0] or turns_in(inside) if name_roles(name)[0] else not kinds_of(inside)
         if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit
         return name.rstrip(" /,;"), inside or None
+    if match := re.fullmatch(_BRACKET_INSIDE, text):
+        name = f"{match[1]} {match[3]}"  # "d (cm) from centre"
+        is_unit = any(_is_unit_of(one, match[2]) for one in (match[1], name))
+        if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
+            return name, match[2]
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
-    name, _, unit = text.rpartition("_")
+    name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
-        return name, unit  # "period_s" is not "periods"
+        return name, unit  # "period s" is not "periods"
     if name_roles(text)[0]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
@@ -392,7 +405,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
             fits = fits or ("time" in kinds_of(unit) and bool(turns_in(name)))  # "time for 1 turn / s"
             fits = fits or (not strict and _is_unit_of(name, unit))
             is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
-            if fits and is_name:
+            of_turns = re.search(_TURN, unit) and "angle" in kinds_of(unit) and re.search("[0-9]", text)
+            if fits and is_name and not of_turns:  # "how long for 1 turn"
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
@@ -410,7 +424,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
 def _is_unit_of(name: str, unit: str) -> bool:
     found, kinds = name_roles(name.rstrip(" /,;"))[0], kinds_of(unit)
     if not found:
-        return "length" in kinds and from_centre(name)
+        return ("length" in kinds and from_centre(name)) or ("time" in kinds and bool(turns_in(name)))
     return any(_measures(unit, role) for role in found) or bool(kinds and not SYMBOLS.get(squeeze(unit)))
 
 
@@ -472,11 +486,11 @@ def reported_key(key: str) -> str:
     return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
 
 
-def suggest_role(header: str) -> str:
+def suggest_role(header: str, cutoff: float = 0.75) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
     key = squeeze(name).lower()
-    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
+    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=cutoff)):
         return NAMES[close[0]][0]
     match = re.fullmatch(_INDEX, name)  # "T_P_1"
     return next(iter(name_roles(match[1])[0]), "") if match else ""
@@ -511,6 +525,7 @@ def turns_in(header: str) -> str:
     if known and (unit is None or kinds_of(unit)):
         return ""  # "time [s]" and "revolutions", before the long patterns below are compiled
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
+    plain = re.sub(r"(?i)\ba?round (\w+) times\b", r"\1 turns", plain)
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
     if mixed := re.search(_MIXED, plain):
@@ -592,18 +607,21 @@ def counts_weights(header: Header) -> bool:
 
 
 _FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
+_CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 
 def origin_in(header: str) -> str:
     """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
-    if len(header) > MAX_HEADER or re.search(r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk", header):
+    if len(header) > MAX_HEADER or re.search(_CENTRE, header):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
 
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
+    if re.search(rf"(?i){vocabulary.pattern('surface_note')}", note) and not re.search(_CENTRE, note):
+        return "surface"
     if not (origin := origin_in(note)):
         return ""
     names = re.findall(r"[^\W\d_]+", note)

@@ -6,6 +6,7 @@ import csv
 import difflib
 import gzip
 import hashlib
+import html
 import io
 import os
 import re
@@ -70,12 +71,13 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
         return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
-    if kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), ""):
+    is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b", data)
+    if not is_page and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
         raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
     if not text.strip():
         raise faults.refuse("empty")
-    faults = Faults(shown, text)
+    faults = Faults(shown, _text_of_page(text) if is_page else text)
     if page:
         faults.add("code_page", page=page)
     return _grid(digest, faults)
@@ -132,7 +134,15 @@ def _known_letters(text: str) -> int:
     return sum(map(len, known)) - 5 * text[:-1].count("\ufffd")
 
 
-# --- tables that are not text: DataFrames, workbooks ------------------------------------------------------------
+# --- tables that are not text: web pages, DataFrames, workbooks --------------------------------------------------
+
+
+def _text_of_page(page: str) -> str:
+    """Return the text that a web page shows, with tabs between the cells of a table."""
+    text = re.sub(r"(?is)<(script|style|head)\b.*?</\1>|<!--.*?-->|\s+", " ", page)
+    text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^>]*>", "\n", text)
+    text = html.unescape(re.sub(r"<[^>]*>", "", re.sub(r"(?i)<t[dh]\b[^>]*>", "\t", text)))
+    return "\n".join(line.strip(" ").removeprefix("\t") for line in text.split("\n") if line.strip()) + "\n"
 
 
 def _frame_text(frame: Any) -> tuple[str, frozenset[int]]:
@@ -425,8 +435,15 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     for gap, least in ((r"\s{2,}", 2), (r"\s+", 4)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
         if usual >= least and often > best * len(body):
+            widest = max((lines[i] for i in body), key=lambda line: len(re.split(gap, line.strip())))
+            starts = [match.start() for match in re.finditer(r"\S+(?: \S+)*", widest)]
             for i in body:
+                # A cell that is blank at the left, as below a merged cell.
+                blank = len(starts) - len(re.split(gap, lines[i].strip()))
+                indent = len(lines[i]) - len(lines[i].lstrip(" "))
                 lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
+                if blank > 0 and indent > starts[blank - 1] + 2:
+                    lines[i] = "\t" * blank + lines[i][blank:]
             return "\t"
     return next((delimiter for delimiter, share in shares.items() if share and share >= best - 0.3), "\t")
 

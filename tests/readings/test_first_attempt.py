@@ -63,6 +63,11 @@ HEADERS = (
     "m (g);x (cm);rpm;time of one precession turn [s];trial",
     "m (g);x (cm);rpm;time per revolution (s);trial",
     "A (g);B (cm);C (rpm);D (s);turns",
+    "m (g);d (cm) from centre of sphere;rpm;Stopwatch [s] (1 rev);trial",
+    "m/g;l/cm (Mitte);n/(U/min);t(1 Umdr.)/s;Nr",
+    "m (g);Dist from ctr [cm];how fast it spins [rpm];period s;nr",
+    "m (g);r (cm) t.o.v. middelpunt;rpm;1回目 T [s];nr",
+    "m (g);x (cm);rpm;preccesion peroid (s);nr",
 )  # fmt: skip
 
 
@@ -179,6 +184,16 @@ FORMS = {
     "other words for the ball": table(head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]),
     "quotes for seconds": table(rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
                                 head=[*HEAD[:3], "time", "turns"]).replace('""', '"'),
+    "units in columns of their own": table(rows=[[a, "g", b, "cm", c, "rpm", d, "s", "1"] for a, b, c, d, _ in ROWS],
+                                           head=["mass", "", "position", "", "spin", "", "time", "", "turns"]),
+    "a legend of the columns": "m = mass in grams\nx = distance from centre in cm\nn = spin in rpm\n"
+    "t = time for one turn in seconds\n" + table("  ", rows=[row[:4] for row in ROWS], head=["m", "x", "n", "t"]),
+    "unknown units below the names": "mass,position,spin,T,Ωω\n" + table(
+        rows=[[*row[:4], "31"] for row in ROWS], head=["g", "cm", "rpm", "s", "rad²/s²"]),
+    "blank below a merged cell": "m [g]     x [cm]    f [rpm]   t [s]     turns\n" + "".join(
+        f"{row[0] * (at % 3 == 0):10}{row[1] * (at % 3 == 0):10}{row[2]:10}{row[3]:10}{row[4]}\n"
+        for at, row in enumerate(ROWS)),
+    "a web page": "<html><table>" + table("<td>", frame="<tr><td>{}</tr>\n") + "</table></html>",
     "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
 }  # fmt: skip
 
@@ -266,6 +281,11 @@ def test_a_header_with_another_zero_or_part_is_asked_about(header: str) -> None:
         table(head=[*HEAD[:3], "T (s)", "run"]) + "T is the time from one mark to the next; there are three marks\n",
         table(head=["mass without hanger", *HEAD[1:]]) + "the hanger weighs 5.2 g\n",
         table(rows=[["20·3", *row[1:]] for row in ROWS]),
+        *(
+            f"{line}\n" + table(rows=[row[:4] for row in ROWS], head=[*HEAD[:3], name])
+            for name in ("period (s)", "T (s)")
+            for line in ("turns: 5", "# each time is 5 turns", "Zeiten für 5 Umläufe")
+        ),
     ],
 )
 def test_what_is_said_beside_the_numbers_is_asked_about(log: str) -> None:
@@ -292,6 +312,8 @@ def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
         "distances measured from the edge of the ball",
         "x = Abstand ab Kugelrand",
         "position depuis la superficie de la boule",
+        "the zero of the ruler was at the ball",
+        "x = length of rod sticking out to the weight",
     ],
 )
 @pytest.mark.parametrize("frame", ["{0}\n{1}", "# {0}\n{1}", "{1}{0}\n"])

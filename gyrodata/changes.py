@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -60,8 +61,8 @@ class Lab(Struct, frozen=True):
     @property
     def kept(self) -> list[int]:
         """Runs that are used."""
-        out = set(self.left_out)
-        return [i for i in range(len(self.measured.runs)) if i not in out]
+        runs: list[int] = np.delete(np.arange(len(self.measured.runs)), list(self.left_out)).tolist()
+        return runs
 
     @property
     def residual(self) -> Floats:
@@ -351,7 +352,8 @@ def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
         return None
     size = np.where(touched, source.absolute + source.relative * np.abs(getattr(lab.measured, role)), 1.0)
     steps = np.array(column.steps) / math.sqrt(12)
-    steps[[i for i, _ in column.stated]] = 0.0
+    for i, _ in column.stated:
+        steps[i] = 0.0
     # A reading may be stated as exact.
     ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
     used = ratio[touched]
@@ -385,8 +387,8 @@ CHANGES = (
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),
-    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", lambda lab: _hand(lab, LATE)),
-    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", lambda lab: _hand(lab, -LATE)),
+    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", partial(_hand, late=LATE)),
+    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", partial(_hand, late=-LATE)),
     Change("balanced", 'ball balanced ("# balanced: yes")', "sensitivity", _balanced),
     Change("balance_free", "{}", "sensitivity", _balance_free),
     Change("without", "without {}", "sensitivity", _without_each_weight),

@@ -242,9 +242,8 @@ def fit(
     if len(likely) > 1:
         first, answer = replace(first, two_signs=True), posterior.mixed(likely)
     estimates = []
-    for ends, unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
+    for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
         # The median, half the 68.3 % interval, and the 95 % interval.
-        low, below, middle, above, high = ends
         estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
     inertia, residual_torque, bias = estimates
     contradicted = None

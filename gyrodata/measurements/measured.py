@@ -127,8 +127,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     def steps_of_load(self, run: int) -> tuple[float, float]:
         """Return one step of the last digit of a run's mass [kg] and of its position [m]; 0 if unknown."""
-        mass, position = (0.0 if steps is None else float(steps[run]) for steps in (self.mass_step, self.position_step))
-        return mass, position
+        mass = 0.0 if self.mass_step is None else float(self.mass_step[run])
+        return mass, 0.0 if self.position_step is None else float(self.position_step[run])
 
     @property
     def time_u(self) -> float | None:
@@ -231,14 +231,13 @@ def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats)
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     """Select some of the runs, with the errors that they share."""
     index = np.asarray(kept, dtype=int)
-
-    def some(record: Any) -> Any:
-        arrays = {name: value for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
-        return replace(record, **{name: value[index] for name, value in arrays.items()})
-
-    runs, lines = (tuple(names[i] for i in index) for names in (measurements.runs, measurements.lines))
-    sources = tuple(map(some, measurements.sources))
-    return cast(Measurements, replace(some(measurements), runs=runs, lines=lines, sources=sources))
+    records: list[Any] = []
+    for record in (*measurements.sources, measurements):
+        arrays = {name: value[index] for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
+        records.append(replace(record, **arrays))
+    runs, lines = [measurements.runs[i] for i in kept], [measurements.lines[i] for i in kept]
+    *sources, some = records
+    return cast(Measurements, replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)))
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:

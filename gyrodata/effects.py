@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -55,16 +56,17 @@ def _bias(lab: Lab, case: Case) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
-    found = changes.refit(replace(case, widths=case.widths or lab.fit.widths))
-    if found is None:
+    if case.measured is None:
         return None
-    ratio = found.value / float(lab.fit.adjusted.unknowns[0])
-    if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
-        # A large effect changes how the runs scatter, and so the widths.
-        found = changes.refit(case)
-        if found is None:
-            return None
-        ratio = found.value / lab.fit.inertia.value
+    try:
+        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths or lab.fit.widths)
+        ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
+        if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
+            # A large effect changes how the runs scatter, and so the widths.
+            _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out)
+            ratio = fit.inertia.value / lab.fit.inertia.value
+    except fitting.NoFit:
+        return None
     return ratio - 1 if case.without else 1 / ratio - 1
 
 
@@ -162,12 +164,14 @@ def answers(lab: Lab, wanted: str) -> list[tuple[Case, Sensitivity]]:
     answer, is_clear, found = lab.fit.inertia, _is_clear(lab), []
     for change in changes.CHANGES:
         for case in change.cases(lab) if wanted in (change.use, change.name) else ():
-            measured = case.measured or lab.measured
-            if not (case.chosen.asked or (case.chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
-                case = replace(case, chosen=choose_model(measured, "auto"))
-            inertia = changes.refit(case)
-            if inertia is not None and (inertia.interval_95 or (1.0, 1.0))[0] <= 0:
-                inertia = None
+            measured, chosen, inertia = case.measured or lab.measured, case.chosen, None
+            if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
+                chosen = choose_model(measured, "auto")
+            with suppress(fitting.NoFit):
+                _, fit = fitting.fit_model(measured, chosen, case.left_out, case.widths)
+                # An interval that includes zero is not an answer.
+                if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
+                    inertia = fit.inertia
             deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
             found.append((case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)))
     return found

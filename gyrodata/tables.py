@@ -51,19 +51,21 @@ def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
-    reasons, out = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}, set(left_out)
+    count = len(measured.runs)
+    reasons, flagged, out = [""] * count, np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for outlier in outliers:
+        reasons[outlier.index], flagged[outlier.index] = outlier_reason(measured, outlier), True
+    out[list(left_out)] = True
     read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
     residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
     numbers = np.array([*read, rate, period, product, inertia, *residual])
-    everyone = range(len(measured.runs))
-    marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
     # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
-    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), *marks))
+    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), flagged.tolist(), out.tolist(), reasons))
 
 
 def or_none(value: Floats | float) -> float | None:

@@ -176,7 +176,7 @@ def measure(readings: Readings) -> Measurements:
     transverse, nutation = values.get("transverse_inertia"), values.get("nutation_period")
     directions = values.get("precession_sense")
     timed, (bias, _) = timing.role != "precession_rate", parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = _balance(readings)
+    (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
     return Measurements(
         runs=readings.runs,
         lines=readings.lines,
@@ -208,7 +208,7 @@ def measure(readings: Readings) -> Measurements:
         latitude=latitude,
         mass_step=np.array(columns["mass"].steps) if kind == "mass" else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
-        torque_unseen=_torque_unseen(readings, diagnostics),
+        torque_unseen=None if still is None else _torque_unseen(readings, still, diagnostics),
         nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
         drag=drag,
         diagnostics=tuple(diagnostics),
@@ -326,11 +326,8 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
     return None, ""
 
 
-def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float | None:
-    """Compute the torque over I_zz [rad²/s²] that would have moved an unloaded rod visibly; None without such a run."""
-    still = readings.unmoved
-    if still is None:
-        return None
+def _torque_unseen(readings: Readings, still: Readings, diagnostics: list[Diagnostic]) -> float:
+    """Compute the torque over I_zz [rad²/s²] that would have moved the unloaded rod of the runs `still` visibly."""
     counts, time = still.columns.get("turns") or still.columns["angle"], values_of(still.columns["time"])
     usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
     sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]

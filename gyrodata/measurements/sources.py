@@ -209,15 +209,17 @@ def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
         # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
         absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
-    doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
-    rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
-    absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
     groups: list[object] = list(range(len(turns)))
-    for i in rounded:
-        # Runs with the same rounded turns are off by the same.
-        groups[i] = column.readings[i].text
+    doubts: dict[str, float] = {}
+    for i, read in enumerate(column.readings):
+        if read.u is None and column.role == "turns":
+            if read.text not in doubts:
+                doubts[read.text] = rounded_turns(read.text)[1]
+            if doubts[read.text]:
+                # Runs with the same rounded turns are off by the same.
+                absolute[i], groups[i] = np.hypot(absolute[i], doubts[read.text]), read.text
     source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
-    if rounded:
+    if any(doubts.values()):
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
     if absolute.any() or relative.any():
         yield source
@@ -397,8 +399,9 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
     columns = readings.columns
     for unit in ("spin", "spin_period"):
         for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
-            if all(name in columns and None not in columns[name].values for name in names):
-                return tuple(columns[name] for name in names)
+            used = [columns[name] for name in names if name in columns and None not in columns[name].values]
+            if len(used) == len(names):
+                return tuple(used)
     if "spin_time" in columns and "spin_turns" in columns:
         return (_time_of_one(columns["spin_time"], columns["spin_turns"]),)
     raise KeyError("spin")

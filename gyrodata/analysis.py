@@ -109,7 +109,10 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         raise LogError([*found, *error.diagnostics]) from None
 
     measured, fit, kept = lab.measured, lab.fit, lab.kept
-    groups, p = tables.kept_groups(measured, kept), fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
+    p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
+    # The runs of each torque that are in the fit.
+    out = set(lab.left_out)
+    groups = [[i for i in group if i not in out] for group in measured.by_torque]
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()

@@ -97,16 +97,15 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
             size, reason = None if bias is None or not u else abs(bias) / u, case.words
             if case.sized and bias is None:
                 reason += ": without a fit that could be compared"
-            elif case.sized and size is not None and case.kept:
-                reason += f": {size:.2g} u"
-                if size < DROP_ONE and change.name in ("tilt", "release"):
-                    reason += "; kept because the single runs show it"
-            elif case.sized and size is not None and size < DROP_ONE:
-                reason += f": {size:.2g} u, small enough"
             elif case.sized and size is not None:
-                reason += f": {size:.2g} u, NOT small, and the log does not say enough to correct for it"
-                if change.name == "decay_law":
-                    reason += "; read the spin at the midpoint as well"
+                verdict = ", small enough"
+                if case.kept:
+                    is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                    verdict = "; kept because the single runs show it" if is_seen else ""
+                elif size >= DROP_ONE:
+                    verdict = ", NOT small, and the log does not say enough to correct for it"
+                    verdict += "; read the spin at the midpoint as well" if change.name == "decay_law" else ""
+                reason += f": {size:.2g} u{verdict}"
             effects.append(Effect(change.name, bias, size, case.kept, case.in_u, reason))
     return tuple(effects)
 

@@ -253,12 +253,6 @@ def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | No
     return Constancy(math.sqrt(scatter), math.sqrt(expected), total, dof, fitting.chi2_tail(total, dof))
 
 
-def kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
-    """List the runs of each torque that are used."""
-    inside = set(kept)
-    return [[i for i in group if i in inside] for group in measured.by_torque]
-
-
 # --- comparisons ------------------------------------------------------------------------------------------------
 
 

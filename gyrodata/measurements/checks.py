@@ -255,15 +255,14 @@ def exchanged(readings: Readings, measured: Measurements) -> bool:
         return False
     if min(spins.spots) < 0 or min(times.spots) < 0:
         return False
-    for size, factor, values in ((SPIN, RPM, times.values), (TIME, 1 / RPM, spins.values)):
-        low, high = size.usual
-        if not all(value and low <= factor * abs(value) <= high for value in values):
+    spin, time = np.abs(values_of(spins)), np.abs(values_of(times))
+    for size, values in ((SPIN, RPM * time), (TIME, 1 / RPM * spin)):
+        if not ((size.usual[0] <= values) & (values <= size.usual[1])).all():
             return False
     loaded = measured.torque != 0
     each = np.abs(measured.torque / measured.product)[loaded]
     other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
-    low, high = SPIN.possible
-    odd = any(not low <= abs(value or 0.0) <= high for value in spins.values)
+    odd = ((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])).any()
     return spread(other) < (spread(each) + SCATTERS if odd else spread(each) / 4)
 
 

@@ -167,7 +167,7 @@ def measure(readings: Readings) -> Measurements:
         turns = np.abs(values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi))
     elif timing.role == "precession_rate":
         time = 2 * np.pi / np.abs(time)
-    drag = _drag(readings, time)
+    drag = find_drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
     pitch = values.get("pitch", np.zeros(count))
@@ -245,18 +245,6 @@ def timing_column(table: Mapping[str, Column]) -> Column:
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
     return table["precession_period"] if "precession_period" in table else table["precession_rate"]
-
-
-def _drag(readings: Readings, time: Floats) -> Drag | None:
-    """Find the drag from the spin-downs of a log, and from the spin at the start and the end of each run."""
-    used, falls = spin_columns(readings), list(readings.spin_down)
-    if len(used) > 1:
-        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
-    stated = [
-        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
-    ]
-    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
-    return find_drag(falls, u_spin, parts.stated_or_default(readings, "decay_exponent")[0].at(1.0))
 
 
 def _mean_spins(

@@ -348,25 +348,30 @@ class Drag(Struct, frozen=True):
         return self.rate * (spin / self.spin) ** (self.exponent - 1)
 
 
-def find_drag(falls: Sequence[tuple[float, float, float]], u_spin: float, u_exponent: float) -> Drag | None:
-    """Fit the law of drag to falls of the spin.
+def find_drag(readings: Readings, time: Floats) -> Drag | None:
+    """Fit the law of drag to the spin-downs of a log, and to the spin at the start and the end of each run.
 
     Parameters
     ----------
-    falls : sequence of tuple
-        Spin at the start and at the end of each fall [rad/s], and its duration [s].
-    u_spin : float
-        Relative standard uncertainty of one reading of the spin.
-    u_exponent : float
-        Standard uncertainty of p before the fit; the expected value is 1.
+    readings : Readings
+    time : ndarray, shape (n,)
+        Duration of each run [s].
 
     Returns
     -------
     Drag or None
         None if the spin does not fall visibly.
     """
+    used, falls = spin_columns(readings), list(readings.spin_down)
+    if len(used) > 1:
+        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
     if not falls:
         return None
+    stated = [
+        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
+    ]
+    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+    u_exponent = stated_or_default(readings, "decay_exponent")[0].at(1.0)
     start, end, seconds = np.array(falls).T
     spin, fall = np.sqrt(start * end), np.log(start / end)
     u = math.sqrt(2) * u_spin / seconds

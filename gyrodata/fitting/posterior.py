@@ -205,8 +205,8 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         residual_torque = (ii * m_w - im * i_left) / determinant
         misfit = chi2 + at * at * narrow - both * i_left - residual_torque * m_w
         # Rows without information have the variance s².
-        runs = -0.5 * np.add.reduce(np.log(variance), axis=1) - (conditions.runs - len(rows)) * np.log(factor)
-        whole = runs[:, None] - 0.5 * (np.log(determinant / narrow) + misfit) + prior
+        spread = -0.5 * np.add.reduce(np.log(variance), axis=1) - (conditions.runs - len(rows)) * np.log(factor)
+        whole = spread[:, None] - 0.5 * (np.log(determinant / narrow) + misfit) + prior
         whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
         top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)

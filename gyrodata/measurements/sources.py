@@ -154,6 +154,7 @@ def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterat
     groups = _numbered(list(zip(*[column.spots for column in used], strict=True)))
     yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
     yield _of_whole_log(readings, "spin_scale")
+    # The spin falls: it was read late, by a law that is not certain.
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
     every, late = np.zeros(len(spin), dtype=int), math.hypot(lateness(readings), delay.absolute)

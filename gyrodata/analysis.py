@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from gyrodata import effects, findings, fitting, mistakes, refusals, tables
+from gyrodata import effects, findings, fitting, refusals, tables, wrong_cells
 from gyrodata.changes import Lab
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
@@ -21,7 +21,6 @@ from gyrodata.measurements import Measurements, checks, measure
 from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
-from gyrodata.wrong_cells import explain
 
 if TYPE_CHECKING:
     import os
@@ -100,7 +99,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         raise LogError(readings.diagnostics)
     measured = measure(readings)
     measured = replace(measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured)))
-    sizes = mistakes.size_findings(readings, measured)
+    sizes = checks.check_sizes(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         raise LogError([*found, readings.say("all_torques_zero")])
@@ -111,27 +110,36 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
 
     measured, fit, kept = lab.measured, lab.fit, lab.kept
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
+    # The runs of each torque that are in the fit.
+    out = set(lab.left_out)
+    groups = [[i for i in group if i not in out] for group in measured.by_torque]
+    ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
     lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = look_for_patterns(measured, fit)
-    exponent = tables.common_exponent(measured, tables.kept_groups(measured, kept)) if whole else None
+    exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
         **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
-        patterns=patterns, exponent=exponent, sizes=tuple(sizes), whole=whole,
+        patterns=patterns, exponent=exponent, ball=ball, sizes=tuple(sizes), whole=whole,
     )  # fmt: skip
-    found += findings.findings(seen)
-    changed = list(effects.answers(lab, "sensitivity")) if whole else []
-    without = {case.torque: one.inertia for case, one in changed if case.torque is not None and one.inertia}
-    as_written = fit.inertia if measured.balanced else None
-    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), as_written)
-    out = set(lab.left_out)
+    for check in findings.CHECKS:
+        found += check(seen)
+    changed = effects.answers(lab, "sensitivity") if whole else []
+    without, balanced = {}, fit.inertia if measured.balanced else None
+    for case, one in changed:
+        if case.torque is not None and one.inertia:
+            without[case.torque] = one.inertia
+        if one.name == "balanced":
+            balanced = one.inertia
     # A turn without a weight can take an hour, so that these runs may have unusual values.
-    silent = {line for i, line in enumerate(measured.lines) if i in out or not measured.torque[i]}
-    denied = [one for one in found if one.doubt and not (one.doubt == "size" and one.line in silent)] if whole else []
-    doubts = tuple(Doubt(kind, one.message, one.hint) for kind in DOUBTS for one in denied if one.doubt == kind)
+    silent = {measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))}
+    doubts = []
+    for kind in DOUBTS if whole else ():
+        told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
+        doubts += [Doubt(kind, one.message, one.hint) for one in told]
     # Advice for another measurement is only valid for runs without doubts.
-    advice = tuple(f"find the cause first: {doubt.remedy}" for doubt in doubts)
+    advice = tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
     return Analysis(
         name=readings.name,
         sha256=readings.sha256,
@@ -145,18 +153,18 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         residual_torque=_result(fit.residual_torque),
         timing_bias=_result(fit.timing_bias),
         if_balanced=balanced if whole and not fitting.torques_differ(measured.torque[kept]) else None,
-        doubts=doubts,
+        doubts=tuple(doubts),
         p=p,
         birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
         fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
-        sensitivity=tuple(one for _, one in changed),
+        sensitivity=tuple([one for _, one in changed]),
         effects=listed,
-        power_law=tables.power_laws(measured, kept) if whole else (),
+        power_law=tables.power_laws(measured, groups) if whole else (),
         exponent=exponent,
-        constancy=tables.constancy(measured, kept) if whole else None,
-        ball=tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties) if whole else None,
-        torques=tables.torque_table(measured, fit, kept, without),
+        constancy=tables.constancy(measured, groups) if whole else None,
+        ball=ball if whole else None,
+        torques=tables.torque_table(measured, fit, groups, without),
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=patterns,
         advice=advice or (findings.list_advice(lab) if whole else ()),
@@ -167,8 +175,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
 ABSURD = 1000.0
 """A Birge ratio above this means that the stated uncertainties are wrong."""
 
-EXACT = 1e-6
-"""Smallest credible relative uncertainty of I_zz [1]."""
+EXACT, TOO_WIDE = 1e-6, 0.7
+"""Smallest credible relative uncertainty of I_zz [1], and the largest one of an answer."""
 
 HOPELESS = 1e-6
 """If the probability of chi-square is below this, wrong turn counts that explain all torques are reported as errors."""
@@ -210,17 +218,18 @@ def fit_runs(
         runs, chosen = measured, effects.choose_model(measured, model)
         outliers, screened = fitting.screen(runs, chosen.tilted)
         if fitting.is_corrected(measured, chosen):
-            odd = tuple(outlier.index for outlier in outliers)
+            odd = tuple([outlier.index for outlier in outliers])
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)
             outliers, screened = fitting.screen(runs, chosen.tilted)
-        odd = tuple(outlier.index for outlier in outliers)
+        odd = tuple([outlier.index for outlier in outliers])
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
-        left_out = () if keep_flagged else tuple(outlier.index for outlier in outliers if outlier.slip)
+        left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
         fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])
-        says = np.array([i not in odd for i in range(len(measured.runs))])
+        says = np.ones(len(measured.runs))
+        says[list(odd)] = 0.0
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without degrees of freedom, the runs cannot contradict the stated uncertainties.
@@ -229,8 +238,9 @@ def fit_runs(
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
-        if unmeasured := refusals.not_measured(readings, fit):
-            raise LogError(unmeasured)
+        low, high = fit.inertia.interval_95 or (fit.inertia.value, fit.inertia.value)
+        if low <= 0 or (fit.inertia.u or 0.0) > TOO_WIDE * fit.inertia.value:
+            raise LogError([refusals.not_measured(readings, fit, low, high)])
     except NoFit as reason:
         miscounted = refusals.count_findings(readings, measured)
         raise LogError(miscounted or [refusals.refusal(readings, measured, str(reason), keep_flagged)]) from None
@@ -239,7 +249,8 @@ def fit_runs(
         if miscounted:
             raise LogError(miscounted)
     lab = Lab(readings, runs, fit, chosen, left_out)
-    return lab, explain(readings, lab, outliers, screened or fit), without
+    explained = wrong_cells.explain(readings, lab, outliers, screened or fit) if outliers else ()
+    return lab, explained, without
 
 
 def _result(estimate: Estimate) -> Result:

@@ -1,14 +1,15 @@
 """What would I_zz be if …? One list of changes, one way to answer: fit the changed table.
 
-A change makes one or several cases of a log: its runs, their errors or its model after the change. `refit` fits a case
-exactly as the log itself is fitted, beginning where that fit ended. So a report's "without this weight" is what
-``gyro analyze`` gives if the rows are deleted from the file. `effects` chooses the model of each case.
+A change makes one or several cases of a log: its runs, their errors or its model after the change. `effects` chooses
+the model of each case, and fits it exactly as the log itself is fitted. So a report's "without this weight" is what
+``gyro analyze`` gives if the rows are deleted from the file.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, physics
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Widths
+from gyrodata.fitting import ChosenModel, FitResult, Widths
 from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, total_spin_excess
 from gyrodata.physics import Floats
 from gyrodata.readings import Readings
@@ -60,13 +61,8 @@ class Lab(Struct, frozen=True):
     @property
     def kept(self) -> list[int]:
         """Runs that are used."""
-        out = set(self.left_out)
-        return [i for i in range(len(self.measured.runs)) if i not in out]
-
-    @property
-    def residual(self) -> Floats:
-        """Time minus fitted time of each run [s], shape (n,)."""
-        return self.measured.time - self.fit.fitted_time
+        runs: list[int] = np.delete(np.arange(len(self.measured.runs)), list(self.left_out)).tolist()
+        return runs
 
     def case(self, words: str = "", changed: Mapping[str, Any] | None = None, **how: Any) -> Case:
         """Give this lab with other fields of its measurements, and with other fields of the case."""
@@ -111,17 +107,6 @@ class Change(Struct, frozen=True):
     """Which table it belongs to."""
     cases: Callable[[Lab], Iterable[Case]]
     """Makes the changed tables; none if the change does not apply to a log."""
-
-
-def refit(case: Case) -> Estimate | None:
-    """Fit a changed lab: I_zz [kg*m^2]; None if there is nothing to fit, or no solution."""
-    if case.measured is None:
-        return None
-    try:
-        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths)
-    except fitting.NoFit:
-        return None
-    return fit.inertia
 
 
 # --- effects: each simplification -------------------------------------------------------------------------------------
@@ -255,7 +240,7 @@ def _without_each_weight(lab: Lab) -> Iterator[Case]:
         return
     for number, group in enumerate(groups):
         rest = np.delete(np.arange(len(lab.measured.runs)), group).tolist()
-        left_out = tuple(at for at, i in enumerate(rest) if i not in used)
+        left_out = tuple([at for at, i in enumerate(rest) if i not in used])
         if used & set(group) and lab.measured.torque[[i for i in rest if i in used]].any():
             words = load_words(lab.measured, group[0]) if lab.measured.torque[group[0]] else "the unloaded runs"
             yield lab.case(words, measured=select(lab.measured, rest), left_out=left_out, torque=number)
@@ -300,7 +285,8 @@ def _each_source_halved(lab: Lab) -> Iterator[Case]:
             variances = (adjusted.slopes * adjusted.problem.independent) ** 2
             # Readings with a smaller error of their own scatter less about the fit.
             smaller = np.sqrt(factor**2 @ variances / np.maximum(variances.sum(axis=0), 1e-300))
-            time = lab.measured.time - lab.residual * np.where(smaller > 0, 1 - smaller, 0.0)
+            time, fitted = lab.measured.time, lab.fit.fitted_time
+            time = time - (time - fitted) * np.where(smaller > 0, 1 - smaller, 0.0)
             changed = {"sources": _scaled(lab.measured, share.source, 0.5), "time": time}
             yield lab.case(SOURCES[share.source].better, changed)
 
@@ -321,7 +307,7 @@ def _balance_test(lab: Lab) -> Iterator[Case]:
 
 
 def _three_times_the_turns(lab: Lab) -> Iterator[Case]:
-    measured, off = lab.measured, lab.fit.timing_bias.value + lab.residual
+    measured, off = lab.measured, lab.fit.timing_bias.value + (lab.measured.time - lab.fit.fitted_time)
     if not measured.timed:
         return
     turns = 3 * measured.turns
@@ -351,7 +337,8 @@ def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
         return None
     size = np.where(touched, source.absolute + source.relative * np.abs(getattr(lab.measured, role)), 1.0)
     steps = np.array(column.steps) / math.sqrt(12)
-    steps[[i for i, _ in column.stated]] = 0.0
+    for i, _ in column.stated:
+        steps[i] = 0.0
     # A reading may be stated as exact.
     ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
     used = ratio[touched]
@@ -385,8 +372,8 @@ CHANGES = (
     Change("release", "nutation after letting go", "effect", _release),
     Change("earth", "the Earth's rotation", "effect", _earth),
     Change("u_time_twice", "times twice as uncertain", "sensitivity", _times_twice_as_uncertain),
-    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", lambda lab: _hand(lab, LATE)),
-    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", lambda lab: _hand(lab, -LATE)),
+    Change("hand_late", f"times {LATE:g} s too long", "sensitivity", partial(_hand, late=LATE)),
+    Change("hand_early", f"times {LATE:g} s too short", "sensitivity", partial(_hand, late=-LATE)),
     Change("balanced", 'ball balanced ("# balanced: yes")', "sensitivity", _balanced),
     Change("balance_free", "{}", "sensitivity", _balance_free),
     Change("without", "without {}", "sensitivity", _without_each_weight),

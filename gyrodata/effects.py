@@ -8,7 +8,8 @@ deviate because of it. `choose_model` keeps the others. Effects of unknown size 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection
+from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -55,39 +56,22 @@ def _bias(lab: Lab, case: Case) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
         return 0.0
-    found = changes.refit(replace(case, widths=case.widths or lab.fit.widths))
-    if found is None:
+    if case.measured is None:
         return None
-    ratio = found.value / float(lab.fit.adjusted.unknowns[0])
-    if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
-        # A large effect changes how the runs scatter, and so the widths.
-        found = changes.refit(case)
-        if found is None:
-            return None
-        ratio = found.value / lab.fit.inertia.value
+    try:
+        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths or lab.fit.widths)
+        ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
+        if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
+            # A large effect changes how the runs scatter, and so the widths.
+            _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out)
+            ratio = fit.inertia.value / lab.fit.inertia.value
+    except fitting.NoFit:
+        return None
     return ratio - 1 if case.without else 1 / ratio - 1
 
 
-def _why(lab: Lab, name: str, case: Case, bias: float | None) -> str:
-    """Describe why an effect was left out or kept, with its size if this decided."""
-    u = relative_u(lab.fit)
-    if not case.sized or (bias is not None and u == 0):
-        return case.words
-    if bias is None:
-        return f"{case.words}: without a fit that could be compared"
-    size = abs(bias) / u
-    if case.kept:
-        seen = "; kept because the single runs show it" if size < DROP_ONE and name in ("tilt", "release") else ""
-        return f"{case.words}: {size:.2g} u{seen}"
-    verdict = "small enough" if size < DROP_ONE else "NOT small, and the log does not say enough to correct for it"
-    more = "; read the spin at the midpoint as well" if name == "decay_law" and size >= DROP_ONE else ""
-    return f"{case.words}: {size:.2g} u, {verdict}{more}"
-
-
-def _of_some(lab: Lab) -> Lab:
+def _sample(lab: Lab) -> Lab:
     """Take a sample of very many runs, with the u of I_zz of all runs."""
-    if len(lab.measured.runs) <= fitting.MANY:
-        return lab
     some = select(lab.measured, fitting.sample(lab.measured, lab.fit.adjusted.kept))
     try:
         measured, fit = fitting.fit_model(some, lab.chosen)
@@ -100,15 +84,28 @@ def _of_some(lab: Lab) -> Lab:
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     """List every simplification, or those of some names, with its size in a log and the decision."""
-    some, u, effects = _of_some(lab), relative_u(lab.fit), []
+    u, effects, told = relative_u(lab.fit), [], earth_is_told(lab.measured)
+    if len(lab.measured.runs) > fitting.MANY:
+        lab = _sample(lab)
     for change in changes.CHANGES:
         if change.use != "effect" or (names and change.name not in names):
             continue
-        for case in change.cases(some):
-            bias = _bias(some, case)
-            if change.name == "earth" and bias is not None and not fitting.earth_is_told(lab.measured):
+        for case in change.cases(lab):
+            bias = _bias(lab, case)
+            if change.name == "earth" and bias is not None and not told:
                 bias = abs(bias)
-            size, reason = None if bias is None or not u else abs(bias) / u, _why(some, change.name, case, bias)
+            size, reason = None if bias is None or not u else abs(bias) / u, case.words
+            if case.sized and bias is None:
+                reason += ": without a fit that could be compared"
+            elif case.sized and size is not None:
+                verdict = ", small enough"
+                if case.kept:
+                    is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                    verdict = "; kept because the single runs show it" if is_seen else ""
+                elif size >= DROP_ONE:
+                    verdict = ", NOT small, and the log does not say enough to correct for it"
+                    verdict += "; read the spin at the midpoint as well" if change.name == "decay_law" else ""
+                reason += f": {size:.2g} u{verdict}"
             effects.append(Effect(change.name, bias, size, case.kept, case.in_u, reason))
     return tuple(effects)
 
@@ -122,8 +119,14 @@ def _release_size(lab: Lab) -> float:
     """Estimate the size of the release for a level rod, without a fit, in standard uncertainties of I_zz [1]."""
     u = relative_u(lab.fit)
     # Runs that scatter more than stated may do so because of the release, which then widens u.
-    size = abs(float(lab.fit.response @ _by_release(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
+    size = abs(float(lab.fit.response @ _release_bias(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
     return size / u if u else math.inf
+
+
+def _release_bias(measured: Measurements, fit: FitResult) -> Floats:
+    """Compute the relative excess of each run's I_zz if a level rod was released, and is treated as steady."""
+    total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
+    return cast(Floats, physics.release_bias(total, measured.spin, fit.inertia.value, across))
 
 
 STEEP, FALLEN = math.radians(45), math.radians(52)
@@ -140,18 +143,6 @@ def _stays_up(lab: Lab) -> bool:
     return bool(np.max(sag[loaded]) < FALLEN)
 
 
-def _by_release(measured: Measurements, fit: FitResult) -> Floats:
-    """Compute the relative excess of each run's I_zz if a level rod was released, and is treated as steady."""
-    total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
-    return cast(Floats, physics.release_bias(total, measured.spin, fit.inertia.value, across))
-
-
-def _by_tilt(measured: Measurements, fit: FitResult) -> Floats:
-    """Compute the relative excess of each run's I_zz if a tilted rod is treated as level."""
-    rate, across = fit.sense * 2 * np.pi * measured.turns / measured.time, fitting.transverse_inertia(measured)
-    return cast(Floats, physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across))
-
-
 class Sensitivity(Struct, frozen=True):
     """I_zz if one thing were different."""
 
@@ -165,21 +156,24 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-def answers(lab: Lab, wanted: str) -> Iterator[tuple[Case, Sensitivity]]:
+def answers(lab: Lab, wanted: str) -> list[tuple[Case, Sensitivity]]:
     """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
     if len(lab.measured.runs) > changes.MOST_RUNS:
-        return
-    answer, is_clear = lab.fit.inertia, _is_clear(lab)
+        return []
+    answer, is_clear, found = lab.fit.inertia, _is_clear(lab), []
     for change in changes.CHANGES:
         for case in change.cases(lab) if wanted in (change.use, change.name) else ():
-            measured = case.measured or lab.measured
-            if not (case.chosen.asked or (case.chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
-                case = replace(case, chosen=choose_model(measured, "auto"))
-            inertia = changes.refit(case)
-            if inertia is not None and (inertia.interval_95 or (1.0, 1.0))[0] <= 0:
-                inertia = None
+            measured, chosen, inertia = case.measured or lab.measured, case.chosen, None
+            if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
+                chosen = choose_model(measured, "auto")
+            with suppress(fitting.NoFit):
+                _, fit = fitting.fit_model(measured, chosen, case.left_out, case.widths)
+                # An interval that includes zero is not an answer.
+                if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
+                    inertia = fit.inertia
             deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-            yield case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)
+            found.append((case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)))
+    return found
 
 
 FAR_FROM_LIMIT = 2.0
@@ -230,11 +224,15 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     named = {"tilt": tilts, "release": released, "earth": told}
     sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
     may = {name: sizes[name].bias for name, has in named.items() if has}
-    # If the fit without an effect fails, the effect cannot be left out.
-    known = {name: bias for name, bias in may.items() if bias is not None}
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
-    kept = _kept(known, dropped, relative_u(lab.fit)) | (set(may) - set(known))
+    kept, u = set(may), relative_u(lab.fit)
+    # Leave out the smallest first. If the fit without an effect fails, the effect cannot be left out.
+    for size, name in sorted((abs(bias), name) for name, bias in may.items() if bias is not None):
+        dropped += size
+        if size > DROP_ONE * u or dropped > DROP_ALL * u:
+            break
+        kept.discard(name)
     # A release that the log does not state is assumed for its effect on I_zz only.
     kept |= {
         name for name in may if _seen_in_scatter(measured, lab.fit, name) and (name != "release" or fullest.released)
@@ -261,20 +259,13 @@ def _agrees_better(measured: Measurements, one: ChosenModel, other: ChosenModel)
     return fits[0].log_evidence - fits[1].log_evidence > CLEARLY
 
 
-def _kept(biases: Mapping[str, float], dropped: float, u: float) -> set[str]:
-    """Return the effects that are too large to leave out; `dropped` is the sum of those that are out already."""
-    kept = set(biases)
-    for name in sorted(biases, key=lambda name: abs(biases[name])):
-        dropped += abs(biases[name])
-        if abs(biases[name]) > DROP_ONE * u or dropped > DROP_ALL * u:
-            break
-        kept.discard(name)
-    return kept
-
-
 def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
     """Return whether an effect that cancels in I_zz, as of a rod tilted up and down, is visible in the single runs."""
     if name not in ("tilt", "release"):
         return False
-    biases = _by_tilt(measured, fit) if name == "tilt" else _by_release(measured, fit)
+    if name == "release":
+        biases = _release_bias(measured, fit)
+    else:
+        rate, across = fit.sense * 2 * np.pi * measured.turns / measured.time, fitting.transverse_inertia(measured)
+        biases = physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across)
     return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL

@@ -14,18 +14,18 @@ from contextlib import suppress
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import changes, effects, fitting
+from gyrodata import changes, effects, fitting, mistakes
 from gyrodata.changes import Lab
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, FitResult, Outlier
-from gyrodata.measurements import Measurements, spin_columns
-from gyrodata.mistakes import INERTIA_RANGE, explaining_mistakes, unit_within
+from gyrodata.fitting import Estimate, Outlier
+from gyrodata.measurements import spin_columns
+from gyrodata.measurements.checks import unit_within
 from gyrodata.patterns import CHANCE, Pattern, pattern_values
 from gyrodata.physics import RPM
 from gyrodata.readings import MOST_OF_ONE_CODE, Readings, kind_of_role, to_display
 from gyrodata.readings.roles import TIMINGS
-from gyrodata.tables import Exponent, compare_with_ball, load_words, outlier_reason
+from gyrodata.tables import Ball, Exponent, load_words, outlier_reason
 from gyrodata.units import from_si, parse_unit
 
 
@@ -46,6 +46,7 @@ class Seen(Lab, frozen=True, kw_only=True):
     effects: tuple[Effect, ...]
     patterns: tuple[Pattern, ...]
     exponent: Exponent | None
+    ball: Ball | None
     sizes: tuple[Diagnostic, ...]
     """Questions about readings, asked before the fit."""
     whole: bool
@@ -55,11 +56,6 @@ class Seen(Lab, frozen=True, kw_only=True):
     def contradicts_itself(self) -> bool:
         """Whether the runs scatter so much that other findings mean nothing."""
         return self.fit.scatter > CONTRADICTING
-
-
-def findings(seen: Seen) -> list[Diagnostic]:
-    """Make every check of a log that has been fitted."""
-    return [finding for check in CHECKS for finding in check(seen)]
 
 
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
@@ -122,7 +118,7 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
     """Doubt the answer if the kept runs of a torque may be wrong as well as those that are left out."""
-    if seen.contradicts_itself or not seen.whole:
+    if seen.contradicts_itself or not seen.whole or not seen.left_out:
         return
     measured, left_out = seen.measured, seen.left_out
 
@@ -136,7 +132,7 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
         answers = {"here": seen.fit.inertia.value, "there": other.inertia.value}
         yield seen.readings.say("either_run_wrong", **words, load=load_words(measured, gone[0]), **answers)
     gone = next((group for group in measured.by_torque if len(group) > 1 and set(group) <= set(left_out)), [])
-    if gone and (poor := _poor_balance(measured, seen.fit)):
+    if gone and (poor := _poor_balance(seen)):
         # The runs do not say which of two weights is wrong; the balance does.
         yield seen.readings.say("either_weight_wrong", load=load_words(measured, gone[0]), poor=poor)
 
@@ -176,7 +172,8 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    then = next((one.inertia for _, one in effects.answers(seen, "direction")), None)
+    answers = effects.answers(seen, "direction")
+    then = answers[0][1].inertia if answers else None
     if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
@@ -194,14 +191,13 @@ FELL_BY = 0.03
 """… and by this much more [1], then something rubbed, or the spin was read wrongly."""
 
 
-def _poor_balance(measured: Measurements, fit: FitResult) -> str:
+def _poor_balance(seen: Seen) -> str:
     """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
-    lightest = fitting.lightest_torque(measured, fit.adjusted.kept)
-    imbalance = abs(fit.residual_torque.value)
-    if measured.balanced is False or imbalance <= max(POOR_BALANCE * lightest, 2 * (fit.residual_torque.u or 0.0)):
+    m0, lightest = seen.fit.residual_torque, fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
+    if seen.measured.balanced is False or abs(m0.value) <= max(POOR_BALANCE * lightest, 2 * (m0.u or 0.0)):
         return ""
-    share = f"{100 * imbalance / lightest:.0f} % of the lightest torque"
-    return f"M0 = {1e3 * fit.residual_torque.value:.2g} mN·m is {share}, too large for a balanced ball"
+    share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
+    return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
 
 
 def _patterns(seen: Seen) -> Iterator[Diagnostic]:
@@ -216,12 +212,11 @@ def _patterns(seen: Seen) -> Iterator[Diagnostic]:
 
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
-    measured, fit = seen.measured, seen.fit
-    poor = _poor_balance(measured, fit)
+    measured, poor = seen.measured, _poor_balance(seen)
     if not poor or seen.contradicts_itself:
         return
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
-    missing = fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
+    missing = seen.fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
     hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
     yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
 
@@ -332,9 +327,6 @@ LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.02, 10.0, 0.15
 def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     """Ask about columns that are possible but not usual; all published logs are within the bounds."""
     readings, measured = seen.readings, seen.measured
-    # With a ball in the log, I_zz itself is checked.
-    if not seen.whole or seen.sizes or any(_body(seen)) or readings.constants.get("ball_mass") is not None:
-        return []
     loaded = measured.torque != 0
     spin, rate = measured.spin[loaded], np.abs(measured.product[loaded]) / measured.spin[loaded]
     turn, arm = float(np.median(2 * np.pi / rate)), float(np.abs(measured.position[loaded]).max())
@@ -362,20 +354,22 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     return found.values()
 
 
+INERTIA_RANGE = (1e-6, 1.0)
+"""Range of I_zz of a body that is spun on a table [kg*m^2]."""
+
 FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
 """A difference from the ball outside these limits [1], over this many u, needs a cause; a bore increases I_zz."""
 
 
 def _body(seen: Seen) -> Iterator[Diagnostic]:
     """Report an I_zz that disagrees with the ball or disk in the log, or that is impossible in this lab."""
-    readings, (low, high), value = seen.readings, INERTIA_RANGE, abs(seen.fit.inertia.value)
-    ball = compare_with_ball(seen.fit.inertia, readings.constants, readings.uncertainties)
+    readings, (low, high), value, ball = seen.readings, INERTIA_RANGE, abs(seen.fit.inertia.value), seen.ball
     close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
     if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
         body = "the ball" if ball.mass is not None else "the disk"
         ratio = value / ball.inertia
         part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
-        slips = explaining_mistakes(readings, seen.measured, value, ball.inertia)
+        slips = mistakes.explaining_mistakes(readings, seen.measured, value, ball.inertia)
         if slips:
             cause = "it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
             hint = "; or else: ".join(kind.remedy for kind, _ in slips)
@@ -386,18 +380,22 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
         yield readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
     elif not seen.sizes and not low <= value <= high:
         yield readings.say("inertia_unusual", inertia=value, low=low, high=high)
+    # With a ball in the log, I_zz itself is checked.
+    elif seen.whole and not seen.sizes and readings.constants.get("ball_mass") is None:
+        yield from _unusual(seen)
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
-    _spin_falls, _other_measurements, _direction, _digits, _model, _unusual, _body,
+    _spin_falls, _other_measurements, _direction, _digits, _model, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 
 
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
-    now = percent_u(lab.fit.inertia)
-    gains = sorted((percent_u(one.inertia), one.words) for _, one in effects.answers(lab, "advice") if one.inertia)
-    worth = [(then, words) for then, words in gains if then < WORTH * now]
-    return tuple(f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in worth)
+    now, gains = percent_u(lab.fit.inertia), []
+    for _, one in effects.answers(lab, "advice"):
+        if one.inertia and percent_u(one.inertia) < WORTH * now:
+            gains.append((percent_u(one.inertia), one.words))
+    return tuple([f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains)])

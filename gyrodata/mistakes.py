@@ -1,4 +1,4 @@
-"""Known mistakes: the effect of a wrong unit, origin, count or column on I_zz; and the ranges of readings in this lab.
+"""Known mistakes: the effect of a wrong unit, origin, count or column on I_zz.
 
 `mistakes.toml` contains one table for two uses: `gyro grade` looks for a mistake in the arithmetic of a reported value,
 and `gyro analyze` looks for one in the log itself, if the log describes the ball.
@@ -15,11 +15,10 @@ import numpy as np
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from gyrodata.errors import Diagnostic
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, checks
 from gyrodata.physics import RPM, Floats
-from gyrodata.readings import Column, Readings, kind_of_role, to_display
-from gyrodata.units import from_si, parse_unit
+from gyrodata.readings import Readings, kind_of_role
+from gyrodata.units import parse_unit
 
 
 class Mistake(Struct, frozen=True, forbid_unknown_fields=True):
@@ -145,9 +144,6 @@ def _unit(readings: Readings, role: str) -> str:
 CLOSE = 0.06
 """A mistake explains a log if I_zz without it differs from the expected value by less than this [1]."""
 
-SCATTERS = 0.03
-"""A correction is rejected if the runs scatter by this much more after it [1]."""
-
 MOST = 3
 """Largest number of mistakes that are named."""
 
@@ -164,10 +160,10 @@ def explaining_mistakes(
     """
     loaded = measured.torque != 0
     each = np.abs(measured.torque / measured.product)[loaded]
-    before, found = _scatter(each), []
+    before, found = checks.spread(each), []
     for mistake in list_mistakes(readings, measured, inertia):
         mended = each / np.broadcast_to(mistake.torque / mistake.product, measured.torque.shape)[loaded]
-        if not mistake.log or not np.isfinite(mended).all() or _scatter(mended) > before + SCATTERS:
+        if not mistake.log or not np.isfinite(mended).all() or checks.spread(mended) > before + checks.SCATTERS:
             continue
         value = inertia * float(np.median(mended) / np.median(each))
         away = abs(math.log(value / expected))
@@ -180,105 +176,3 @@ def explaining_mistakes(
         found.append((CLOSE, Mistake("start_spin", log=words, remedy=remedy), expected))
     found.sort(key=lambda item: item[0])
     return tuple((mistake, value) for _, mistake, value in found[:MOST])
-
-
-def _scatter(each: Floats) -> float:
-    """Relative spread of I_zz of the single runs, robust against one odd run."""
-    logs = np.log(each)
-    return float(np.median(np.abs(logs - np.median(logs))))
-
-
-# --- the sizes of this lab --------------------------------------------------------------------------------------
-
-INERTIA_RANGE = (1e-6, 1.0)
-"""Range of I_zz of a body that is spun on a table [kg*m^2]."""
-
-
-class Size(Struct, frozen=True):
-    """Range of the readings of one role in this lab [SI unit]."""
-
-    role: str
-    possible: tuple[float, float]
-    """A reading outside is impossible in this lab; all published logs are inside."""
-    usual: tuple[float, float]
-    """Nearly all logs are inside: gyro proposes the unit that brings a column into this range."""
-    units: tuple[str, ...]
-
-
-SIZES = (
-    Size("mass", (1e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg")),
-    Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m")),
-    Size("spin", (10 * RPM, 60_000 * RPM), (60 * RPM, 10_000 * RPM), ("rpm", "Hz", "rad/s", "deg/s")),
-    Size("time", (0.3, 1800.0), (1.0, 600.0), ("s", "min", "ms")),
-)
-
-
-def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
-    """Return another unit that brings all readings of a column into a usual range [SI unit]; "" if there is none."""
-    values = [abs(value) for value in readings.columns[role].values if value]
-    for unit, factor in other_units(readings.columns[role]):
-        if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
-            return unit
-    return ""
-
-
-def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
-    """Return the unit in which a reading equals that of another run, and its value [SI unit]; None if there is none."""
-    values = [abs(value or 0.0) for value in readings.columns[size.role].values]
-    for unit, factor in other_units(readings.columns[size.role]):
-        value = factor * values[run]
-        if any(math.isclose(value, other, rel_tol=0.02) for other in values if other):
-            return unit, value
-    return None
-
-
-def other_units(column: Column) -> Iterator[tuple[str, float]]:
-    """List the other units that a column may have in this lab, each with the factor on its values."""
-    own = _size_of(column.role, column.unit) if column.unit else 1.0
-    for unit in next((size.units for size in SIZES if size.role == column.role), ()):
-        factor = _size_of(column.role, unit) / own
-        if not math.isclose(factor, 1.0):
-            yield unit, factor
-
-
-def exchanged(readings: Readings, measured: Measurements) -> bool:
-    """Return whether spin and time are possible only if the two columns are exchanged."""
-    if _unit(readings, "spin") != "rpm" or _unit(readings, "time") != "s" or not measured.torque.any():
-        return False
-    spins, times = (readings.columns[role] for role in ("spin", "time"))
-    if min(spins.spots) < 0 or min(times.spots) < 0:
-        return False
-    sizes = {size.role: size for size in SIZES}
-    for role, factor, values in (("spin", RPM, times.values), ("time", 1 / RPM, spins.values)):
-        low, high = sizes[role].usual
-        if not all(value and low <= factor * abs(value) <= high for value in values):
-            return False
-    loaded = measured.torque != 0
-    each = np.abs(measured.torque / measured.product)[loaded]
-    other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
-    low, high = sizes["spin"].possible
-    odd = any(not low <= abs(value or 0.0) <= high for value in spins.values)
-    return _scatter(other) < (_scatter(each) + SCATTERS if odd else _scatter(each) / 4)
-
-
-def size_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
-    if exchanged(readings, measured):
-        spin, time = readings.columns["spin"], readings.columns["time"]
-        return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
-    found = []
-    for size in SIZES:
-        column, kind, (least, most) = readings.columns.get(size.role), kind_of_role(size.role), size.possible
-        values = column.values if column else ()
-        run = next((run for run, value in enumerate(values) if value and not least <= abs(value) <= most), None)
-        if column is None or run is None:
-            continue
-        unit = unit_within(readings, size.role, size.usual)
-        own = column.unit or to_display(1.0, size.role)[1]
-        meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
-        sizes = abs(column.values[run] or 0.0), *size.possible, there
-        value, low, high, near = (f"{from_si(si, own, kind):.4g} {own}" for si in sizes)
-        words = {"role": size.role, "value": value, "low": low, "high": high, "unit": meant, "there": near}
-        name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
-        found.append(readings.say(name, column.cell(run), **words))
-    return found

@@ -124,8 +124,8 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
     if measured.timing_bias_u > 0:
         bias = float(adjusted.unknowns[2] / adjusted.scale[2])
         extra.append(_Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, bias))
-    members = zip(problem.from_source.tolist(), problem.from_run.tolist(), problem.to_column.tolist(), strict=True)
-    for column, (s, run) in {column: (s, run) for s, run, column in members}.items():
+    members = zip(problem.from_source.tolist(), problem.from_run.tolist(), strict=True)
+    for column, (s, run) in dict(zip(problem.to_column.tolist(), members, strict=True)).items():
         source = problem.sources[s]
         if source.name not in SHARED:
             continue
@@ -149,7 +149,7 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     # Relative to the centres of their priors.
     scale = np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0)
     left = adjusted.rows[:, 1:] @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared]) - adjusted.weighted
-    rows = np.concatenate([adjusted.rows, np.array([*(one.column for one in extra), left]).T], axis=1)
+    rows = np.concatenate([adjusted.rows, np.array([*[one.column for one in extra], left]).T], axis=1)
     others = adjusted.rows.shape[1] - 1
     if rows.shape[0] > rows.shape[1]:
         # For many runs, the triangular factor contains the same information.

@@ -113,7 +113,8 @@ def precession_rate(
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         load = np.asarray(torque, dtype=float)
-        doubled = _doubled(load, spin, inertia, _curvature(inertia, transverse_inertia, pitch))
+        curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
+        doubled = _doubled(load, spin, inertia, curvature)
         rate = 2 * load / doubled
     idle = doubled == 0
     if idle.any():
@@ -131,19 +132,14 @@ def fast_precession_rate(
     level rod or I = I_zz. Without a torque, the free precession of a spinning body.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        curvature = _curvature(inertia, transverse_inertia, pitch)
+        curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
         return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (2 * curvature)
 
 
 def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> Any:
-    """Give b + sgn(b)√D of eq. (8); sgn(0) is the sign of that zero."""
+    """Give b + sgn(b)√D of eq. (8), with the curvature a; sgn(0) is the sign of that zero."""
     momentum = np.multiply(inertia, spin)
     return momentum + np.copysign(np.sqrt(momentum * momentum + 4 * curvature * load), momentum)
-
-
-def _curvature(inertia: ArrayLike, across: ArrayLike, pitch: ArrayLike) -> Any:
-    """Coefficient a of φ̇² in eq. (8)."""
-    return np.subtract(inertia, across) * np.sin(pitch)
 
 
 def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike) -> Any:
@@ -226,7 +222,7 @@ def least_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayL
     2√((I − I_zz) cosθ h m g)/I_zz [rad/s]; 0 if every spin has a steady precession. A level rod
     under a torque needs a spin above 0.
     """
-    curvature = _curvature(inertia, transverse_inertia, pitch)
+    curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
     return 2 * np.sqrt(np.maximum(-curvature * np.asarray(torque), 0.0)) / inertia
 
 

@@ -92,7 +92,8 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
     now = percent_u(analysis.fit.inertia)
-    inertia = next((one.inertia for _, one in effects.answers(analysis.lab, "unloaded_run")), None)
+    answers = effects.answers(analysis.lab, "unloaded_run")
+    inertia = answers[0][1].inertia if answers else None
     if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)
 

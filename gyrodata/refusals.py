@@ -111,13 +111,9 @@ def refusal(readings: Readings, measured: Measurements, why: str, keep_flagged: 
     return readings.say("no_inertia_fits", why=why, each=f"{', '.join(shown[:6])}{', …' if len(shown) > 6 else ''}")
 
 
-def not_measured(readings: Readings, fit: FitResult) -> list[Diagnostic]:
-    """Report that the interval of I_zz includes zero, or that u is nearly as large as I_zz, and why."""
-    inertia = fit.inertia
-    low, high = inertia.interval_95 or (inertia.value, inertia.value)
-    if low > 0 and (inertia.u or 0.0) <= 0.7 * inertia.value:
-        return []
+def not_measured(readings: Readings, fit: FitResult, low: float, high: float) -> Diagnostic:
+    """Make the error of a log whose interval of I_zz [kg*m^2] includes zero, or is nearly as wide as I_zz."""
     widest = fit.budget[0].source if fit.budget else "time"
     names = {"residual_torque": "not_measured_for_m0", "unexplained_scatter": "not_measured_for_scatter"}
     fault = "includes zero" if low <= 0 else "is too wide"
-    return [readings.say(names.get(widest, "not_measured"), low=low, high=high, fault=fault, widest=widest)]
+    return readings.say(names.get(widest, "not_measured"), low=low, high=high, fault=fault, widest=widest)

@@ -51,19 +51,21 @@ def run_table(
     measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
-    reasons, out = {outlier.index: outlier_reason(measured, outlier) for outlier in outliers}, set(left_out)
+    count = len(measured.runs)
+    reasons, flagged, out = [""] * count, np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    for outlier in outliers:
+        reasons[outlier.index], flagged[outlier.index] = outlier_reason(measured, outlier), True
+    out[list(left_out)] = True
     read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
     residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
     numbers = np.array([*read, rate, period, product, inertia, *residual])
-    everyone = range(len(measured.runs))
-    marks = [i in reasons for i in everyone], [i in out for i in everyone], [reasons.get(i, "") for i in everyone]
     # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
-    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), *marks))
+    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), flagged.tolist(), out.tolist(), reasons))
 
 
 def or_none(value: Floats | float) -> float | None:
@@ -132,12 +134,12 @@ class Torque(Struct, frozen=True):
 
 
 def torque_table(
-    measured: Measurements, fit: FitResult, kept: list[int], without: Mapping[int, Estimate]
+    measured: Measurements, fit: FitResult, groups: list[list[int]], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
     scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
     torques = []
-    for k, (group, used) in enumerate(zip(measured.by_torque, kept_groups(measured, kept), strict=True)):
+    for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
         i, runs = group[0], used or group
         size, weight, mean, chi2 = _about_mean(measured, runs)
         alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
@@ -199,10 +201,10 @@ class Constancy(Struct, frozen=True):
     """Chance of a chi-square at least as large if φ̇ψ̇ is constant."""
 
 
-def power_laws(measured: Measurements, kept: list[int]) -> tuple[PowerLaw, ...]:
+def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
-    for group, used in zip(measured.by_torque, kept_groups(measured, kept), strict=True):
+    for group, used in zip(measured.by_torque, groups, strict=True):
         exponent, torque = common_exponent(measured, [used]), float(measured.torque[group[0]])
         if exponent is None:
             laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
@@ -233,12 +235,12 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     return Exponent(value, u, "1", deviation=(value - 1) / u, torques=len(spread))
 
 
-def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
+def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | None:
     """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    groups = [group for group in kept_groups(measured, kept) if len(group) > 1]
+    groups = [group for group in groups if len(group) > 1]
     if not measured.own_relative.all() or not groups:
         return None
     count = sum(map(len, groups))
@@ -249,12 +251,6 @@ def constancy(measured: Measurements, kept: list[int]) -> Constancy | None:
         scatter += float(np.sum((np.abs(measured.product[group]) / mean - 1) ** 2)) / dof
         expected += float(np.sum(measured.own_relative[group] ** 2)) / count
     return Constancy(math.sqrt(scatter), math.sqrt(expected), total, dof, fitting.chi2_tail(total, dof))
-
-
-def kept_groups(measured: Measurements, kept: list[int]) -> list[list[int]]:
-    """List the runs of each torque that are used."""
-    inside = set(kept)
-    return [[i for i in group if i in inside] for group in measured.by_torque]
 
 
 # --- comparisons ------------------------------------------------------------------------------------------------
@@ -346,19 +342,16 @@ def compare_with_ball(
 ) -> Ball | None:
     """Compare I_zz with that of the ball, its bore, rod and disk; None if the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
-    rod, disk = (
-        physics.cylinder_inertia(constants.get(f"{part}_mass", 0.0), constants.get(f"{part}_diameter", 0.0))
-        for part in ("rod", "disk")
-    )
+    rod = physics.cylinder_inertia(constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0))
+    disk = physics.cylinder_inertia(constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0))
     # A hoop is a disk whose mass is all at the rim.
     disk += constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
     if not has_ball and not disk:
         return None
     mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    mass_u, diameter_u = (
-        u.at(value) if has_ball and (u := uncertainties.get(f"u_ball_{name}")) else None
-        for name, value in (("mass", mass), ("diameter", diameter))
-    )
+    of_mass, of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
+    mass_u = of_mass.at(mass) if has_ball and of_mass else None
+    diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # If the depth is not given, the bore ends at the centre.

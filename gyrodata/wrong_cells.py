@@ -19,7 +19,7 @@ from gyrodata import fitting
 from gyrodata.changes import Lab
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
-from gyrodata.mistakes import other_units
+from gyrodata.measurements.checks import other_units
 from gyrodata.patterns import exchanged_digits
 from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
@@ -46,8 +46,6 @@ FROM_OTHERS = 5
 
 def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: FitResult) -> tuple[Outlier, ...]:
     """Return odd runs with the corrections that fit, the most likely first; `others`: the fit without these runs."""
-    if not outliers:
-        return ()
     measured = lab.measured
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0

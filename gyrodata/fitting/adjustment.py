@@ -48,6 +48,10 @@ class NoFit(Exception):  # noqa: N818 - a possible outcome of a fit, not a fault
 class Linear(Struct, frozen=True):
     """The conditions of n runs, linearised in the unknowns and in the errors of S sources."""
 
+    values: Floats
+    """Adjusted value of each quantity, shape (11, n)."""
+    torque: Floats
+    """Adjusted torque of each weight [N*m], shape (n,)."""
     misclosure: Floats
     """Value of each condition if the errors of single runs are zero, shape (n,)."""
     to_unknowns: Floats
@@ -108,43 +112,34 @@ class Problem:
         new.absolute, new.relative = sizes * self.absolute, sizes * self.relative
         return new
 
-    def truth(self, single: Floats, shared: Floats) -> tuple[Floats, Floats]:
-        """Compute the adjusted value of each quantity, shape (11, n), and its derivative by source, shape (S, n)."""
+    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
+        """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
         # An error is either in `single` or in `shared`; the other one is zero.
         errors = single + np.append(shared, 0.0)[self.member]
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         slopes = -(self.relative * values[self.quantity] + self.absolute) / scale[self.quantity]
-        return values, slopes
-
-    def torque(self, values: Floats) -> tuple[Floats, dict[int, Floats]]:
-        """Compute the torque of each run [N*m] and its derivatives by quantity."""
-        mass, position, force, g = values[MASS], values[POSITION], values[FORCE], values[G]
-        if self.by_weight:
-            pull = mass * g
-            return pull * position, {MASS: position * g, POSITION: pull, G: mass * position}
-        if self.by_force:
-            return force * position, {POSITION: force, FORCE: position}
-        return values[TORQUE], {TORQUE: np.ones(self.count)}
-
-    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
-        """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
-        values, slopes = self.truth(single, shared)
         inertia, residual_torque, bias = unknowns
-        torque, chain = self.torque(values)
+        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
+        to = np.zeros(values.shape)
         time, spin = values[TIME] - bias, values[SPIN]
-        angle = 2 * np.pi * values[TURNS]
+        signed, angle = sense * time, 2 * np.pi * values[TURNS]
+        if self.by_weight:
+            mass, position, g = values[MASS], values[POSITION], values[G]
+            torque = mass * g * position
+            to[MASS], to[POSITION], to[G] = signed * (position * g), signed * (mass * g), signed * (mass * position)
+        elif self.by_force:
+            torque = values[FORCE] * values[POSITION]
+            to[FORCE], to[POSITION] = signed * values[POSITION], signed * values[FORCE]
+        else:
+            torque, to[TORQUE] = values[TORQUE], signed
         push = sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
         misclosure = push * time - angle * moment
-        # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
-        to = np.zeros(values.shape)
         to[TIME], to[SPIN], to[TURNS] = push, -angle * whole, -2 * np.pi * moment
         to[ADDED] = -angle * spin
-        for quantity, slope in chain.items():
-            to[quantity] = sense * time * slope
-        to_unknowns = np.array([to[ADDED], sense * time, to[TIME]]).T
+        to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
         if self.tilted:
             pitch, difference = values[PITCH], whole - values[TRANSVERSE]
             square = sense * angle**2 / time
@@ -162,7 +157,7 @@ class Problem:
         floor = NEGLIGIBLE * to[SPIN] * values[SPIN]
         variance = np.add.reduce(independent**2, axis=0) + floor**2
         misclosure -= np.add.reduce(independent * single, axis=0)
-        return Linear(misclosure, to_unknowns, slopes, independent, variance)
+        return Linear(values, torque, misclosure, to_unknowns, slopes, independent, variance)
 
 
 def torques_differ(torque: Floats) -> bool:
@@ -224,11 +219,11 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     if torques_differ(torque):
         # s M T = I_zz 2π f ψ̇ − M0 s T; the error of the time counts as much as the torque that multiplies it.
         weight = 1 / np.maximum(np.abs(torque), 0.1 * np.abs(torque).max())
-        plain = _lever(measured, index)
+        plain = 2 * np.pi * measured.turns[index] * measured.spin[index]
         lever, swing = plain * weight, sense[index] * measured.time[index] * weight
         effort = swing * torque
         products = lever * lever, lever * swing, swing * swing, lever * effort, swing * effort
-        aa, ab, bb, ae, be = (np.add.reduce(product) for product in products)
+        aa, ab, bb, ae, be = np.add.reduce(products, axis=1)
         determinant = aa * bb - ab * ab
         # Equal runs do not determine a line.
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -253,10 +248,6 @@ def sample(measured: Measurements, kept: Floats) -> Any:
     return np.sort(by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)])
 
 
-def _lever(measured: Measurements, index: Any) -> Floats:
-    return cast(Floats, 2 * np.pi * measured.turns[index] * measured.spin[index])
-
-
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     """Solve many pairs of runs for (I_zz, M0), and return the pair that agrees with most runs.
 
@@ -265,7 +256,7 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     index = sample(measured, kept)
     if not torques_differ(measured.torque[index]):
         return Start(rough_inertia(measured), 0.0)
-    lever, swing = _lever(measured, index), sense[index] * measured.time[index]
+    lever, swing = 2 * np.pi * measured.turns[index] * measured.spin[index], sense[index] * measured.time[index]
     effort = swing * measured.torque[index]
     first, second = _pairs(len(index))
     # Two runs: lever·I − swing·M0 = effort for each.
@@ -303,7 +294,8 @@ def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
     index = np.flatnonzero(kept > 0)
     total = np.abs(measured.torque[index] + start.residual_torque)
     with np.errstate(divide="ignore"):
-        off = rough_misfit(measured, start.inertia * _lever(measured, index) / total, index)
+        lever = 2 * np.pi * measured.turns[index] * measured.spin[index]
+        off = rough_misfit(measured, start.inertia * lever / total, index)
     return float(np.sqrt(np.mean(off**2)))
 
 
@@ -311,8 +303,11 @@ def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(N
     """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
-    sizes = (s.absolute + s.relative * measured.time for s in measured.sources if s.quantity == "time")
-    u = next(sizes, 0 * measured.time)
+    u = np.zeros(len(measured.time))
+    for source in measured.sources:
+        if source.quantity == "time":
+            u = source.absolute + source.relative * measured.time
+            break
     return cast(Floats, np.abs(time - bounded) / np.hypot(u[index], 0.01 * bounded))
 
 

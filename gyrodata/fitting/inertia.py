@@ -11,7 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from contextlib import suppress
 from functools import cached_property, partial
+from operator import attrgetter, itemgetter
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -128,16 +130,16 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def _predicted(self) -> tuple[Floats, Floats]:
         """Predict each run's time from its other readings, and the scatter about it [s]."""
-        problem = self.adjusted.problem
-        values, _ = problem.truth(np.zeros_like(self.adjusted.slopes), self.adjusted.shared)
-        inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
-        torque = problem.torque(values)[0] + residual_torque
+        end = self.adjusted
+        at = end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
+        inertia, residual_torque, bias = end.unknowns.tolist()
+        values, torque = at.values, at.torque + residual_torque
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
-            u = np.sqrt(self.adjusted.independent_variance) / np.abs(torque)
+            u = np.sqrt(end.independent_variance) / np.abs(torque)
             return 2 * np.pi * values[TURNS] / rate + bias, u
 
     @property
@@ -207,24 +209,43 @@ def fit(
     kept[list(left_out)] = 0.0
     # Without a direction of the runs without a weight, M0 can have both signs.
     signs = (1.0,) if measured.sense[kept > 0].all() else (1.0, -1.0)
-    signed: list[tuple[float, FitResult]] = []
+    begun: list[FitResult] = []
+    agree: list[FitResult] = []
     for sign in signs:
         try:
-            sense = adjustment.assume_sense(measured, sign)
-            signed.append((sign, _at_widths(measured, sense, tilted, kept, widths or AS_STATED)))
+            result = _at_widths(measured, adjustment.assume_sense(measured, sign), tilted, kept, widths or AS_STATED)
         except NoFit:
-            if sign == signs[-1] and not signed:
+            if sign == signs[-1] and not begun:
                 raise
-    agree = [result for sign, result in signed if result.residual_torque.value * sign > 0]
-    begun = agree if agree and len(signs) > 1 else [result for _, result in signed]
+            continue
+        begun.append(result)
+        if len(signs) > 1 and result.residual_torque.value * sign > 0:
+            agree.append(result)
+    begun = agree or begun
     if widths is not None:
-        return min(begun, key=lambda result: result.chi2)
-    results = sorted(map(_integrated, begun), key=lambda pair: -pair[1].evidence)
-    first, answer = results[0]
-    several = [other for _, other in results if other.evidence > answer.evidence + math.log(ONE_SIGN)]
-    if len(several) > 1:
-        first, answer = replace(first, two_signs=True), posterior.mixed(several)
-    best, residual, bias = map(_estimate, answer.quantiles(3), UNITS)
+        return min(begun, key=attrgetter("chi2"))
+    found = []
+    for result in begun:
+        # Integrate over the widths, adjust the runs at the typical ones, and integrate there again.
+        answer = _integrate_at(result)
+        scatter, width = answer.typical_widths()
+        start = Start(*(answer.mean[:2] @ answer.weight).tolist())
+        problem = result.adjusted.problem.with_scatter(scatter / result.scatter)
+        with suppress(NoFit):
+            adjusted = adjustment.adjust(problem, result.sense, start, width, kept, adjustment.FACTOR)
+            result = _result(adjusted, result.sense, Widths(scatter, width), result.chi2)
+            answer = _integrate_at(result)
+        found.append((answer.evidence, result, answer))
+    found.sort(key=itemgetter(0), reverse=True)
+    evidence, first, answer = found[0]
+    likely = [other for more, _, other in found if more > evidence + math.log(ONE_SIGN)]
+    if len(likely) > 1:
+        first, answer = replace(first, two_signs=True), posterior.mixed(likely)
+    estimates = []
+    for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
+        # The median, half the 68.3 % interval, and the 95 % interval.
+        estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
+    inertia, residual_torque, bias = estimates
     contradicted = None
     if measured.balance_test is not None:
         allowed = measured.balance_test(first.inertia.value)
@@ -233,10 +254,10 @@ def fit(
             contradicted = allowed
     return replace(
         first,
-        inertia=best,
-        residual_torque=residual,
+        inertia=inertia,
+        residual_torque=residual_torque,
         timing_bias=bias,
-        budget=_budget(first, best.u or 0.0),
+        budget=_budget(first, inertia.u or 0.0),
         contradicted_balance=contradicted,
         posterior=answer,
     )
@@ -290,20 +311,6 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
     )
 
 
-def _integrated(begun: FitResult) -> tuple[FitResult, Posterior]:
-    """Integrate over the widths, adjust the runs at the typical ones, and integrate there again."""
-    found = _integrate_at(begun)
-    scatter, width = found.typical_widths()
-    start = Start(*(found.mean[:2] @ found.weight).tolist())
-    problem, kept = begun.adjusted.problem.with_scatter(scatter / begun.scatter), begun.adjusted.kept
-    try:
-        adjusted = adjustment.adjust(problem, begun.sense, start, width, kept, adjustment.FACTOR)
-    except NoFit:
-        return begun, found
-    result = _result(adjusted, begun.sense, Widths(scatter, width), begun.chi2)
-    return result, _integrate_at(result)
-
-
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
     adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
@@ -318,19 +325,14 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
         shared=rows[:, 3:],
         left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
+        unit=unit,
         runs=float(adjusted.kept.sum()),
         scatter=result.scatter,
     )
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest
-    return posterior.integrate(conditions, scale, times_stated(measured), width).times(unit)
-
-
-def _estimate(ends: Floats, unit: str) -> Estimate:
-    """Create a value from its quantiles: the median, half the 68.3 % interval and the 95 % interval."""
-    low, below, middle, above, high = ends.tolist()
-    return Estimate(middle, (above - below) / 2, unit, (low, high))
+    return posterior.integrate(conditions, scale, times_stated(measured), width)
 
 
 def balance_scale(measured: Measurements, inertia: float, lightest: float) -> float:
@@ -367,23 +369,16 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
     shared = set(owners.tolist())
-    shares = [
-        (source.name, s in shared, source.shared_by, math.sqrt(variance))
-        for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
-        if variance > 0
-    ]
-    hand = SOURCES["time_bias"].shared_by
-    for row, name, words in (count, "residual_torque", "all runs"), (count + 1, "time_bias", hand):
-        if gain[row]:
-            shares.append((name, True, words, abs(float(gain[row]))))
-    if excess > 0:
-        shares.append(("unexplained_scatter", False, "", math.sqrt(excess)))
-    total = math.fsum(own**2 for *_, own in shares)
-    if not total:
-        return ()
-    size = u / math.sqrt(total)
-    shares.sort(key=lambda share: -share[3])
-    return tuple(Share(name, several, by, size * own, own**2 / total) for name, several, by, own in shares)
+    parts = []
+    for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True)):
+        parts.append((math.sqrt(variance), source.name, s in shared, source.shared_by))
+    for row, name, words in (0, "residual_torque", "all runs"), (1, "time_bias", SOURCES["time_bias"].shared_by):
+        parts.append((abs(float(gain[count + row])), name, True, words))
+    parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
+    parts.sort(key=itemgetter(0), reverse=True)
+    total = math.fsum([own**2 for own, *_ in parts])
+    factor = u / math.sqrt(total or 1.0)
+    return tuple([Share(name, several, by, factor * own, own**2 / total) for own, name, several, by in parts if own])
 
 
 # --- corrections for the model of the motion --------------------------------------------------------------------
@@ -473,9 +468,11 @@ def _released(
     # A log without a pitch and without the word "released" has no source for I, though it may state I.
     given = measured.transverse_inertia is not None or measured.nutation_ratio is not None
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
-    sources = (float(source.relative.max()) for source in measured.sources if source.quantity == "transverse")
+    for source in measured.sources:
+        if source.quantity == "transverse":
+            default = float(source.relative.max())
     # The reduction of the mean rate is proportional to the square of I.
-    doubt = 2 * next(sources, default) * part * np.abs(effect)
+    doubt = 2 * default * part * np.abs(effect)
     more = [
         Source("nutation", "time", own, click / math.sqrt(2), nothing, "", True, "its phase at the last click"),
         Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),

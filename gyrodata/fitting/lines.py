@@ -38,7 +38,8 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats
     """
     count = x.shape[-1]
     # Formulas relative to the means do not lose digits if the points are far from zero.
-    x_mean, y_mean = (intercept * np.add.reduce(each, axis=-1, keepdims=True) / count for each in (x, y))
+    x_mean = intercept * np.add.reduce(x, axis=-1, keepdims=True) / count
+    y_mean = intercept * np.add.reduce(y, axis=-1, keepdims=True) / count
     away, size = x - x_mean, np.sqrt(_dot(x, x))
     spread = np.sqrt(_dot(away, away))
     spread = np.where(spread > 1e-9 * size, spread, np.nan)
@@ -84,11 +85,15 @@ def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: 
         height = np.sin(measured.pitch[index])
         torque = torque + transverse_inertia(measured)[index] * rate**2 * height
         spin = spin + rate * height
-    kinds = (False, True) if torques_differ(torque) else (False,)
-    slopes = [float(ordinary_line(rate * spin, torque, intercept)[0]) for intercept in kinds]
-    if not any(slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR for slope in slopes):
-        found = " and ".join(f"{slope:.2g} kg·m²" for slope in slopes if not math.isnan(slope)) or "no result"
-        raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {found}")
+    found = []
+    for intercept in (False, True) if torques_differ(torque) else (False,):
+        slope = float(ordinary_line(rate * spin, torque, intercept)[0])
+        if slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR:
+            return
+        if not math.isnan(slope):
+            found.append(f"{slope:.2g} kg·m²")
+    lines = " and ".join(found) or "no result"
+    raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}")
 
 
 STATED = (

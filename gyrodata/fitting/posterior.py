@@ -21,7 +21,6 @@ from typing import cast
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from gyrodata.fitting.adjustment import NEGLIGIBLE
 from gyrodata.physics import Floats
@@ -90,6 +89,8 @@ class Conditions(Struct, frozen=True):
     """Misclosure if all shared errors are zero, shape (n,)."""
     ended: Floats
     """I_zz, M0 and b at the end of the fit, in their units, shape (3,)."""
+    unit: Floats
+    """The units of I_zz [kg*m^2], M0 [N*m] and b [s], shape (3,)."""
     runs: float
     """Number of runs that are used."""
     scatter: float
@@ -108,18 +109,46 @@ class Posterior(Struct, frozen=True):
     factor: Floats
     """s of each part [1], shape (N,)."""
     width: Floats
-    """Width of M0 in each part, in its unit, shape (N,)."""
+    """Width of M0 in each part [N*m], shape (N,)."""
     evidence: float
     """Logarithm of the likelihood of the whole model, up to a constant."""
 
     def quantiles(self, unknowns: int = 1) -> Floats:
-        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5)."""
-        return _of_mixture(self.weight, self.mean[:unknowns], self.u[:unknowns])
+        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5).
 
-    def times(self, unit: Floats) -> Posterior:
-        """Convert I_zz, M0 and b to other units, shape (3,)."""
-        each = unit[:, None]
-        return replace(self, mean=self.mean * each, u=self.u * each, width=self.width * unit[1])
+        Newton's method with brackets.
+        """
+        weight, mean, u = self.weight, self.mean[:unknowns], self.u[:unknowns]
+        if len(weight) > HEAVIEST:
+            # Parts with almost no weight are ignored.
+            heavy = np.argpartition(weight, -HEAVIEST)[-HEAVIEST:]
+            total = np.add.reduce(weight[heavy])
+            if total > 1 - LIGHT:
+                weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
+        centre = (mean @ weight)[:, None]
+        sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
+        # Cantelli's inequality limits the distance of a quantile from the mean for every distribution.
+        reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
+        low, high = centre - reach, centre + reach
+        point: Floats = centre + sd * NORMAL
+        # Exact values get a tiny uncertainty.
+        size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
+        close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
+        steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
+        for _turn in range(40):
+            # Far away the density is zero; the limit avoids an overflow of the square.
+            away = np.clip((point[..., None] - centres) / size, -40.0, 40.0)
+            square = np.exp(-0.5 * away * away)
+            off = _normal_below(away, square) @ weight - LEVELS
+            np.copyto(low, point, where=off < 0)
+            np.copyto(high, point, where=off > 0)
+            step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
+            inside = (step >= low) & (step <= high)
+            point = np.where(inside, step, 0.5 * (low + high))
+            # The error after such a step is about the square of the step.
+            if (inside & (np.abs(off) <= close)).all():
+                break
+        return point
 
     def typical_widths(self) -> tuple[float, float]:
         """Return a typical s, and the width of M0 that alone gives u(I_zz) of all widths with this s."""
@@ -151,15 +180,33 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         Whether the log states the uncertainty of its times.
     tested : float, optional
         Width of M0 from a balance test [unit of M0].
+
+    Returns
+    -------
+    Posterior
+        I_zz [kg*m^2], M0 [N*m] and b [s].
     """
     widths, prior = balance_prior(scale, tested)
-    reduced = _reduce(conditions)
+    shared, rows, slope = _rotate(conditions)
+    # Products of the columns I, M0, b and misclosure, in each row.
+    products = (rows[:, :, None] * rows[:, None, :]).reshape(-1, 16)
+    narrow, (ended, at, _) = 1 / widths**2, conditions.ended
     low, high = ENDS
     for turn in range(MAX_SPREADS):
         logarithm, spacing = low + (high - low) * EVENLY, (high - low) / (STEPS - 1)
         factor = np.exp(logarithm)
-        parts = _Parts(reduced, factor, widths)
-        whole = parts.log_likelihood + prior
+        variance = factor[:, None] ** 2 + shared**2
+        sums = ((1 / variance) @ products).T[..., None]
+        ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[[0, 1, 2, 3, 5, 6, 7, 10, 11, 15]]
+        # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (S, W) from here on.
+        mm, m_w = mm + narrow, m_left - at * narrow
+        determinant = ii * mm - im**2
+        both = (mm * i_left - im * m_w) / determinant
+        residual_torque = (ii * m_w - im * i_left) / determinant
+        misfit = chi2 + at * at * narrow - both * i_left - residual_torque * m_w
+        # Rows without information have the variance s².
+        spread = -0.5 * np.add.reduce(np.log(variance), axis=1) - (conditions.runs - len(rows)) * np.log(factor)
+        whole = spread[:, None] - 0.5 * (np.log(determinant / narrow) + misfit) + prior
         whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
         top = np.maximum.reduce(whole, axis=None)
         weight = np.exp(whole - top)
@@ -176,12 +223,45 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
             low, high = centre - 6 * half, centre + 6 * half
         else:
             high = high + 4.0
-    mean, variance = parts.moments()
+    # b follows from its prior and the rows, for given I_zz and M0.
+    bias = b_left - ib * both - mb * residual_torque
+    both_var, m_var, cov = mm / determinant, ii / determinant, -im / determinant
+    b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
+    i_var = both_var - 2 * slope * cov + slope**2 * m_var
+    mean = np.array([ended + both - slope * residual_torque, at + residual_torque, bias])
+    u = np.sqrt(np.array([i_var, m_var, np.maximum(b_var, 0.0)]))
     # One part for each pair of s and w.
     s, w = np.broadcast_arrays(factor[:, None], widths)
-    mean, u = mean.reshape(3, -1), np.sqrt(variance).reshape(3, -1)
-    evidence = float(top + math.log(total))
-    return Posterior(weight.reshape(-1), mean, u, s.reshape(-1), w.reshape(-1), evidence)
+    unit = conditions.unit[:, None]
+    mean, u, width = mean.reshape(3, -1) * unit, u.reshape(3, -1) * unit, w.reshape(-1) * conditions.unit[1]
+    return Posterior(weight.reshape(-1), mean, u, s.reshape(-1), width, float(top + math.log(total)))
+
+
+def _rotate(conditions: Conditions) -> tuple[Floats, Floats, float]:
+    """Rotate the conditions so that shared errors, including b, do not correlate two rows.
+
+    Returns
+    -------
+    tuple of ndarray, ndarray and float
+        The shared error of each of m rows, so that its variance is s² plus the square of this error, shape (m,);
+        derivatives with respect to I_zz + slope M0, M0 and b, and the misclosure, shape (m, 4); and the slope, which
+        makes the first two unknowns nearly independent.
+    """
+    count = conditions.shared.shape[1] + 1
+    bias = conditions.unknowns[:, 2:]
+    # Relative to b = 0, the centre of its prior.
+    target = bias * conditions.ended[2] - conditions.left[:, None]
+    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=1)
+    if rows.shape[0] > rows.shape[1]:
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    turn, values, _ = np.linalg.svd(rows[:, :count])
+    size = np.zeros(len(rows))
+    size[: len(values)] = values
+    rotated = turn.T @ rows[:, count:]
+    own, with_m0 = rotated[:, 0] / (conditions.scatter**2 + size**2) @ rotated[:, :2]
+    slope = float(with_m0 / own)
+    rotated[:, 1] -= slope * rotated[:, 0]
+    return size, rotated, slope
 
 
 def mixed(posteriors: Sequence[Posterior]) -> Posterior:
@@ -232,110 +312,6 @@ def scatter_prior(factor: Floats, stated: bool) -> Floats:
     near = (1 - SHARE_OF_TAIL) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
     far = SHARE_OF_TAIL / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
     return cast(Floats, np.log(near + far))
-
-
-class _Reduced(Struct, frozen=True):
-    """The conditions of n runs, rotated so that every row has its own variance s² + `shared`²."""
-
-    shared: Floats
-    """Shape (m,)."""
-    rows: Floats
-    """Derivatives with respect to I_zz + `slope` M0, M0 and b, and the misclosure, shape (m, 4)."""
-    slope: float
-    """It makes the first two unknowns nearly independent."""
-    rest: float
-    """Number of rows without information."""
-    ended: Floats
-
-
-def _reduce(conditions: Conditions) -> _Reduced:
-    """Rotate the conditions so that shared errors, including b, do not correlate two rows."""
-    count = conditions.shared.shape[1] + 1
-    bias = conditions.unknowns[:, 2:]
-    # Relative to b = 0, the centre of its prior.
-    target = bias * conditions.ended[2] - conditions.left[:, None]
-    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=1)
-    if rows.shape[0] > rows.shape[1]:
-        rows = np.asarray(np.linalg.qr(rows, mode="r"))
-    turn, values, _ = np.linalg.svd(rows[:, :count])
-    size = np.zeros(len(rows))
-    size[: len(values)] = values
-    rotated = turn.T @ rows[:, count:]
-    own, with_m0 = rotated[:, 0] / (conditions.scatter**2 + size**2) @ rotated[:, :2]
-    slope = float(with_m0 / own)
-    rotated[:, 1] -= slope * rotated[:, 0]
-    return _Reduced(size, rotated, slope, conditions.runs - len(rows), conditions.ended)
-
-
-class _Parts:
-    """The normal distributions for each s, shape (S,), and w, shape (W,); arrays of shape (S, W) or (S, 1)."""
-
-    def __init__(self, reduced: _Reduced, factor: Floats, widths: Floats) -> None:
-        """Solve for I_zz and M0, and compute the likelihood of the runs."""
-        variance = factor[:, None] ** 2 + reduced.shared**2
-        # Sums of products of the columns I, M0, b, misclosure, for each s.
-        products = (reduced.rows[:, :, None] * reduced.rows[:, None, :]).reshape(-1, 16)
-        self.sums = ((1 / variance) @ products).T[..., None]
-        log_likelihood = -0.5 * np.add.reduce(np.log(variance), axis=1) - reduced.rest * np.log(factor)
-        ii, im, i_left, mm, m_left, chi2 = (self.sums[k] for k in (0, 1, 3, 5, 7, 15))
-        narrow = 1 / widths**2
-        self.at, self.slope = reduced.ended[1], reduced.slope
-        self.mm, m_w = mm + narrow, m_left - self.at * narrow
-        self.determinant = ii * self.mm - im**2
-        self.both = (self.mm * i_left - im * m_w) / self.determinant
-        self.residual_torque = (ii * m_w - im * i_left) / self.determinant
-        misfit = chi2 + self.at * self.at * narrow - self.both * i_left - self.residual_torque * m_w
-        self.log_likelihood = log_likelihood[:, None] - 0.5 * (np.log(self.determinant / narrow) + misfit)
-        self.inertia = reduced.ended[0] + self.both - self.slope * self.residual_torque
-
-    def moments(self) -> tuple[Floats, Floats]:
-        """Compute means and variances of I_zz, M0 and b, shape (3, S, W)."""
-        ii, im, ib, mb, bb, b_left = (self.sums[k] for k in (0, 1, 2, 6, 10, 11))
-        slope = self.slope
-        both_var, m_var, cov = self.mm / self.determinant, ii / self.determinant, -im / self.determinant
-        # b follows from its prior and the rows, for given I_zz and M0.
-        bias = b_left - ib * self.both - mb * self.residual_torque
-        b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
-        i_var = both_var - 2 * slope * cov + slope**2 * m_var
-        means = np.array([self.inertia, self.at + self.residual_torque, bias])
-        return means, np.array([i_var, m_var, np.maximum(b_var, 0.0)])
-
-
-def _of_mixture(weight: Floats, mean: Floats, u: Floats) -> Floats:
-    """Compute quantiles at `LEVELS` of K mixtures of N normal distributions, shapes (N,) and (K, N); shape (K, 5).
-
-    Newton's method with brackets.
-    """
-    if len(weight) > HEAVIEST:
-        # Parts with almost no weight are ignored.
-        heavy = np.argpartition(weight, -HEAVIEST)[-HEAVIEST:]
-        total = np.add.reduce(weight[heavy])
-        if total > 1 - LIGHT:
-            weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
-    centre = (mean @ weight)[:, None]
-    sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
-    # Cantelli's inequality limits the distance of a quantile from the mean for every distribution.
-    reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
-    low, high = centre - reach, centre + reach
-    point: Floats = centre + sd * NORMAL
-    # Exact values get a tiny uncertainty.
-    size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
-    close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
-    steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
-    for _turn in range(40):
-        # Far away the density is zero; the limit avoids an overflow of the square.
-        away = np.clip((point[..., None] - centres) / size, -40.0, 40.0)
-        square = np.exp(-0.5 * away * away)
-        off = _normal_below(away, square) @ weight - LEVELS
-        np.copyto(low, point, where=off < 0)
-        np.copyto(high, point, where=off > 0)
-        step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
-        inside = (step >= low) & (step <= high)
-        point = np.where(inside, step, 0.5 * (low + high))
-        # The error after such a step is about the square of the step.
-        if (inside & (np.abs(off) <= close)).all():
-            break
-    return point
 
 
 HEAVIEST, LIGHT = 160, 1e-4

@@ -69,7 +69,8 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
     count = len(measured.runs)
     found: list[Outlier] = []
     for _round in range(6):
-        kept = np.array([i not in out for i in range(count)])
+        kept = np.ones(count, dtype=bool)
+        kept[list(out)] = False
         if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:

@@ -27,7 +27,8 @@ from gyrodata import fitting
 from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import Measurements
-from gyrodata.mistakes import SIZES, Mistake, known_mistakes, list_mistakes
+from gyrodata.measurements.checks import SIZES
+from gyrodata.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
 from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, read_reported, u_keys
 from gyrodata.readings.lablog import Given, read_settings

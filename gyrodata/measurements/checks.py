@@ -1,4 +1,4 @@
-"""Checks of the readings of a log before its fit: contradictions, copies, and uncertainties without an effect."""
+"""Checks of the readings of a log before its fit: contradictions, copies, sizes, stated errors without an effect."""
 
 from __future__ import annotations
 
@@ -6,14 +6,24 @@ import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from msgspec import Struct
 
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, timing_column, without_loads
 from gyrodata.measurements.sources import spin_columns, values_of
-from gyrodata.physics import Floats
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Place, Readings, as_u_of, u_keys
-from gyrodata.units import Uncertainty
+from gyrodata.physics import RPM, Floats
+from gyrodata.readings import (
+    SHARED_UNCERTAINTIES,
+    Column,
+    Place,
+    Readings,
+    as_u_of,
+    kind_of_role,
+    to_display,
+    u_keys,
+)
+from gyrodata.units import Uncertainty, from_si, parse_unit
 
 STEADIEST = 0.06
 """Standard uncertainty of a time that the steadiest hand stops [s]."""
@@ -34,7 +44,7 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     ]
 
 
-def _find_contradictions(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
     """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
     torque = np.abs(measured.torque)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -54,8 +64,30 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> list[Dia
         }
     # These columns are always the readings themselves.
     compared = [column for role, column in readings.columns.items() if role not in ("mass", "position", "time")]
-    pairs = [(column, expected[column.role]) for column in (*compared, *readings.others) if column.role in expected]
-    return [finding for column, values in pairs for finding in _compare(readings, column, values)]
+    for column in (*compared, *readings.others):
+        if column.role not in expected:
+            continue
+        # A row disagrees if it deviates by more than 5 % and two last digits.
+        meant = np.abs(expected[column.role])
+        with np.errstate(invalid="ignore"):
+            gap = np.abs(np.abs(values_of(column)) - meant)
+            wrong = gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))
+        # A reading that is used for several runs is compared once.
+        there = np.flatnonzero(np.isfinite(gap))
+        _, at = np.unique(np.array(column.spots)[there], return_index=True)
+        off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
+        if not off:
+            continue
+        ratio = abs(column.readings[off[0]].value or math.nan) / meant[off[0]]
+        hint = "check the turns, the units and the arithmetic of this column"
+        used = readings.columns.get(column.role)
+        if used is not None and used.header != column.header:
+            hint = (
+                f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
+            )
+        names = ", ".join([readings.runs[i] for i in off[:6]]) + (", …" if len(off) > 6 else "")
+        values = {"header": column.header, "ratio": ratio, "runs": f"run{'s' if len(off) > 1 else ''} {names}"}
+        yield readings.say("derived_column_disagrees", column.cell(off[0]), **values, hint=hint)
 
 
 def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
@@ -95,11 +127,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
             why = silent.get(key)
         elif base in ("turns", "angle") and whole:
             why = "whole turns end where they began, so no mark is sighted"
-        elif any(
-            as_u_of(role, key, u) in (reading.u for reading in columns[role].readings)
-            for role in read
-            if key in u_keys(role)
-        ):
+        elif any(as_u_of(role, key, u) in dict(columns[role].stated).values() for role in read if key in u_keys(role)):
             why = None
         elif base in read:
             why = f"every {base} has an uncertainty of its own"
@@ -167,23 +195,106 @@ def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnosti
     return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
 
 
-def _compare(readings: Readings, column: Column, expected: Floats) -> Iterator[Diagnostic]:
-    """Create a finding for a column, at its first row that deviates by more than 5 % and two last digits."""
-    with np.errstate(invalid="ignore"):
-        gap = np.abs(np.abs(values_of(column)) - np.abs(expected))
-        wrong = gap > np.maximum(0.05 * np.abs(expected), 2 * np.array(column.steps))
-    # A reading that is used for several runs is compared once.
-    there = np.flatnonzero(np.isfinite(gap))
-    _, at = np.unique(np.array(column.spots)[there], return_index=True)
-    off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
-    if not off:
-        return
-    first = off[0]
-    ratio = abs(column.readings[first].value or math.nan) / abs(expected[first])
-    hint = "check the turns, the units and the arithmetic of this column"
-    used = readings.columns.get(column.role)
-    if used is not None and used.header != column.header:
-        hint = f'if this column is the {column.role}, and not "{used.header}": --map {column.role}="{column.header}"'
-    names = ", ".join(readings.runs[i] for i in off[:6]) + (", …" if len(off) > 6 else "")
-    values = {"header": column.header, "ratio": ratio, "runs": f"run{'s' if len(off) > 1 else ''} {names}"}
-    yield readings.say("derived_column_disagrees", column.cell(first), **values, hint=hint)
+# --- the sizes of this lab --------------------------------------------------------------------------------------
+
+
+class Size(Struct, frozen=True):
+    """Range of the readings of one role in this lab [SI unit]."""
+
+    role: str
+    possible: tuple[float, float]
+    """A reading outside is impossible in this lab; all published logs are inside."""
+    usual: tuple[float, float]
+    """Nearly all logs are inside: gyro proposes the unit that brings a column into this range."""
+    units: tuple[str, ...]
+
+
+SPIN = Size("spin", (10 * RPM, 60_000 * RPM), (60 * RPM, 10_000 * RPM), ("rpm", "Hz", "rad/s", "deg/s"))
+TIME = Size("time", (0.3, 1800.0), (1.0, 600.0), ("s", "min", "ms"))
+SIZES = (
+    Size("mass", (1e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg")),
+    Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m")),
+    SPIN,
+    TIME,
+)
+
+
+def unit_within(readings: Readings, role: str, usual: tuple[float, float]) -> str:
+    """Return another unit that brings all readings of a column into a usual range [SI unit]; "" if there is none."""
+    values = [abs(value) for value in readings.columns[role].values if value]
+    for unit, factor in other_units(readings.columns[role]):
+        if usual[0] <= factor * min(values) and factor * max(values) <= usual[1]:
+            return unit
+    return ""
+
+
+def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | None:
+    """Return the unit in which a reading equals that of another run, and its value [SI unit]; None if there is none."""
+    values = [abs(value or 0.0) for value in readings.columns[size.role].values]
+    for unit, factor in other_units(readings.columns[size.role]):
+        value = factor * values[run]
+        if any(math.isclose(value, other, rel_tol=0.02) for other in values if other):
+            return unit, value
+    return None
+
+
+def other_units(column: Column) -> Iterator[tuple[str, float]]:
+    """List the other units that a column may have in this lab, each with the factor on its values."""
+    kind = kind_of_role(column.role)
+    own = parse_unit(column.unit, kind).factor if column.unit else 1.0
+    for unit in next((size.units for size in SIZES if size.role == column.role), ()):
+        factor = parse_unit(unit, kind).factor / own
+        if not math.isclose(factor, 1.0):
+            yield unit, factor
+
+
+def exchanged(readings: Readings, measured: Measurements) -> bool:
+    """Return whether spin and time are possible only if the two columns are exchanged."""
+    spins, times = readings.columns.get("spin"), readings.columns.get("time")
+    if spins is None or times is None or spins.unit != "rpm" or times.unit != "s" or not measured.torque.any():
+        return False
+    if min(spins.spots) < 0 or min(times.spots) < 0:
+        return False
+    spin, time = np.abs(values_of(spins)), np.abs(values_of(times))
+    for size, values in ((SPIN, RPM * time), (TIME, 1 / RPM * spin)):
+        if not ((size.usual[0] <= values) & (values <= size.usual[1])).all():
+            return False
+    loaded = measured.torque != 0
+    each = np.abs(measured.torque / measured.product)[loaded]
+    other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
+    odd = ((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])).any()
+    return spread(other) < (spread(each) + SCATTERS if odd else spread(each) / 4)
+
+
+SCATTERS = 0.03
+"""A correction is rejected if the runs scatter by this much more after it [1]."""
+
+
+def spread(each: Floats) -> float:
+    """Return the relative spread of I_zz of the single runs [1], robust against one odd run."""
+    logs = np.log(each)
+    return float(np.median(np.abs(logs - np.median(logs))))
+
+
+def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
+    """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
+    if exchanged(readings, measured):
+        spin, time = readings.columns["spin"], readings.columns["time"]
+        return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
+    found = []
+    for size in SIZES:
+        column, kind = readings.columns.get(size.role), kind_of_role(size.role)
+        values = np.abs(values_of(column)) if column else np.zeros(0)
+        odd = np.flatnonzero((values > 0) & ~((size.possible[0] <= values) & (values <= size.possible[1])))
+        if column is None or not len(odd):
+            continue
+        run = int(odd[0])
+        unit = unit_within(readings, size.role, size.usual)
+        own = column.unit or to_display(1.0, size.role)[1]
+        meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
+        sizes = float(values[run]), *size.possible, there
+        value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in sizes]
+        words = {"role": size.role, "value": value, "low": low, "high": high, "unit": meant, "there": near}
+        name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
+        found.append(readings.say(name, column.cell(run), **words))
+    return found

@@ -127,8 +127,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
 
     def steps_of_load(self, run: int) -> tuple[float, float]:
         """Return one step of the last digit of a run's mass [kg] and of its position [m]; 0 if unknown."""
-        mass, position = (0.0 if steps is None else float(steps[run]) for steps in (self.mass_step, self.position_step))
-        return mass, position
+        mass = 0.0 if self.mass_step is None else float(self.mass_step[run])
+        return mass, 0.0 if self.position_step is None else float(self.position_step[run])
 
     @property
     def time_u(self) -> float | None:
@@ -167,7 +167,7 @@ def measure(readings: Readings) -> Measurements:
         turns = np.abs(values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi))
     elif timing.role == "precession_rate":
         time = 2 * np.pi / np.abs(time)
-    drag = _drag(readings, time)
+    drag = find_drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
     pitch = values.get("pitch", np.zeros(count))
@@ -176,7 +176,7 @@ def measure(readings: Readings) -> Measurements:
     transverse, nutation = values.get("transverse_inertia"), values.get("nutation_period")
     directions = values.get("precession_sense")
     timed, (bias, _) = timing.role != "precession_rate", parts.stated_or_default(readings, "time_bias")
-    balance_test, balance_test_from = _balance(readings)
+    (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
     return Measurements(
         runs=readings.runs,
         lines=readings.lines,
@@ -208,7 +208,7 @@ def measure(readings: Readings) -> Measurements:
         latitude=latitude,
         mass_step=np.array(columns["mass"].steps) if kind == "mass" else None,
         position_step=np.array(columns["position"].steps) if "position" in columns else None,
-        torque_unseen=_torque_unseen(readings, diagnostics),
+        torque_unseen=None if still is None else _torque_unseen(readings, still, diagnostics),
         nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
         drag=drag,
         diagnostics=tuple(diagnostics),
@@ -231,14 +231,13 @@ def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats)
 def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     """Select some of the runs, with the errors that they share."""
     index = np.asarray(kept, dtype=int)
-
-    def some(record: Any) -> Any:
-        arrays = {name: value for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
-        return replace(record, **{name: value[index] for name, value in arrays.items()})
-
-    runs, lines = (tuple(names[i] for i in index) for names in (measurements.runs, measurements.lines))
-    sources = tuple(map(some, measurements.sources))
-    return cast(Measurements, replace(some(measurements), runs=runs, lines=lines, sources=sources))
+    records: list[Any] = []
+    for record in (*measurements.sources, measurements):
+        arrays = {name: value[index] for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
+        records.append(replace(record, **arrays))
+    runs, lines = [measurements.runs[i] for i in kept], [measurements.lines[i] for i in kept]
+    *sources, some = records
+    return cast(Measurements, replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)))
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:
@@ -246,18 +245,6 @@ def timing_column(table: Mapping[str, Column]) -> Column:
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
     return table["precession_period"] if "precession_period" in table else table["precession_rate"]
-
-
-def _drag(readings: Readings, time: Floats) -> Drag | None:
-    """Find the drag from the spin-downs of a log, and from the spin at the start and the end of each run."""
-    used, falls = spin_columns(readings), list(readings.spin_down)
-    if len(used) > 1:
-        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
-    stated = [
-        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
-    ]
-    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
-    return find_drag(falls, u_spin, parts.stated_or_default(readings, "decay_exponent")[0].at(1.0))
 
 
 def _mean_spins(
@@ -327,11 +314,8 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
     return None, ""
 
 
-def _torque_unseen(readings: Readings, diagnostics: list[Diagnostic]) -> float | None:
-    """Compute the torque over I_zz [rad²/s²] that would have moved an unloaded rod visibly; None without such a run."""
-    still = readings.unmoved
-    if still is None:
-        return None
+def _torque_unseen(readings: Readings, still: Readings, diagnostics: list[Diagnostic]) -> float:
+    """Compute the torque over I_zz [rad²/s²] that would have moved the unloaded rod of the runs `still` visibly."""
     counts, time = still.columns.get("turns") or still.columns["angle"], values_of(still.columns["time"])
     usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
     sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]

@@ -74,7 +74,7 @@ class Source(Struct, frozen=True):
 
 def load_role(columns: Mapping[str, Column]) -> str:
     """Return the role that gives the torque: masses, else forces, else the torque itself."""
-    return next(role for role in ("mass", "force", "torque") if role in columns)
+    return "mass" if "mass" in columns else "force" if "force" in columns else "torque"
 
 
 def list_sources(
@@ -88,15 +88,9 @@ def list_sources(
     drag: Drag | None,
 ) -> Iterator[Source]:
     """List all sources of error of a log, in the order of the table."""
-    columns, used = readings.columns, spin_columns(readings)
+    columns, load = readings.columns, load_role(readings.columns)
     yield from _timing_sources(readings, timing, time, turns)
-    relative_spin, default = _spin_errors(readings)
-    groups = _numbered(list(zip(*(column.spots for column in used), strict=True)))
-    usual = SOURCES["time"].usual if used[0].role == "spin_time" else None
-    yield _source("spin", groups, 0.0, relative_spin, default, usual)
-    yield _of_whole_log(readings, "spin_scale")
-    yield from _decay_sources(readings, used, spin, drag)
-    load = load_role(columns)
+    yield from _spin_sources(readings, spin, drag)
     values = values_of(columns[load])
     yield _by_value(load, columns[load], values, values != 0)
     if load == "mass":
@@ -114,27 +108,26 @@ def list_sources(
             elif "latitude" in readings.constants:
                 known = NORMAL_GRAVITY_U, "0.01 %, from the latitude"
             yield _of_whole_log(readings, "g", *known)
-            yield from _diameter_sources(columns, values)
+            if "weight_diameter" in columns and columns["weight_diameter"].stated:
+                yield _diameter_source(columns["weight_diameter"], values)
     yield from _tilt_sources(readings, pitch)
 
 
-def _diameter_sources(columns: Mapping[str, Column], mass: Floats) -> Iterator[Source]:
-    """List the uncertainty of the inertia of each weight, if the log states that of its diameter."""
-    column = columns.get("weight_diameter")
-    if column is not None and any(reading.u is not None for reading in column.readings):
-        across = values_of(column)
-        pairs = zip(column.readings, across.tolist(), strict=True)
-        given = [read.u.at(value) / value if read.u else 0.0 for read, value in pairs]
-        # Half of m r²: an error of the diameter counts twice.
-        doubt = np.where((mass > 0) & np.isfinite(across), 2 * np.array(given), 0.0)
-        sizes = zip(across.tolist(), doubt, strict=True)
-        groups = _numbered([f"{value:.9g}" if size else None for value, size in sizes])
-        yield _source("weight_diameter", groups, 0.0, doubt, False)
+def _diameter_source(column: Column, mass: Floats) -> Source:
+    """Return the uncertainty of the inertia of each weight from that of its diameter."""
+    across, given = values_of(column), np.zeros(len(mass))
+    for i, u in column.stated:
+        given[i] = u.at(float(across[i])) / across[i]
+    # Half of m r²: an error of the diameter counts twice.
+    doubt = np.where((mass > 0) & np.isfinite(across), 2 * given, 0.0)
+    sizes = zip(across.tolist(), doubt, strict=True)
+    groups = _numbered([f"{value:.9g}" if size else None for value, size in sizes])
+    return _source("weight_diameter", groups, 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
     """Return whether the spin was read once in each run; one spin for the whole log was never read at a midpoint."""
-    return len(used) == 1 and any(spot >= 0 for spot in used[0].spots)
+    return len(used) == 1 and max(used[0].spots, default=-1) >= 0
 
 
 def lateness(readings: Readings) -> float:
@@ -142,8 +135,26 @@ def lateness(readings: Readings) -> float:
     return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
 
 
-def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, drag: Drag | None) -> Iterator[Source]:
-    """List what is uncertain of a spin that falls: when it was read, and the law by which it falls."""
+def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterator[Source]:
+    """List the errors of the spins, when they were read, and the law by which the spin falls."""
+    used, square, any_default, usual = spin_columns(readings), np.zeros(len(spin)), False, None
+    for column, weight in zip(used, spin_weights([as_spin(column) for column in used]), strict=True):
+        size = SOURCES["spin"].default
+        if column.role == "spin_time":
+            # Several turns are timed with the stopwatch.
+            usual, counts = SOURCES["time"].usual, readings.columns["spin_turns"]
+            size = Uncertainty(SOURCES["time"].default.absolute / min(filter(None, counts.values)))
+        values = np.abs(values_of(column))
+        absolute, relative, default = _reading_errors(column, values, size)
+        # The same relative uncertainty for a period and for its reciprocal.
+        part = relative + absolute / values
+        if column.role == "spin_time":
+            part = np.hypot(part, [r.u.at(r.value) / r.value if r.u and r.value else 0.0 for r in counts.readings])
+        square, any_default = square + (weight * part) ** 2, any_default or default
+    groups = _numbered(list(zip(*[column.spots for column in used], strict=True)))
+    yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
+    yield _of_whole_log(readings, "spin_scale")
+    # The spin falls: it was read late, by a law that is not certain.
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
     every, late = np.zeros(len(spin), dtype=int), math.hypot(lateness(readings), delay.absolute)
@@ -163,14 +174,21 @@ def _decay_sources(readings: Readings, used: tuple[Column, ...], spin: Floats, d
 
 def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times, and of the timed angles."""
-    own, usual = np.arange(len(time)), SOURCES[timing.role if timing.role == "precession_rate" else "time"].default
+    own = np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
-        absolute, relative, default = _reading_errors(timing, rate, usual)
+        absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
-    else:
-        stated = _stated_for_period(readings.columns, timing, time, turns)
-        yield _source("time", own, *(stated or _reading_errors(timing, time, usual)))
+        return
+    absolute, relative, default = _reading_errors(timing, time, SOURCES["time"].default)
+    # The uncertainty of a period or rate beside the time, as in a log with the columns t, N, T = t/N and σ_T.
+    for column in told_by_period(readings.columns, timing):
+        # A rate has the same relative error as its period.
+        size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
+        stated = np.array([[u.absolute, u.relative] for _, u in column.stated])
+        if default and np.all((stated.sum(axis=1) > 0) & np.isfinite(size)):
+            absolute, relative, default = stated[:, 0] / size * time, stated[:, 1], False
+    yield _source("time", own, absolute, relative, default)
     if timing.role == "time":
         yield from _sighting_sources(readings, turns)
 
@@ -192,15 +210,17 @@ def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
         # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
         absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
-    doubt = {text: rounded_turns(text)[1] for text in {read.text for read in column.readings}} if per_turn == 1 else {}
-    rounded = {i: doubt[read.text] for i, read in enumerate(column.readings) if read.u is None and doubt.get(read.text)}
-    absolute[list(rounded)] = np.hypot(absolute[list(rounded)], list(rounded.values()))
     groups: list[object] = list(range(len(turns)))
-    for i in rounded:
-        # Runs with the same rounded turns are off by the same.
-        groups[i] = column.readings[i].text
+    doubts: dict[str, float] = {}
+    for i, read in enumerate(column.readings):
+        if read.u is None and column.role == "turns":
+            if read.text not in doubts:
+                doubts[read.text] = rounded_turns(read.text)[1]
+            if doubts[read.text]:
+                # Runs with the same rounded turns are off by the same.
+                absolute[i], groups[i] = np.hypot(absolute[i], doubts[read.text]), read.text
     source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
-    if rounded:
+    if any(doubts.values()):
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
     if absolute.any() or relative.any():
         yield source
@@ -266,9 +286,7 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
 def _numbered(keys: Sequence[object]) -> Integers:
     """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
     numbers: dict[object, int] = {None: -1}
-    for key in keys:
-        numbers.setdefault(key, len(numbers) - 1)
-    return np.array([numbers[key] for key in keys], dtype=int)
+    return np.array([numbers.setdefault(key, len(numbers) - 1) for key in keys], dtype=int)
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
@@ -287,54 +305,12 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
     return a, r, len(column.stated) < len(values)
 
 
-def _stated_for_period(
-    columns: Mapping[str, Column], timing: Column, time: Floats, turns: Floats
-) -> tuple[Floats, Floats, bool] | None:
-    """Return the uncertainty of each time from that of the period or rate of the run; None if the log has none.
-
-    An example is a log with the columns ``t``, ``N``, ``T = t/N`` and ``σ_T``.
-    """
-    for column in told_by_period(columns, timing):
-        stated = [reading.u for reading in column.readings if reading.u is not None]
-        # A rate has the same relative error as its period.
-        size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
-        absolute = np.array([u.absolute for u in stated])
-        relative = np.array([u.relative for u in stated])
-        if np.all((absolute + relative > 0) & np.isfinite(size)):
-            return absolute / size * time, relative, False
-    return None
-
-
 def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column]:
     """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
-    if timing.role != "time" or any(reading.u is not None for reading in timing.readings):
+    if timing.role != "time" or timing.stated:
         return []
-    beside = (columns[role] for role in ("precession_period", "precession_rate") if role in columns)
-    return [column for column in beside if all(reading.u is not None for reading in column.readings)]
-
-
-def _spin_errors(readings: Readings) -> tuple[Floats, bool]:
-    """Return the relative standard uncertainty of each run's mean spin, shape (n,), and whether a default was used."""
-    used = spin_columns(readings)
-    parts = []
-    any_default = False
-    for column in used:
-        values = np.abs(values_of(column))
-        usual = SOURCES["spin"].default
-        if column.role == "spin_time":
-            # Several turns are timed with the stopwatch.
-            fewest = min(value for value in readings.columns["spin_turns"].values if value)
-            usual = Uncertainty(SOURCES["time"].default.absolute / fewest)
-        absolute, relative, default = _reading_errors(column, values, usual)
-        # The same relative uncertainty for a period and for its reciprocal.
-        parts.append(relative + absolute / values)
-        if column.role == "spin_time":
-            counts = readings.columns["spin_turns"].readings
-            parts[-1] = np.hypot(parts[-1], [r.u.at(r.value) / r.value if r.u and r.value else 0.0 for r in counts])
-        any_default |= default
-    weights = spin_weights([as_spin(column) for column in used])
-    squares = sum((weight * part) ** 2 for weight, part in zip(weights, parts, strict=True))
-    return np.sqrt(squares), any_default
+    beside = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
+    return [column for column in beside if len(column.stated) == len(column.readings)]
 
 
 def values_of(column: Column) -> Floats:
@@ -373,25 +349,30 @@ class Drag(Struct, frozen=True):
         return self.rate * (spin / self.spin) ** (self.exponent - 1)
 
 
-def find_drag(falls: Sequence[tuple[float, float, float]], u_spin: float, u_exponent: float) -> Drag | None:
-    """Fit the law of drag to falls of the spin.
+def find_drag(readings: Readings, time: Floats) -> Drag | None:
+    """Fit the law of drag to the spin-downs of a log, and to the spin at the start and the end of each run.
 
     Parameters
     ----------
-    falls : sequence of tuple
-        Spin at the start and at the end of each fall [rad/s], and its duration [s].
-    u_spin : float
-        Relative standard uncertainty of one reading of the spin.
-    u_exponent : float
-        Standard uncertainty of p before the fit; the expected value is 1.
+    readings : Readings
+    time : ndarray, shape (n,)
+        Duration of each run [s].
 
     Returns
     -------
     Drag or None
         None if the spin does not fall visibly.
     """
+    used, falls = spin_columns(readings), list(readings.spin_down)
+    if len(used) > 1:
+        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
     if not falls:
         return None
+    stated = [
+        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
+    ]
+    u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
+    u_exponent = stated_or_default(readings, "decay_exponent")[0].at(1.0)
     start, end, seconds = np.array(falls).T
     spin, fall = np.sqrt(start * end), np.log(start / end)
     u = math.sqrt(2) * u_spin / seconds
@@ -424,8 +405,9 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
     columns = readings.columns
     for unit in ("spin", "spin_period"):
         for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
-            if all(name in columns and None not in columns[name].values for name in names):
-                return tuple(columns[name] for name in names)
+            used = [columns[name] for name in names if name in columns and None not in columns[name].values]
+            if len(used) == len(names):
+                return tuple(used)
     if "spin_time" in columns and "spin_turns" in columns:
         return (_time_of_one(columns["spin_time"], columns["spin_turns"]),)
     raise KeyError("spin")

@@ -15,6 +15,8 @@ ROLES: dict[str, Any] = _SECTIONS.pop("roles")
 """The fields of each role."""
 CONSTANTS: dict[str, str] = _SECTIONS.pop("constants")
 """The kind of each constant of a log that is not a role."""
+LINES: dict[str, Any] = _SECTIONS.pop("lines")
+"""The other keys of ``# key: value``: a sample of several quantities, or words and a hint."""
 MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")

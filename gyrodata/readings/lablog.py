@@ -20,10 +20,10 @@ import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities
+from gyrodata import diagnostics, quantities, vocabulary
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.readings import reported, roles
-from gyrodata.units import Uncertainty, UnitError
+from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many faults as rows."""
@@ -478,42 +478,27 @@ def _nearest_key(key: str) -> list[str]:
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
-_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
-    "tachometer": (
-        {word: word for word in roles.TACHOMETERS},
-        'write "follows" (it was turned with the rod) or "still" (it was held in one place)',
-    ),
-    "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
-    "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
-    "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
-    "question_numbers": (roles.YES_OR_NO, 'write "no" to omit the numbers of the questions in the report'),
-}
-"""Keys of words: the meaning of each word, and the hint for any other word."""
+_YES_OR_NO: dict[str, bool | None] = {"": None}
+_YES_OR_NO |= {word: said == "yes" for said in ("yes", "no") for word in vocabulary.words(said).split()}
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
 
 
-_SEVERAL = {
-    "balance_tilt": (r"(.+?)\s+in\s+(.+)", ("angle", "time"), "3 deg in 10 s"),
-    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", ("angle", "time", "rate"), "5 deg in 60 s at 400 rpm"),
-    "spin_down": (r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", ("rate", "rate", "time"), "612 rpm to 540 rpm in 120 s"),
-    "falling_mass": (
-        r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?",
-        ("mass", "length", "length", "time", "mass"),
-        "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g",
-    ),
-}
-"""Keys of several quantities: how they are written, the kind of each, and a sample."""
+def form_of(key: str) -> tuple[str, list[str]]:
+    """Return how a line of several quantities is written, with {} for each of them, and their kinds."""
+    sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
+    return re.sub(quantity, "{}", sample), [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
 
 
 def _read_several(key: str, text: str) -> tuple[float, ...]:
     """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
-    pattern, kinds, sample = _SEVERAL[key]
-    match, hint = re.fullmatch(pattern, text), f'write it like "{sample}"'
+    text += ", friction 0 g" if key == "falling_mass" and "friction" not in text else ""
+    (form, kinds), hint = form_of(key), f'write it like "{vocabulary.LINES[key]["sample"]}"'
+    match = re.fullmatch(form.replace("{}", "(.+?)").replace(" ", r"\s+"), text)
     if match is None:
         raise UnitError("is not understood", hint)
     try:
-        numbers = tuple(map(quantities.parse_quantity, match.groups("0 g"), kinds))
+        numbers = tuple(map(quantities.parse_quantity, match.groups(), kinds))
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":
@@ -534,18 +519,18 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
-    key, text = item.key, item.text.strip()
+    key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
     try:
         if key == "spin_down":
             falls = (_read_several(key, part.strip()) for part in text.split(";") if part.strip())
             # Several lines are several falls.
             settings.fields[key] = (*settings.fields.get(key, ()), *falls)
-        elif key in _SEVERAL:
+        elif "sample" in line:
             settings.fields[key] = _read_several(key, text)
-        elif key in _WORDS:
-            words, hint = _WORDS[key]
+        elif line:
+            words = line.get("words") or _YES_OR_NO
             if text.lower() not in words:
-                raise UnitError("is none of the words that can be read here", hint)
+                raise UnitError("is none of the words that can be read here", line["hint"])
             if key == "question_numbers":
                 settings.metadata[key] = "yes" if words[text.lower()] else "no"
             else:

@@ -77,14 +77,6 @@ SHARED_UNCERTAINTIES = {
 """Kinds of the uncertainties whose names are not those of roles."""
 
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
-TACHOMETERS = ("follows", "still")
-"""How the tachometer was held: it follows the rod, or it stays in one place."""
-MOTIONS = ("steady", "released")
-"""How the rod was started: guided until it precesses steadily, or released from rest."""
-YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys(vocabulary.words("no").split(), False)
-"""Whether the ball is balanced, in the languages of the headers."""
-ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
-"""Points from which positions count."""
 
 
 class OriginLength(NamedTuple):
@@ -101,10 +93,7 @@ ORIGIN_LENGTHS = {
     "surface": OriginLength("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
     "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
 }
-OTHER_KEYS = (
-    "balance_tilt", "balance_drift", "spin_down", "falling_mass", "tachometer", "motion", "balanced", "position_from",
-    "question_numbers",
-)  # fmt: skip
+OTHER_KEYS = tuple(vocabulary.LINES)
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""
 

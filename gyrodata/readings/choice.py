@@ -107,7 +107,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         elif is_time and turns_in(header.text):
             stating.append(column)
         elif found == ("spin",) and texts and all(TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
-            faults.add("two_readings", column.cell, header=header.text)
+            faults.add("two_readings", column.cell)
             choice.serve(replace(column, role="spin_start", part=1))
             choice.serve(replace(column, role="spin_end", part=2))
         elif len(found) == 1:
@@ -181,7 +181,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         if column.header.roles == ("time", "precession_period") and single and not known and not _told_of_parts(table):
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
-            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
+            faults.add("period_of_one_turn", column.cell)
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         several.remove(decided[0])
         choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
@@ -192,10 +192,9 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
             ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
             choice.asked.update(left)
-            faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)
+            faults.add("two_roles", cell, roles=" and ".join(left), ways=ways)
         else:
-            why = f"is not used: it fits {' and '.join(column.header.roles)}"
-            faults.add("not_used", cell, header=cell.text, why=why)
+            faults.add("not_used", cell, why=f"is not used: it fits {' and '.join(column.header.roles)}")
 
 
 def _told_of_parts(table: layout.Layout) -> bool:
@@ -234,7 +233,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)
-        faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
+        faults.add("read_by_cells", column.cell, role=column.role)
     there = choice.there | choice.asked
     for role, present in _BY_UNIT.items():
         kind = kind_of_role(role)
@@ -250,7 +249,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
                 for number, one in enumerate(fit, 1):
                     choice.serve(replace(one, role=role, number=number))
                     choice.unplaced.remove(one.cell)
-                    faults.add("read_by_unit", one.cell, header=one.cell.text, role=role, kind=units.KINDS[kind].words)
+                    faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
             continue
         cell = fit[0].cell
         # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
@@ -264,7 +263,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
             choice.serve(replace(fit[0], role=role))
             choice.unplaced.remove(cell)
-            faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
+            faults.add("read_by_unit", cell, role=role, kind=units.KINDS[kind].words)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:

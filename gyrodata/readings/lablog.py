@@ -96,9 +96,8 @@ class Column(Struct, frozen=True, dict=True):
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
-        return replace(
-            self, readings=tuple([self.readings[i] for i in rows]), spots=tuple([self.spots[i] for i in rows])
-        )
+        readings, spots = tuple([self.readings[i] for i in rows]), tuple([self.spots[i] for i in rows])
+        return replace(self, readings=readings, spots=spots)
 
     def place(self, run: int) -> Place | None:
         """Return the place of a reading; None for a value from an option or a simulation."""
@@ -262,13 +261,14 @@ class Faults:
         """Fill in a message of `messages.toml`.
 
         The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
+        A list is one of line numbers, and {cell} is the text of the cell.
         """
         about = diagnostics.messages()[name]
-        code = values.get("code") or about.code.split()[1]
-        width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
-        place = place.place if isinstance(place, Text) else place
-        words, hint = about.message.format(**values), about.hint.format(**values)
-        return replace(self.make(code, words, hint, place, max(1, width)), doubt=about.doubt)
+        code, text = values.get("code") or about.code.split()[1], str(values.get("text", ""))
+        where, text = (place.place, place.text) if isinstance(place, Text) else (place, text)
+        values = {key: self.span(value) if isinstance(value, list) else value for key, value in values.items()}
+        words, hint = (words.format(cell=text, **values) for words in (about.message, about.hint))
+        return replace(self.make(code, words, hint, where, max(1, len(text))), doubt=about.doubt)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""

@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from msgspec import Struct, convert
 from msgspec.structs import replace
@@ -79,20 +79,9 @@ SHARED_UNCERTAINTIES = {
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
 
 
-class OriginLength(NamedTuple):
-    """The length between the centre of the ball and the point from which positions count."""
-
-    key: str
-    share: float
-    """Share of the value of `key`."""
-    sample: str
-    meaning: str
-
-
-ORIGIN_LENGTHS = {
-    "surface": OriginLength("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
-    "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
-}
+ORIGIN_LENGTHS = {"surface": ("ball_diameter", 0.5, "surface_unknown"), "tip": ("rod_length", 1.0, "tip_unknown")}
+"""Origins of positions: the length that says where the centre is, the share of it that is between both, and the name of
+the message if it is not given."""
 OTHER_KEYS = tuple(vocabulary.LINES)
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""
@@ -453,6 +442,11 @@ def _modified(name: str) -> tuple[str, ...]:
 
 REPORTED = "reported_"
 """Beginning of the keys of a student's results."""
+
+
+def is_key(key: str) -> bool:
+    """Return whether a ``# key: value`` line gives a value, and is not a note."""
+    return key.lower() in KEYS or key.lower().startswith(REPORTED)
 
 
 def reported_key(key: str) -> str:

@@ -402,7 +402,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add("line_read_as_key", cell, line=faults.span([row.line]), key=key, value=value)
+    faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
 
 

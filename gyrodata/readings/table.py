@@ -152,7 +152,7 @@ class TableReader:
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
     def _note(self, chosen: Chosen, why: str) -> None:
-        self.faults.add("not_used", chosen.cell, header=chosen.cell.text, why=why)
+        self.faults.add("not_used", chosen.cell, why=why)
 
     def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
         """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
@@ -165,7 +165,7 @@ class TableReader:
                 self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
             elif noted and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
-                self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
+                self.faults.add("note_is_number", self.grid.cell(row, count - 1))
         used, times = self.choice.used, self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
@@ -177,8 +177,8 @@ class TableReader:
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            lines = self.faults.span([row.line for row in left_out])
-            self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
+            lines = [row.line for row in left_out]
+            self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return read, is_run
 
     def _read_other(self, chosen: Chosen) -> Column | None:
@@ -205,8 +205,7 @@ class TableReader:
             unit = units.parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
             texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
-            values = {"role": role, "header": chosen.cell.text, "error": error, "hint": error.hint}
-            faults.add("unit", chosen.cell, code=error.code, **values)
+            faults.add("unit", chosen.cell, code=error.code, role=role, header=chosen.cell.text, error=error)
         read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
             self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
@@ -237,9 +236,8 @@ class TableReader:
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
     def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
-        kind, name = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
-        values = {"name": name, "role": chosen.role, "unit": kind.shown, "examples": kind.examples, "text": name}
-        faults.add("no_unit", chosen.cell.place, **values)
+        kind, text = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
+        faults.add("no_unit", chosen.cell.place, text=text, role=chosen.role, kind=kind)
 
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
@@ -263,7 +261,7 @@ class TableReader:
                 meant[name] = found.pop()
         if meant:
             said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add("name_explained", chosen.cell, header=chosen.cell.text, said=said)
+            faults.add("name_explained", chosen.cell, said=said)
         if unit == "s" and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
@@ -317,7 +315,7 @@ class TableReader:
         if read and re.fullmatch("1/[2-9]|2/3|3/4", said) and all(one.value in range(10**6) for one in read.values()):
             counted = {text: str(int(one.value) * Fraction(said)) for text, one in read.items()}
             shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
-            faults.add("parts_of_turns", chosen.cell, header=chosen.cell.text, said=shown)
+            faults.add("parts_of_turns", chosen.cell, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
@@ -362,8 +360,7 @@ class TableReader:
             return quantities.parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
             cell = column.cell if row is None else self.grid.cell(self.rows[row], column.at)
-            values = {"role": column.role, "header": column.cell.text, "error": error, "hint": error.hint}
-            faults.add("uncertainty", cell, **values)
+            faults.add("uncertainty", cell, role=column.role, header=column.cell.text, error=error)
             return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
@@ -391,12 +388,12 @@ class TableReader:
             filled = []
         if early and first is not None:
             cell = self.grid.cell(self.rows[first], at)
-            faults.add("below_first_row", cell, role=role, lines=self.faults.span([lines[i] for i in early]))
+            faults.add("below_first_row", cell, role=role, lines=[lines[i] for i in early])
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             place = self.grid.cell(self.rows[filled[0]], at).place
-            faults.add("filled_down", place, role=role, lines=self.faults.span([lines[i] for i in filled]))
+            faults.add("filled_down", place, role=role, lines=[lines[i] for i in filled])
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
@@ -407,8 +404,7 @@ class TableReader:
             readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
             columns[role] = Column(role, given.label, unit, readings, spots, given.place)
         elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
-            values = {"label": given.label, "value": given.text, "header": column.header}
-            self.faults.add("line_not_used", given.place, **values)
+            self.faults.add("line_not_used", given.place, given=given, header=column.header)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -454,12 +450,11 @@ class TableReader:
         if origin in ("", "centre"):
             return 0.0
         self.settings.fields["position_from"] = origin
-        key, share, sample, what = roles.ORIGIN_LENGTHS[origin]
+        key, share, unknown = roles.ORIGIN_LENGTHS[origin]
         length = self.settings.constants.get(key)
         if length is None:
             otherwise = "" if stated else '; if they count from the centre: "# position_from: centre"'
-            values = {"origin": origin, "key": key, "sample": sample, "what": what, "otherwise": otherwise}
-            self.faults.add("origin_unknown", position.place(0), **values)
+            self.faults.add(unknown, position.place(0), otherwise=otherwise)
             return 0.0
         shift = share * length
         moved = list(position.readings)
@@ -532,13 +527,13 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
             name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
-            faults.add(name, Place(lines[0], 1), lines=faults.span(lines), role=role)
+            faults.add(name, Place(lines[0], 1), lines=lines, role=role)
     turns, angle = log.columns.get("turns"), log.columns.get("angle")
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)
         if full and swept.value and abs(swept.value - full) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
-            values = {"run": log.runs[run], "turns": count.text, "degrees": math.degrees(full), "swept": swept.text}
-            faults.add("turns_contradict_angle", angle.place(run) if angle else None, **values)
+            place, degrees = angle.place(run) if angle else None, math.degrees(full)
+            faults.add("turns_contradict_angle", place, run=log.runs[run], turns=count, degrees=degrees, swept=swept)
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
@@ -622,7 +617,7 @@ def read_notes(grid: source.Grid, faults: Faults) -> str:
     """
     notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
-        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
+        if key.lower() in TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
     origins = list(map(roles.noted_origin, notes))
     for row in grid.rows:

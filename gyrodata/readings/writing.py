@@ -14,7 +14,7 @@ from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, parse_quantity, read_cell
 from gyrodata.readings.lablog import Column, Readings, form_of, header_of
-from gyrodata.readings.roles import BY_NAME, COUNTS, REPORTED, ROLES, kind_of_role, stated_u
+from gyrodata.readings.roles import BY_NAME, COUNTS, ORIGIN_LENGTHS, REPORTED, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 _Columns = list[tuple[str, list[str]]]
@@ -133,9 +133,9 @@ def _head(readings: Readings) -> list[str]:
     lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.
-    key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
-    if readings.origin_u and key not in lines:
-        lines[key] = f"{factor * readings.origin_u!r} m"
+    key, share, _ = ORIGIN_LENGTHS.get(readings.position_from or "", ("", 1.0, ""))
+    if readings.origin_u and f"u_{key}" not in lines:
+        lines[f"u_{key}"] = f"{readings.origin_u / share!r} m"
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 
 

@@ -83,18 +83,10 @@ def read_log(
     given.origin = table.read_notes(grid, faults)
     grid, falls = layout.split_spin_down(grid)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
-    log = Readings(
-        faults.name,
-        grid.sha256,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        stated_at={key: item.place for key, item in given.given_uncertainties.items()},
-        metadata=given.metadata,
-        reported=given.reported,
-        source_text="\n".join(faults.lines),
-        sheets=faults.sheets,
-        **given.fields,
-    )
+    log = Readings(faults.name, grid.sha256, source_text="\n".join(faults.lines), sheets=faults.sheets, **given.fields)
+    log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = replace(log, metadata=given.metadata, stated_at=stated_at)
     found = layout.find_layout(grid, faults)
     if found is None:
         return replace(log, diagnostics=faults.all_told())

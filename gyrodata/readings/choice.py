@@ -237,33 +237,27 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     there = choice.there | choice.asked
     for role, present in _BY_UNIT.items():
         kind = kind_of_role(role)
-        unplaced = [column for column in columns if column.cell in choice.unplaced]
-        fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
+        fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
         if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
+        text = fit[0].cell.text
         if len(fit) > 1:
             # "Alice's time" and "Bob's time" are two readings of one time.
             names = {"".join(re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:]) for one in fit}
-            if role == "time" and len(names) == 1 and "time" in roles.name_roles(names.pop())[0]:
-                for number, one in enumerate(fit, 1):
-                    choice.serve(replace(one, role=role, number=number))
-                    choice.unplaced.remove(one.cell)
-                    faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
-            continue
-        cell = fit[0].cell
-        # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        words = roles.squeezed_words(cell.text)
-        words = {word for word in words if role != "spin" or not re.search(roles.SPINNING, word)}
-        other = (
-            words & _OTHER_THINGS
-            or (role == "mass" and roles.is_part_of_mass(cell.text))
-            or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
-        )
-        if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
-            choice.serve(replace(fit[0], role=role))
-            choice.unplaced.remove(cell)
-            faults.add("read_by_unit", cell, role=role, kind=units.KINDS[kind].words)
+            other = role != "time" or len(names) > 1 or "time" not in roles.name_roles(names.pop())[0]
+        else:
+            # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
+            words = {
+                word for word in roles.squeezed_words(text) if role != "spin" or not re.search(roles.SPINNING, word)
+            }
+            other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
+            other |= role == "mass" and roles.is_part_of_mass(text)
+            other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
+        for number, one in enumerate(fit if not other else (), 1):
+            choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
+            choice.unplaced.remove(one.cell)
+            faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:

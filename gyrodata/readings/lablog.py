@@ -545,7 +545,26 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 raise UnitError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
-            _enter_quantity(settings, item, ask, faults)
+            # g is in m/s² if it has no unit.
+            written = quantities.take_apart(text) if key == "g" else None
+            bare = written is not None and not written.unit
+            cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
+            if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
+                message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
+                raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
+            fault, hint = roles.check_value(key, cell.value)
+            if key in roles.CONSTANTS and not cell.value > 0:
+                fault, hint = "is not above zero", ""
+            if fault:
+                raise UnitError(fault, hint)
+            if bare:
+                faults.add("g_without_unit", item.place, text=item.text)
+            if key in roles.CONSTANTS:
+                settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
+                if cell.uncertainty is not None:
+                    settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
+            else:
+                settings.roles[key] = replace(item, cell=cell)
     except UnitError as error:
         hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
         values: dict[str, Any] = {"label": item.label, "text": item.text, "error": error, "hint": hint}
@@ -553,31 +572,6 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             raise Faults(faults.name).refuse("option_value", **values) from None
         settings.unread |= {key} & set(roles.ROLES)
         faults.add("key_value", item.place, **values)
-
-
-def _enter_quantity(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
-    """Enter a role or a constant that is within its bounds; g is in m/s² if it has no unit."""
-    key, text = item.key, item.text
-    written = quantities.take_apart(text) if key == "g" else None
-    bare = written is not None and not written.unit
-    cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
-    if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
-        message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
-        raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
-    if key in roles.CONSTANTS and not cell.value > 0:
-        raise UnitError("is not above zero")
-    fault, hint = roles.check_value(key, cell.value)
-    if fault:
-        raise UnitError(fault, hint)
-    if bare:
-        faults.add("g_without_unit", item.place, text=text)
-    if key not in roles.CONSTANTS:
-        settings.roles[key] = replace(item, cell=cell)
-        return
-    settings.constants[key] = cell.value
-    settings.steps[key] = cell.step or 0.0
-    if cell.uncertainty is not None:
-        settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}

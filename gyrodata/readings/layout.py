@@ -542,10 +542,8 @@ class _Sheet:
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
                 same |= len(old.roles) == 1 and (old.roles, old.number) == (header.roles, header.number)
-                same = same and turns_in(old_cell.text) == turns_in(cell.text)
-                if same and k not in self.places:
-                    place = k
-                    break
+                if same and turns_in(old_cell.text) == turns_in(cell.text) and k not in self.places:
+                    place = min(place, k)
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:

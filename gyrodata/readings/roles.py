@@ -67,13 +67,9 @@ SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 CONSTANTS = vocabulary.CONSTANTS
 """Kinds of the constants of a log that are not roles."""
 
-SHARED_UNCERTAINTIES = {
-    **{f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind},
-    "u_imbalance": "torque",
-    "u_ball_mass": "mass",
-    "u_ball_diameter": "length",
-    "u_rod_length": "length",
-}
+SHARED_UNCERTAINTIES = {f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind}
+SHARED_UNCERTAINTIES |= {"u_imbalance": "torque", "u_ball_mass": "mass"}
+SHARED_UNCERTAINTIES |= {"u_ball_diameter": "length", "u_rod_length": "length"}
 """Kinds of the uncertainties whose names are not those of roles."""
 
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
@@ -165,9 +161,8 @@ def _words(key: str) -> set[str]:
 
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS, MEAN_WORDS, SCALE_WORDS = map(
-    _words, ("theory", "trial", "centre", "mean", "scale")
-)
+THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
+MEAN_WORDS, SCALE_WORDS = map(_words, ("mean", "scale"))
 """Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
@@ -285,13 +280,11 @@ def parse_header(text: str) -> Header:
         found = ("time",)  # "1/3 turn (s)"
     elif not found and "time" in kinds:
         # "Trial 2" and "2nd measurement" above times
-        tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
-        ordinals = [re.fullmatch(_ORDINAL, token.lower()) for token in tokens]
-        words = [token for token, ordinal in zip(tokens, ordinals, strict=True) if not ordinal]
-        counted = [int(ordinal[1]) for ordinal in ordinals if ordinal]
-        if len(counted) == 1 and all(
-            squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words
-        ):
+        spaced = re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)
+        tokens = [(token, re.fullmatch(_ORDINAL, token.lower())) for token in _TOKENS.split(spaced) if token]
+        counted = [int(ordinal[1]) for _, ordinal in tokens if ordinal]
+        others = [token for token, ordinal in tokens if not ordinal and squeeze(token).lower() not in TRIAL_WORDS]
+        if len(counted) == 1 and all("time" in name_roles(token)[0] for token in others):
             found, number = ("time",), counted[0]
     elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
         found = ("position",)

@@ -115,12 +115,10 @@ class TableReader:
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
             chosen, strict = self.choice.used[role][0], role not in self.derived
-            column = self._read_column(chosen, strict)
-            # A constant of the log is in the blank cells already.
-            if column is not None and role in roles.FILLED_DOWN and role not in self.settings.roles:
-                column = self._fill_down(column, chosen.at, is_run, strict)
-            if column is not None:
-                self.columns[role] = column
+            if column := self._read_column(chosen, strict):
+                # A constant of the log is in the blank cells already.
+                filled = role in roles.FILLED_DOWN and role not in self.settings.roles
+                self.columns[role] = self._fill_down(column, chosen.at, is_run, strict) if filled else column
         plan = [(i, *time) for i in range(len(self.rows)) for time in times if time[1].readings[i].text]
         rows = [i for i, *_ in plan] if times else [i for i, run in enumerate(is_run) if run]
         all_rows = rows == [*range(len(self.rows))]
@@ -137,18 +135,11 @@ class TableReader:
         self._add_stated_turns(columns, [chosen for _, chosen, _ in plan], len(rows))
         origin_u = self._count_from_centre(columns)
         others = [column.select(rows) for chosen in self.choice.others if (column := self._read_other(chosen))]
-        notes, log_runs = self.choice.used.get("note"), self._labels(rows)
-        log = replace(
-            log,
-            runs=log_runs,
-            lines=tuple(self.rows[i].line for i in rows),
-            notes=tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows),
-            columns=columns,
-            others=tuple(others),
-            position_from=self.settings.fields.get("position_from"),
-            origin_u=origin_u,
-            unread=self._note_unused(columns, rows),
-        )
+        notes, lines = self.choice.used.get("note"), tuple(self.rows[i].line for i in rows)
+        texts = tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows)
+        log = replace(log, runs=self._labels(rows), lines=lines, notes=texts, columns=columns, others=tuple(others))
+        origin = self.settings.fields.get("position_from")
+        log = replace(log, position_from=origin, origin_u=origin_u, unread=self._note_unused(columns, rows))
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
     def _note(self, chosen: Chosen, why: str) -> None:
@@ -235,10 +226,6 @@ class TableReader:
         place = given.place if given else None
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
-    def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
-        kind, text = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
-        faults.add("no_unit", chosen.cell.place, text=text, role=chosen.role, kind=kind)
-
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = [row.texts[chosen.at] for row in self.rows]
@@ -303,7 +290,9 @@ class TableReader:
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
                 if error.code == diagnostics.UNIT_MISSING:
-                    self._ask_for_unit(chosen, faults)
+                    faults.add(
+                        "no_unit", chosen.cell.place, text=chosen.header.text[:60], role=role, kind=units.KINDS[kind]
+                    )
                     break
                 faulty[text] = error.code, error, error.hint
                 continue
@@ -342,7 +331,8 @@ class TableReader:
         column, own_kind = self.choice.used[key][0], kind_of_role(key)
         own_unit = column.header.unit or (unit if own_kind == kind else None)
         if own_unit is None and own_kind != "number":
-            self._ask_for_unit(column, faults)
+            text, about = column.header.text[:60], units.KINDS[own_kind]
+            faults.add("no_unit", column.cell.place, text=text, role=key, kind=about)
             return spreads
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
         if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 _SECTIONS = tomllib.loads(Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8"))
+BASES: dict[str, list[int]] = _SECTIONS.pop("bases")
+"""Powers of mass, length, time, radians and revolutions of the units by which all others are given."""
 UNITS: dict[str, str] = _SECTIONS.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")

@@ -17,13 +17,6 @@ from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import kinds_of
 
 TWO_READINGS = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
-_BY_UNIT = {
-    "mass": ("mass", "force", "torque"),
-    "position": ("position", "torque"),
-    "spin": ("spin", "spin_start", "spin_end"),
-    "time": roles.TIMINGS,
-}
-"""Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _PART_OF_TURN = vocabulary.pattern("parts")
 """Words for a part of a turn."""
@@ -235,7 +228,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         choice.unplaced.remove(column.cell)
         faults.add("read_by_cells", column.cell, role=column.role)
     there = choice.there | choice.asked
-    for role, present in _BY_UNIT.items():
+    for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)
         fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit

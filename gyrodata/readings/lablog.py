@@ -246,17 +246,6 @@ class Faults:
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
 
-    def make(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> Diagnostic:
-        """Return a diagnostic with the severity of its code and the excerpt of its line."""
-        if place is None:
-            return Diagnostic.of(code, message, hint, self.name)
-        excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
-        sheet, row = self._row(place.line)
-        high, low = divmod(excerpt[: place.column - 1].count("\t"), 26)
-        letters = chr(64 + high) * (high > 0) + chr(65 + low)
-        cell = f"{sheet}!{letters}{row}" if sheet and row else sheet
-        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
-
     def message(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
         """Fill in a message of `messages.toml`.
 
@@ -268,7 +257,13 @@ class Faults:
         where, text = (place.place, place.text) if isinstance(place, Text) else (place, text)
         values = {key: self.span(value) if isinstance(value, list) else value for key, value in values.items()}
         words, hint = (words.format(cell=text, **values) for words in (about.message, about.hint))
-        return replace(self.make(code, words, hint, where, max(1, len(text))), doubt=about.doubt)
+        if where is None:
+            return Diagnostic.of(code, words, hint, self.name, doubt=about.doubt)
+        excerpt = self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
+        sheet, row = self._row(where.line)
+        high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
+        cell = f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}" if sheet and row else sheet
+        return Diagnostic.of(code, words, hint, self.name, *where, excerpt, max(1, len(text)), about.doubt, cell)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
@@ -302,7 +297,7 @@ class Faults:
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
         more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
-        told = [self.make(code, f"{count} more of this kind are not shown") for code, count in more.items()]
+        told = (Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name) for code, n in more.items())
         return (*self.found, *told)
 
     def has_error(self) -> bool:

@@ -42,6 +42,8 @@ class Role(Struct, frozen=True):
     """What can replace it, for hints."""
     derived_from: tuple[str, ...] = ()
     """Sets of roles, each separated by blanks; if all of one set are there, this role is only compared."""
+    by_unit_without: tuple[str, ...] = ()
+    """Roles; if none of them is there, a column without a known name can have this role by its unit."""
     u_of: str = ""
     """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 

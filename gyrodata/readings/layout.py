@@ -64,7 +64,15 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             raise faults.refuse("no_header_row", grid.cell(head, 0))
         if early := next((row for row in rows[: rows.index(head)] if sum(map(_is_bare, row.texts)) > 2), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
-        grid = _with_captions(grid, head)
+        heads = [row for row in grid.rows if _is_head(row)] or [head]
+        if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
+            # A line behind # may give a quantity without a column: "# each time is for one full turn".
+            said = [(f"# {text.text}", text) for text in grid.comments]
+            said += [(f"# {key}: {text.text}", text) for key, text in grid.metadata if not roles.is_key(key)]
+            captions = [Row(text.place.line, [words]) for words, text in said]
+            there = {row.line for row in grid.rows}
+            captions = [row for row in captions if row.line not in there and lacking.intersection(_said(row))]
+            grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, faults)
         sheet = _Sheet(grid, faults)
@@ -124,20 +132,6 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(grid.rows[0].line, texts, tuple(row.spot(k) for row, k in places)))
     return replace(grid, rows=rows)
-
-
-def _with_captions(grid: Grid, head: Row) -> Grid:
-    """Add the lines behind # that give a quantity without a column, such as "# each time is for one full turn"."""
-    heads = [row for row in grid.rows if _is_head(row)] or [head]
-    lacking = _lacking([parse_header(text) for row in heads for text in row.texts], grid)
-    if not lacking:
-        return grid
-    said = [(f"# {text.text}", text.place.line) for text in grid.comments]
-    said += [(f"# {key}: {text.text}", text.place.line) for key, text in grid.metadata if not roles.is_key(key)]
-    there = {row.line for row in grid.rows}
-    captions = [Row(line, [text]) for text, line in said if line not in there]
-    captions = [row for row in captions if lacking.intersection(_said(row))]
-    return replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
 
 
 _SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")

@@ -142,9 +142,6 @@ class TableReader:
         log = replace(log, position_from=origin, origin_u=origin_u, unread=self._note_unused(columns, rows))
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
 
-    def _note(self, chosen: Chosen, why: str) -> None:
-        self.faults.add("not_used", chosen.cell, why=why)
-
     def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
         """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
         width, notes = len(self.table.cells), self.choice.used.get("note")
@@ -161,7 +158,8 @@ class TableReader:
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
             # A time without turns is useless; its repeats would count one period several times.
-            self._note(times[0], f"is not used: its turns are not given; {min(periods)} is read instead")
+            why = f"is not used: its turns are not given; {min(periods)} is read instead"
+            self.faults.add("not_used", times[0].cell, why=why)
             times = []
         read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
@@ -177,14 +175,14 @@ class TableReader:
         role = chosen.role
         used = self.choice.used.get(role, [chosen])[0].header
         if role in TEXTS or role[:2] == "u_":
-            self._note(chosen, f'is not used: {role} is read from "{used.text}"')
+            self.faults.add("not_used", chosen.cell, why=f'is not used: {role} is read from "{used.text}"')
             return None
         if role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):
             self.faults.add("minutes_and_seconds", chosen.cell, header=used.text)
             return None
         column = self._read_column(chosen, strict=False)
         if column is not None and used is not chosen.header:
-            self._note(chosen, f'is only compared: {role} is read from "{used.text}"')
+            self.faults.add("not_used", chosen.cell, why=f'is only compared: {role} is read from "{used.text}"')
         return column
 
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
@@ -199,7 +197,7 @@ class TableReader:
             faults.add("unit", chosen.cell, code=error.code, role=role, header=chosen.cell.text, error=error)
         read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
-            self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
+            self.faults.add("not_used", chosen.cell, why=f"({role}) is not compared: {faults.found[0].message}")
         if not texts or (not strict and faults.found):
             return None
         spreads = self._spreads(role, chosen, unit, faults)
@@ -464,8 +462,8 @@ class TableReader:
         heard = {key for role in columns for key in roles.u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
-                base = key.removeprefix("u_")
-                self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
+                why = f"({key}) is not used: there is no {key[2:]} that it could belong to"
+                self.faults.add("not_used", chosen[0].cell, why=why)
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         there = {*columns, *TEXTS}

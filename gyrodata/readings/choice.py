@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Collection, Mapping
 
@@ -131,7 +130,7 @@ def _serve_stating(stating: list[Chosen], choice: Choice) -> None:
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
             numbers = {one.number for one in choice.used.get("time", [])}
-            number = next(number for number in itertools.count(1) if number not in numbers)
+            number = next(number for number in range(1, len(numbers) + 2) if number not in numbers)
             choice.serve(replace(column, role="time", number=number, turns=turns))
     times = choice.used.get("time", [])
     said, others = {one.turns for one in times if one.turns}, [one.number for one in times if not one.turns]

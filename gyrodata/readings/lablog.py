@@ -426,8 +426,8 @@ def read_settings(
             _warn_of_remark(match[1], match[2], comment, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
-        read = reported.read_reported(key, text.text)
         # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+        read = reported.read_reported(key, text.text)
         if read.fault is None or (len(key) > 1 and read.value is not None):
             _enter_reported(settings, key, text, faults, ask)
         else:

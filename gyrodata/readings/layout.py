@@ -9,11 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection
 from decimal import Decimal, DecimalException
-from functools import lru_cache
 from itertools import accumulate, pairwise
-from statistics import fmean
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -274,7 +271,6 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
 
 
-@lru_cache(maxsize=4096)
 def is_of_means(header: str) -> bool:
     """Return whether a column contains means, by its name."""
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
@@ -303,7 +299,7 @@ _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
-def _turns_stated(whole: str, found: Collection[str]) -> str:
+def _turns_stated(whole: str, found: dict[str, dict[str, int]]) -> str:
     """Return the turns that a line states for the times of runs; "" for a line about other turns.
 
     Such a line names a time, or a mass of a run, or it contains hardly anything else.
@@ -632,7 +628,7 @@ def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
         columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    return bool(times) and all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
+    return bool(times) and all(abs(sum(above) - len(above) * last) < 1e-3 * abs(sum(above)) for *above, last in columns)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------

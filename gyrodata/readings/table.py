@@ -583,10 +583,9 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     full = 1.0 if counted.role == "turns" else 2 * math.pi
     turned = [abs(value) / full if value is not None else None for value in counted.values]
     if time is None:
-        if all(value is None or abs(value - 1) < 1e-3 for value in turned):
-            return
-        place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
-        faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
+        if any(value is not None and abs(value - 1) >= 1e-3 for value in turned):
+            place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
+            faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
         return
     exchanged = [
         abs(value / seconds - count) < 0.02 * count

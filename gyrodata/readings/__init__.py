@@ -15,8 +15,7 @@ from msgspec.structs import replace
 
 from gyrodata.readings import choice, lablog, layout, table
 from gyrodata.readings import source as sources
-from gyrodata.readings.lablog import MOST_OF_ONE_CODE, Column, Faults, Place, Reading, Readings, listing, split_lines
-from gyrodata.readings.reported import Reported, read_reported
+from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, Reported, listing, read_reported
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, check_value, kind_of_role, to_display, u_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
 from gyrodata.readings.table import rounded_turns

@@ -1,6 +1,7 @@
-"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, and its settings.
+"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, reports and settings.
 
-Settings are values for the whole log: ``# key: value`` lines, ``--set`` and ``--config``.
+Reports are the results of a student, such as ``# reported_inertia: 4.4(1) g m^2``. Settings are values for the whole
+log: ``# key: value`` lines, ``--set`` and ``--config``.
 """
 
 from __future__ import annotations
@@ -14,15 +15,15 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities, vocabulary
+from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.readings import reported, roles
+from gyrodata.readings import roles
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 MOST_OF_ONE_CODE = 100
@@ -196,7 +197,7 @@ class Readings(Struct, frozen=True, dict=True):
     position_from: str | None = None
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
-    reported: Mapping[str, reported.Reported] = field(default_factory=dict)
+    reported: Mapping[str, Reported] = field(default_factory=dict)
     unmoved: Readings | None = None
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -321,6 +322,87 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a"
 """What students write if nothing was measured."""
 
 
+# What a student reports, for grading ------------------------------------------------------------------------------
+
+REPORTABLE = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
+"""Kind of quantity of each value that can be reported."""
+
+_Report = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+_FAULTS: dict[str, _Report] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
+
+
+class Reported(Struct, frozen=True):
+    """One value that a student reports, as far as it can be read.
+
+    Attributes
+    ----------
+    key : str
+        ``inertia``, ``imbalance``, ``timing_bias`` or ``exponent``.
+    text : str
+        As written.
+    value : float or None
+        [SI unit of its kind]; None if it cannot be read. If the unit is missing or wrong, the number is taken as SI.
+    u : float or None
+        Standard uncertainty [SI unit of its kind], after a division by a written k; None if none is written.
+    digits : int or None
+        Significant digits of the value; zeros at its end count only behind the decimal point.
+    u_digits : int or None
+        Significant digits of the uncertainty.
+    step : float or None
+        One step of the value's last digit [SI unit of its kind].
+    u_step : float or None
+        One step of the uncertainty's last digit [SI unit of its kind]; None if it is written in %.
+    fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
+        What is wrong, in a word.
+    problem : str or None
+        What is wrong, in a sentence; None exactly if `fault` is None.
+    line : int or None
+        Its line in its file, 1-based.
+    """
+
+    key: str
+    text: str
+    value: float | None = None
+    u: float | None = None
+    digits: int | None = None
+    u_digits: int | None = None
+    step: float | None = None
+    u_step: float | None = None
+    fault: _Report | None = None
+    problem: str | None = None
+    line: int | None = None
+
+
+def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
+    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
+    read = Reported(roles.reported_key(key), text.strip(), line=line)
+    kind = REPORTABLE[read.key]
+    bare = re.sub(quantities.IN_FRONT, "", read.text)
+    written = quantities.take_apart(bare)
+    try:
+        quantity = quantities.read_cell(bare, kind, None, ask)
+    except UnitError as error:
+        fault = _FAULTS.get(error.code, "unreadable")
+        read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
+        if written is None or fault == "unreadable":
+            return read
+        spread_unit = "%" if written.spread_unit == "%" else None
+        quantity = quantities.in_si(replace(written, unit=units.SI[kind], spread_unit=spread_unit), kind)
+    u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
+    if any(not 1e-30 <= abs(size) <= 1e30 for size in (quantity.value, u) if size):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
+    if written is None or quantity.step is None:
+        return read  # a fraction has no digits that could be counted
+    return replace(read, digits=_digits(written.number), u_digits=written.spread and _digits(written.spread))
+
+
+def _digits(number: str) -> int:
+    """Count significant digits: ``0.0044`` has as many as ``4.4e-3``; zeros before the point may only fill up."""
+    digits = re.sub("[^0-9.,]", "", re.split("[eE]", number)[0]).lstrip("0.,")
+    return len(re.sub("[.,]", "", digits) if re.search("[.,]", number) else digits.rstrip("0")) or 1
+
+
 # Values for the whole log -----------------------------------------------------------------------------------------
 
 
@@ -354,7 +436,7 @@ class Settings(Struct):
     steps: dict[str, float] = field(default_factory=dict)
     """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, reported.Reported] = field(default_factory=dict)
+    reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read; there is a fault for each."""
     origin: str = ""
@@ -405,7 +487,7 @@ def read_settings(
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
         result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
-        if known.startswith(roles.REPORTED) and result in reported.KINDS:
+        if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
         elif result == "inertia":
             answers.append((key, text))
@@ -427,7 +509,7 @@ def read_settings(
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
         # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
-        read = reported.read_reported(key, text.text)
+        read = read_reported(key, text.text)
         if read.fault is None or (len(key) > 1 and read.value is not None):
             _enter_reported(settings, key, text, faults, ask)
         else:
@@ -445,10 +527,10 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
-    read = reported.read_reported(key, text.text, text.place.line, ask)
+    read = read_reported(key, text.text, text.place.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
-        read = reported.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+        read = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = read
     if read.problem:
         faults.add("reported_value", text, name=name, problem=read.problem)
@@ -469,7 +551,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
 
 @lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
 def _nearest_key(key: str) -> list[str]:
-    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in reported.KINDS))
+    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
 
 

@@ -23,7 +23,8 @@ from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.patterns import CHANCE, Pattern, pattern_values
 from gyrodata.physics import RPM
-from gyrodata.readings import MOST_OF_ONE_CODE, Readings, kind_of_role, to_display
+from gyrodata.readings import Readings, kind_of_role, to_display
+from gyrodata.readings.lablog import MOST_OF_ONE_CODE
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Ball, Exponent, load_words, outlier_reason
 from gyrodata.units import from_si, parse_unit

@@ -72,6 +72,8 @@ class Kind(Struct, frozen=True):
     """Units to propose."""
     also: tuple[str, ...] = ()
     """Units of other dimensions that measure the same."""
+    in_words: str = ""
+    """Units of pint, with any prefix, that may be written as a word; "hand" and "point" are lengths there too."""
 
 
 KINDS = convert(vocabulary.KINDS, dict[str, Kind])
@@ -131,15 +133,7 @@ def fold_letters(text: str) -> str:
     return "".join(c for c in folded if c < "\u0590" or unicodedata.category(c)[0] != "M")
 
 
-_BASES = {
-    "kg": Dimensions(mass=1),
-    "m": Dimensions(length=1),
-    "s": Dimensions(time=1),
-    "N": Dimensions(1, 1, -2),
-    "rad": Dimensions(angle=1),
-    "rev": Dimensions(turn=1),
-    "rev/s": Dimensions(time=-1, turn=1),
-}
+_BASES = {unit: Dimensions(*powers) for unit, powers in vocabulary.BASES.items()}
 _SYMBOLS: dict[str, Unit] = {}
 for _spelling, _line in vocabulary.UNITS.items():
     _factor, _base, *_words = [*_line.split(), _spelling]
@@ -210,20 +204,15 @@ _DIMENSIONS = {
 }
 """What the units of each kind may have."""
 
-_PINT_NAMES = frozenset(
-    ("gram", "meter", "second", "minute", "hour", "newton", "dyne", "pound", "ounce", "inch", "foot", "yard")
-)
-"""Units of pint, with any prefix, that may be written in a log; "hand" and "point" are lengths there too."""
-
 
 def _from_pint(name: str, kind: str) -> Unit | None:
     """Convert a unit written as a word; None if it is not one of this kind."""
-    if kind not in ("mass", "length", "time", "force") or not re.fullmatch("[a-z]{4,20}", name):
+    if not KINDS[kind].in_words or not re.fullmatch("[a-z]{4,20}", name):
         return None
     import pint
 
     registry: Any = pint.application_registry
-    if not any(unit in _PINT_NAMES for _, unit, _ in registry.parse_unit_name(name)):
+    if not any(unit in KINDS[kind].in_words.split() for _, unit, _ in registry.parse_unit_name(name)):
         return None
     quantity = registry.Quantity(1, name)
     return Unit(name, float(quantity.to(SI[kind]).magnitude)) if quantity.is_compatible_with(SI[kind]) else None

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 _SECTIONS = tomllib.loads(Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8"))
+BASES: dict[str, list[int]] = _SECTIONS.pop("bases")
+"""Powers of mass, length, time, radians and revolutions of the units by which all others are given."""
 UNITS: dict[str, str] = _SECTIONS.pop("units")
 """Units by the spelling given back: SI factor, a unit that measures the same, and what students write."""
 KINDS: dict[str, Any] = _SECTIONS.pop("kinds")
@@ -15,6 +17,8 @@ ROLES: dict[str, Any] = _SECTIONS.pop("roles")
 """The fields of each role."""
 CONSTANTS: dict[str, str] = _SECTIONS.pop("constants")
 """The kind of each constant of a log that is not a role."""
+LINES: dict[str, Any] = _SECTIONS.pop("lines")
+"""The other keys of ``# key: value``: a sample of several quantities, or words and a hint."""
 MONTHS: dict[str, str] = _SECTIONS.pop("months")
 """What the names of the months begin with, by number."""
 SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")

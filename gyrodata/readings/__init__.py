@@ -15,17 +15,7 @@ from msgspec.structs import replace
 
 from gyrodata.readings import choice, lablog, layout, table
 from gyrodata.readings import source as sources
-from gyrodata.readings.lablog import (
-    MOST_OF_ONE_CODE,
-    Column,
-    Faults,
-    Place,
-    Reading,
-    Readings,
-    listing,
-    split_lines,
-)
-from gyrodata.readings.reported import Reported, read_reported
+from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, Reported, listing, read_reported
 from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, check_value, kind_of_role, to_display, u_keys
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
 from gyrodata.readings.table import rounded_turns
@@ -92,18 +82,10 @@ def read_log(
     given.origin = table.read_notes(grid, faults)
     grid, falls = layout.split_spin_down(grid)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
-    log = Readings(
-        faults.name,
-        grid.sha256,
-        constants=given.constants,
-        uncertainties=given.uncertainties,
-        stated_at={key: item.place for key, item in given.given_uncertainties.items()},
-        metadata=given.metadata,
-        reported=given.reported,
-        source_text="\n".join(faults.lines),
-        sheets=faults.sheets,
-        **given.fields,
-    )
+    log = Readings(faults.name, grid.sha256, source_text="\n".join(faults.lines), sheets=faults.sheets, **given.fields)
+    log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = replace(log, metadata=given.metadata, stated_at=stated_at)
     found = layout.find_layout(grid, faults)
     if found is None:
         return replace(log, diagnostics=faults.all_told())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections.abc import Collection, Mapping
 from fractions import Fraction
@@ -18,13 +17,6 @@ from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import kinds_of
 
 TWO_READINGS = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
-_BY_UNIT = {
-    "mass": ("mass", "force", "torque"),
-    "position": ("position", "torque"),
-    "spin": ("spin", "spin_start", "spin_end"),
-    "time": roles.TIMINGS,
-}
-"""Roles that a column without a known name can have by its unit, if none of the roles behind them is there."""
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _PART_OF_TURN = vocabulary.pattern("parts")
 """Words for a part of a turn."""
@@ -116,7 +108,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         elif is_time and turns_in(header.text):
             stating.append(column)
         elif found == ("spin",) and texts and all(TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
-            faults.add("two_readings", column.cell, header=header.text)
+            faults.add("two_readings", column.cell)
             choice.serve(replace(column, role="spin_start", part=1))
             choice.serve(replace(column, role="spin_end", part=2))
         elif len(found) == 1:
@@ -130,7 +122,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     of_one_turn = times and all(_PERIOD_SYMBOL.match(one.cell.text) and one.number and not one.turns for one in times)
     if of_one_turn and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) and not _told_of_parts(table):
         choice.used["time"] = [replace(one, turns="1") for one in times]  # "T1 [s]", "T2 [s]"
-        faults.add("period_of_one_turn", times[0].cell, header=times[0].cell.text)
+        faults.add("period_of_one_turn", times[0].cell)
     if several:
         _eliminate(table, several, choice, faults)
     if choice.unplaced:
@@ -149,14 +141,14 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, 
         times = [one for one in choice.used.get("time", []) if one.turns not in ("", turns)]
         if copied := next((one for one in times if _is_multiple(table, one, column, turns)), None):
             why = f'is not used: it is calculated from "{copied.cell.text}"'
-            faults.add("not_used", column.cell, header=column.cell.text, why=why)
+            faults.add("not_used", column.cell, why=why)
         elif of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
             choice.serve(replace(column, role="spin_time", turns=turns))
         elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
             numbers = {one.number for one in choice.used.get("time", [])}
-            number = next(number for number in itertools.count(1) if number not in numbers)
+            number = next(number for number in range(1, len(numbers) + 2) if number not in numbers)
             choice.serve(replace(column, role="time", number=number, turns=turns))
     times = choice.used.get("time", [])
     said, others = {one.turns for one in times if one.turns}, [one.number for one in times if not one.turns]
@@ -207,7 +199,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         if column.header.roles == ("time", "precession_period") and single and not known and not _told_of_parts(table):
             several.remove(column)
             choice.serve(replace(column, role="precession_period"))
-            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
+            faults.add("period_of_one_turn", column.cell)
     while decided := [column for column in several if len(_left(column, choice)) == 1]:
         several.remove(decided[0])
         choice.serve(replace(decided[0], role=_left(decided[0], choice)[0]))
@@ -218,10 +210,9 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
             ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
             choice.asked.update(left)
-            faults.add("two_roles", cell, header=cell.text, roles=" and ".join(left), ways=ways)
+            faults.add("two_roles", cell, roles=" and ".join(left), ways=ways)
         else:
-            why = f"is not used: it fits {' and '.join(column.header.roles)}"
-            faults.add("not_used", cell, header=cell.text, why=why)
+            faults.add("not_used", cell, why=f"is not used: it fits {' and '.join(column.header.roles)}")
 
 
 def _told_of_parts(table: layout.Layout) -> bool:
@@ -260,48 +251,39 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)
-        faults.add("read_by_cells", column.cell, header=column.cell.text, role=column.role)
+        faults.add("read_by_cells", column.cell, role=column.role)
     for column in columns:
         # "preccesion peroid (s)"
         is_time = column.cell in choice.unplaced and "time" in kinds_of(column.header.unit or "")
-        if (
-            is_time
-            and choice.there.isdisjoint(roles.TIMINGS)
-            and roles.suggest_role(column.cell.text, 0.85) in roles.ONE_TURN
-        ):
+        is_time = is_time and choice.there.isdisjoint(roles.TIMINGS) and not re.search("[0-9]", column.cell.text)
+        if is_time and roles.suggest_role(column.cell.text, 0.85) == "precession_period":
             choice.serve(replace(column, role="precession_period"))
             choice.unplaced.remove(column.cell)
-            faults.add("period_of_one_turn", column.cell, header=column.cell.text)
+            faults.add("period_of_one_turn", column.cell)
     there = choice.there | choice.asked
-    for role, present in _BY_UNIT.items():
+    for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)
-        unplaced = [column for column in columns if column.cell in choice.unplaced]
-        fit = [column for column in unplaced if kind in kinds_of(column.header.unit or "")]
+        fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
         if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
+        text = fit[0].cell.text
         if len(fit) > 1:
             # "Alice's time" and "Bob's time" are two readings of one time.
             names = {"".join(re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:]) for one in fit}
-            if role == "time" and len(names) == 1 and "time" in roles.name_roles(names.pop())[0]:
-                for number, one in enumerate(fit, 1):
-                    choice.serve(replace(one, role=role, number=number))
-                    choice.unplaced.remove(one.cell)
-                    faults.add("read_by_unit", one.cell, header=one.cell.text, role=role, kind=units.KINDS[kind].words)
-            continue
-        cell = fit[0].cell
-        # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-        words = roles.squeezed_words(cell.text)
-        words = {word for word in words if role != "spin" or not re.search(roles.SPINNING, word)}
-        other = (
-            words & _OTHER_THINGS
-            or (role == "mass" and roles.is_part_of_mass(cell.text))
-            or re.match(r"[^\[^]*[0-9]|[σε]\w", cell.text)
-        )
-        if not other and not (role == "spin" and re.search(roles.PRECESSION, cell.text)):
-            choice.serve(replace(fit[0], role=role))
-            choice.unplaced.remove(cell)
-            faults.add("read_by_unit", cell, header=cell.text, role=role, kind=units.KINDS[kind].words)
+            other = role != "time" or len(names) > 1 or "time" not in roles.name_roles(names.pop())[0]
+        else:
+            # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
+            words = {
+                word for word in roles.squeezed_words(text) if role != "spin" or not re.search(roles.SPINNING, word)
+            }
+            other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
+            other |= role == "mass" and roles.is_part_of_mass(text)
+            other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
+        for number, one in enumerate(fit if not other else (), 1):
+            choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
+            choice.unplaced.remove(one.cell)
+            faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:

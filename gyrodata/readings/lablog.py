@@ -1,6 +1,7 @@
-"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, and its settings.
+"""The nouns of the reader: a place in a file, a column of readings, the whole log, its faults, reports and settings.
 
-Settings are values for the whole log: ``# key: value`` lines, ``--set`` and ``--config``.
+Reports are the results of a student, such as ``# reported_inertia: 4.4(1) g m^2``. Settings are values for the whole
+log: ``# key: value`` lines, ``--set`` and ``--config``.
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, lru_cache
 from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import msgspec
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities
+from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.errors import Diagnostic, InputError
-from gyrodata.readings import reported, roles
-from gyrodata.units import Uncertainty, UnitError
+from gyrodata.readings import roles
+from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 MOST_OF_ONE_CODE = 100
 """Diagnostics of one code that are shown; a column of text for numbers has as many faults as rows."""
@@ -96,9 +97,8 @@ class Column(Struct, frozen=True, dict=True):
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
-        return replace(
-            self, readings=tuple([self.readings[i] for i in rows]), spots=tuple([self.spots[i] for i in rows])
-        )
+        readings, spots = tuple([self.readings[i] for i in rows]), tuple([self.spots[i] for i in rows])
+        return replace(self, readings=readings, spots=spots)
 
     def place(self, run: int) -> Place | None:
         """Return the place of a reading; None for a value from an option or a simulation."""
@@ -197,7 +197,7 @@ class Readings(Struct, frozen=True, dict=True):
     position_from: str | None = None
     origin_u: float = 0.0
     metadata: Mapping[str, str] = field(default_factory=dict)
-    reported: Mapping[str, reported.Reported] = field(default_factory=dict)
+    reported: Mapping[str, Reported] = field(default_factory=dict)
     unmoved: Readings | None = None
     unread: tuple[tuple[str, tuple[str, ...]], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
@@ -247,28 +247,24 @@ class Faults:
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
 
-    def make(self, code: str, message: str, hint: str = "", place: Place | None = None, width: int = 1) -> Diagnostic:
-        """Return a diagnostic with the severity of its code and the excerpt of its line."""
-        if place is None:
-            return Diagnostic.of(code, message, hint, self.name)
-        excerpt = self.lines[place.line - 1] if 0 < place.line <= len(self.lines) else ""
-        sheet, row = self._row(place.line)
-        high, low = divmod(excerpt[: place.column - 1].count("\t"), 26)
-        letters = chr(64 + high) * (high > 0) + chr(65 + low)
-        cell = f"{sheet}!{letters}{row}" if sheet and row else sheet
-        return Diagnostic.of(code, message, hint, self.name, *place, excerpt, width, cell=cell)
-
     def message(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
         """Fill in a message of `messages.toml`.
 
         The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
+        A list is one of line numbers, and {cell} is the text of the cell.
         """
         about = diagnostics.messages()[name]
-        code = values.get("code") or about.code.split()[1]
-        width = len(place.text if isinstance(place, Text) else str(values.get("text", "")))
-        place = place.place if isinstance(place, Text) else place
-        words, hint = about.message.format(**values), about.hint.format(**values)
-        return replace(self.make(code, words, hint, place, max(1, width)), doubt=about.doubt)
+        code, text = values.get("code") or about.code.split()[1], str(values.get("text", ""))
+        where, text = (place.place, place.text) if isinstance(place, Text) else (place, text)
+        values = {key: self.span(value) if isinstance(value, list) else value for key, value in values.items()}
+        words, hint = (words.format(cell=text, **values) for words in (about.message, about.hint))
+        if where is None:
+            return Diagnostic.of(code, words, hint, self.name, doubt=about.doubt)
+        excerpt = self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
+        sheet, row = self._row(where.line)
+        high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
+        cell = f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}" if sheet and row else sheet
+        return Diagnostic.of(code, words, hint, self.name, *where, excerpt, max(1, len(text)), about.doubt, cell)
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
@@ -302,7 +298,7 @@ class Faults:
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
         more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
-        told = [self.make(code, f"{count} more of this kind are not shown") for code, count in more.items()]
+        told = (Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name) for code, n in more.items())
         return (*self.found, *told)
 
     def has_error(self) -> bool:
@@ -324,6 +320,87 @@ def header_of(role: str, unit: str) -> str:
 
 BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})
 """What students write if nothing was measured."""
+
+
+# What a student reports, for grading ------------------------------------------------------------------------------
+
+REPORTABLE = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
+"""Kind of quantity of each value that can be reported."""
+
+_Report = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+_FAULTS: dict[str, _Report] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
+
+
+class Reported(Struct, frozen=True):
+    """One value that a student reports, as far as it can be read.
+
+    Attributes
+    ----------
+    key : str
+        ``inertia``, ``imbalance``, ``timing_bias`` or ``exponent``.
+    text : str
+        As written.
+    value : float or None
+        [SI unit of its kind]; None if it cannot be read. If the unit is missing or wrong, the number is taken as SI.
+    u : float or None
+        Standard uncertainty [SI unit of its kind], after a division by a written k; None if none is written.
+    digits : int or None
+        Significant digits of the value; zeros at its end count only behind the decimal point.
+    u_digits : int or None
+        Significant digits of the uncertainty.
+    step : float or None
+        One step of the value's last digit [SI unit of its kind].
+    u_step : float or None
+        One step of the uncertainty's last digit [SI unit of its kind]; None if it is written in %.
+    fault : {"unreadable", "no unit", "wrong unit", "given twice"} or None
+        What is wrong, in a word.
+    problem : str or None
+        What is wrong, in a sentence; None exactly if `fault` is None.
+    line : int or None
+        Its line in its file, 1-based.
+    """
+
+    key: str
+    text: str
+    value: float | None = None
+    u: float | None = None
+    digits: int | None = None
+    u_digits: int | None = None
+    step: float | None = None
+    u_step: float | None = None
+    fault: _Report | None = None
+    problem: str | None = None
+    line: int | None = None
+
+
+def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
+    """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
+    read = Reported(roles.reported_key(key), text.strip(), line=line)
+    kind = REPORTABLE[read.key]
+    bare = re.sub(quantities.IN_FRONT, "", read.text)
+    written = quantities.take_apart(bare)
+    try:
+        quantity = quantities.read_cell(bare, kind, None, ask)
+    except UnitError as error:
+        fault = _FAULTS.get(error.code, "unreadable")
+        read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
+        if written is None or fault == "unreadable":
+            return read
+        spread_unit = "%" if written.spread_unit == "%" else None
+        quantity = quantities.in_si(replace(written, unit=units.SI[kind], spread_unit=spread_unit), kind)
+    u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
+    if any(not 1e-30 <= abs(size) <= 1e30 for size in (quantity.value, u) if size):
+        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
+    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
+    if written is None or quantity.step is None:
+        return read  # a fraction has no digits that could be counted
+    return replace(read, digits=_digits(written.number), u_digits=written.spread and _digits(written.spread))
+
+
+def _digits(number: str) -> int:
+    """Count significant digits: ``0.0044`` has as many as ``4.4e-3``; zeros before the point may only fill up."""
+    digits = re.sub("[^0-9.,]", "", re.split("[eE]", number)[0]).lstrip("0.,")
+    return len(re.sub("[.,]", "", digits) if re.search("[.,]", number) else digits.rstrip("0")) or 1
 
 
 # Values for the whole log -----------------------------------------------------------------------------------------
@@ -359,7 +436,7 @@ class Settings(Struct):
     steps: dict[str, float] = field(default_factory=dict)
     """One step of the last digit of each constant [SI unit]."""
     metadata: dict[str, str] = field(default_factory=dict)
-    reported: dict[str, reported.Reported] = field(default_factory=dict)
+    reported: dict[str, Reported] = field(default_factory=dict)
     unread: set[str] = field(default_factory=set)
     """Roles whose value could not be read; there is a fault for each."""
     origin: str = ""
@@ -410,7 +487,7 @@ def read_settings(
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
         result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
-        if known.startswith(roles.REPORTED) and result in reported.KINDS:
+        if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
         elif result == "inertia":
             answers.append((key, text))
@@ -431,8 +508,8 @@ def read_settings(
             _warn_of_remark(match[1], match[2], comment, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
-        read = reported.read_reported(key, text.text)
         # "I = 3" may be a current, and "I_zz: see the report" is not an answer.
+        read = read_reported(key, text.text)
         if read.fault is None or (len(key) > 1 and read.value is not None):
             _enter_reported(settings, key, text, faults, ask)
         else:
@@ -450,10 +527,10 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     before = settings.reported.get(name)
     if text.text in BLANKS or (before is not None and before.text == text.text):
         return
-    read = reported.read_reported(key, text.text, text.place.line, ask)
+    read = read_reported(key, text.text, text.place.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
-        read = reported.Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+        read = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
     settings.reported[name] = read
     if read.problem:
         faults.add("reported_value", text, name=name, problem=read.problem)
@@ -474,46 +551,31 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
 
 @lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
 def _nearest_key(key: str) -> list[str]:
-    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in reported.KINDS))
+    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
     return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
-_WORDS: dict[str, tuple[Mapping[str, str | bool | None], str]] = {
-    "tachometer": (
-        {word: word for word in roles.TACHOMETERS},
-        'write "follows" (it was turned with the rod) or "still" (it was held in one place)',
-    ),
-    "motion": ({word: word for word in roles.MOTIONS}, 'write "released" (let go from rest) or "steady"'),
-    "balanced": (roles.YES_OR_NO | {"": None}, 'write "yes" (balanced as in step 2) or "no"'),
-    "position_from": (roles.ORIGINS, 'write "centre" (of the ball), "surface" or "tip"'),
-    "question_numbers": (roles.YES_OR_NO, 'write "no" to omit the numbers of the questions in the report'),
-}
-"""Keys of words: the meaning of each word, and the hint for any other word."""
+_YES_OR_NO: dict[str, bool | None] = {"": None}
+_YES_OR_NO |= {word: said == "yes" for said in ("yes", "no") for word in vocabulary.words(said).split()}
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
 
 
-_SEVERAL = {
-    "balance_tilt": (r"(.+?)\s+in\s+(.+)", ("angle", "time"), "3 deg in 10 s"),
-    "balance_drift": (r"(.+?)\s+in\s+(.+?)\s+at\s+(.+)", ("angle", "time", "rate"), "5 deg in 60 s at 400 rpm"),
-    "spin_down": (r"(.+?)\s+to\s+(.+?)\s+in\s+(.+)", ("rate", "rate", "time"), "612 rpm to 540 rpm in 120 s"),
-    "falling_mass": (
-        r"(.+?) at (.+?), (.+?) in (.+?)(?:, friction (.+))?",
-        ("mass", "length", "length", "time", "mass"),
-        "50 g at 25 mm, 80 cm in 7.5 s, friction 5 g",
-    ),
-}
-"""Keys of several quantities: how they are written, the kind of each, and a sample."""
+def form_of(key: str) -> tuple[str, list[str]]:
+    """Return how a line of several quantities is written, with {} for each of them, and their kinds."""
+    sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
+    return re.sub(quantity, "{}", sample), [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
 
 
 def _read_several(key: str, text: str) -> tuple[float, ...]:
     """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
-    pattern, kinds, sample = _SEVERAL[key]
-    match, hint = re.fullmatch(pattern, text), f'write it like "{sample}"'
+    text += ", friction 0 g" if key == "falling_mass" and "friction" not in text else ""
+    (form, kinds), hint = form_of(key), f'write it like "{vocabulary.LINES[key]["sample"]}"'
+    match = re.fullmatch(form.replace("{}", "(.+?)").replace(" ", r"\s+"), text)
     if match is None:
         raise UnitError("is not understood", hint)
     try:
-        numbers = tuple(map(quantities.parse_quantity, match.groups("0 g"), kinds))
+        numbers = tuple(map(quantities.parse_quantity, match.groups(), kinds))
     except UnitError as error:
         raise UnitError(f"is not understood: {error}", error.hint or hint) from None
     if key == "falling_mass":
@@ -534,18 +596,18 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
-    key, text = item.key, item.text.strip()
+    key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
     try:
         if key == "spin_down":
             falls = (_read_several(key, part.strip()) for part in text.split(";") if part.strip())
             # Several lines are several falls.
             settings.fields[key] = (*settings.fields.get(key, ()), *falls)
-        elif key in _SEVERAL:
+        elif "sample" in line:
             settings.fields[key] = _read_several(key, text)
-        elif key in _WORDS:
-            words, hint = _WORDS[key]
+        elif line:
+            words = line.get("words") or _YES_OR_NO
             if text.lower() not in words:
-                raise UnitError("is none of the words that can be read here", hint)
+                raise UnitError("is none of the words that can be read here", line["hint"])
             if key == "question_numbers":
                 settings.metadata[key] = "yes" if words[text.lower()] else "no"
             else:
@@ -560,7 +622,26 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 raise UnitError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
-            _enter_quantity(settings, item, ask, faults)
+            # g is in m/s² if it has no unit.
+            written = quantities.take_apart(text) if key == "g" else None
+            bare = written is not None and not written.unit
+            cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
+            if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
+                message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
+                raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
+            fault, hint = roles.check_value(key, cell.value)
+            if key in roles.CONSTANTS and not cell.value > 0:
+                fault, hint = "is not above zero", ""
+            if fault:
+                raise UnitError(fault, hint)
+            if bare:
+                faults.add("g_without_unit", item.place, text=item.text)
+            if key in roles.CONSTANTS:
+                settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
+                if cell.uncertainty is not None:
+                    settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
+            else:
+                settings.roles[key] = replace(item, cell=cell)
     except UnitError as error:
         hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
         values: dict[str, Any] = {"label": item.label, "text": item.text, "error": error, "hint": hint}
@@ -568,31 +649,6 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             raise Faults(faults.name).refuse("option_value", **values) from None
         settings.unread |= {key} & set(roles.ROLES)
         faults.add("key_value", item.place, **values)
-
-
-def _enter_quantity(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
-    """Enter a role or a constant that is within its bounds; g is in m/s² if it has no unit."""
-    key, text = item.key, item.text
-    written = quantities.take_apart(text) if key == "g" else None
-    bare = written is not None and not written.unit
-    cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
-    if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
-        message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
-        raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
-    if key in roles.CONSTANTS and not cell.value > 0:
-        raise UnitError("is not above zero")
-    fault, hint = roles.check_value(key, cell.value)
-    if fault:
-        raise UnitError(fault, hint)
-    if bare:
-        faults.add("g_without_unit", item.place, text=text)
-    if key not in roles.CONSTANTS:
-        settings.roles[key] = replace(item, cell=cell)
-        return
-    settings.constants[key] = cell.value
-    settings.steps[key] = cell.step or 0.0
-    if cell.uncertainty is not None:
-        settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
 
 
 OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}

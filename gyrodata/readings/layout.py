@@ -9,11 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection
 from decimal import Decimal, DecimalException
-from functools import lru_cache
 from itertools import accumulate, pairwise
-from statistics import fmean
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -56,19 +53,24 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
         rows = grid.rows[:_TITLES_LOOKED_AT]
-        first = next((at for at, row in enumerate(rows) if _is_head(row)), None)
-        if first is None:
-            # No header is known by its names: it is the first row as wide as most rows.
-            width = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
-            first = next((at for at, row in enumerate(rows) if width and len(row.texts) == width[0][0]), 0)
-        head = rows[first]
+        # If no header is known by its names, it is the first row as wide as most rows.
+        widths = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
+        head = next(filter(_is_head, rows), None)
+        head = head or next((row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0])
         if 2 * _numbers(head) >= max(1, len(_filled(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
-        if early := next((row for row in rows[:first] if sum(map(_is_bare, row.texts)) > 2), None):
-            lines = {"early": faults.span([early.line]), "line": faults.span([head.line])}
-            raise faults.refuse("numbers_above_header", grid.cell(early, 0), **lines)
+        if early := next((row for row in rows[: rows.index(head)] if sum(map(_is_bare, row.texts)) > 2), None):
+            raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
         _move_units(grid.rows, head)
-        grid = _with_captions(grid, head)
+        heads = [row for row in grid.rows if _is_head(row)] or [head]
+        if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
+            # A line behind # may give a quantity without a column: "# each time is for one full turn".
+            said = [(f"# {text.text}", text) for text in grid.comments]
+            said += [(f"# {key}: {text.text}", text) for key, text in grid.metadata if not roles.is_key(key)]
+            captions = [Row(text.place.line, [words]) for words, text in said]
+            there = {row.line for row in grid.rows}
+            captions = [row for row in captions if row.line not in there and lacking.intersection(_said(row))]
+            grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, faults)
         sheet = _Sheet(grid, faults)
@@ -133,32 +135,13 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
 def _move_units(rows: list[Row], head: Row) -> None:
     """Move units that are in a column of their own, without a name, to the header on their left."""
     for at, text in enumerate([*head.texts, ""]):
-        cells = [
-            row.texts[at] for row in rows if row is not head and at < len(row.texts) and is_number(row.texts[at - 1])
-        ]
+        runs = (row.texts for row in rows if row is not head and at < len(row.texts))
+        cells = [texts[at] for texts in runs if is_number(texts[at - 1])]
         if at and not text and 2 * len(cells) > len(rows) and len(set(cells)) == 1 and kinds_of(cells[0]):
             head.texts[at - 1] += f" [{cells[0]}]"
             for row in rows:
                 if row.texts[at : at + 1] == cells[:1]:
                     row.texts[at:] = ["", *row.texts[at + 1 :]] if row.texts[at + 1 :] else []
-
-
-def _with_captions(grid: Grid, head: Row) -> Grid:
-    """Add the lines behind # that give a quantity without a column, such as "# each time is for one full turn"."""
-    heads = [row for row in grid.rows if _is_head(row)] or [head]
-    lacking = _lacking([parse_header(text) for row in heads for text in row.texts], grid)
-    if not lacking:
-        return grid
-    said = [(f"# {text.text}", text.place.line) for text in grid.comments]
-    said += [
-        (f"# {key}: {text.text}", text.place.line)
-        for key, text in grid.metadata
-        if key.lower() not in roles.KEYS and not key.lower().startswith(roles.REPORTED)
-    ]
-    there = {row.line for row in grid.rows}
-    captions = [Row(line, [text]) for text, line in said if line not in there]
-    captions = [row for row in captions if lacking.intersection(_said(row))]
-    return replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
 
 
 _SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
@@ -275,11 +258,8 @@ def _is_head(row: Row) -> bool:
 def _units(row: Row) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
     units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
-    is_unit = [unit == "%" or bool(kinds_of(unit) and not quantities.PLAIN.fullmatch(unit)) for unit in units]
-    is_unit = [
-        known or (roles.from_centre(unit) and bool(kinds_of(unit.split()[0])))
-        for unit, known in zip(units, is_unit, strict=True)
-    ]
+    bare = [unit.split()[0] if roles.from_centre(unit) else unit for unit in units]  # "cm from centre"
+    is_unit = [one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one)) for one in bare]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
     is_row = all(unit in BLANKS or unit != text for unit, text in others)
     # Calculated columns can have units that gyro does not know: "rad²/s²".
@@ -306,7 +286,6 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
 
 
-@lru_cache(maxsize=4096)
 def is_of_means(header: str) -> bool:
     """Return whether a column contains means, by its name."""
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
@@ -335,7 +314,7 @@ _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
-def _turns_stated(clause: str, whole: str, found: Collection[str]) -> str:
+def _turns_stated(clause: str, whole: str, found: dict[str, dict[str, int]]) -> str:
     """Return the turns that a clause of a line states for the times of runs; "" for a line about other turns.
 
     Such a clause names a time, or a mass of a run, or it contains hardly anything else.
@@ -436,8 +415,8 @@ class _Sheet:
         """What captions say of all tables."""
         self.arm: _Given = {}
         """The position that a caption gave last: it is valid until another is given."""
-        self.said: list[tuple[Text, dict[str, str]]] = []
-        """What was read of each caption."""
+        self.said: list[tuple[Text, str, str]] = []
+        """Each caption, whether its runs are below or above it, and what was read of it."""
         texts = [*("".join(row.texts) for row in grid.rows), *(comment.text for comment in grid.comments)]
         legend = filter(None, map(_LEGEND.fullmatch, texts))
         self.legend = {squeeze(one[1]): one[2] for one in legend if parse_header(one[2]).unit}
@@ -555,8 +534,8 @@ class _Sheet:
             # A position is blank in a run without a weight.
             has_position = any("position" in header.roles for _, header in self.here)
             if lost := sorted(self.told - there - ({"position"} if has_position else set())):
-                line, sample = self.faults.span([self.head.line]), roles.BY_NAME[lost[0]].sample
-                raise self.faults.refuse("lacks_in_first_row", self.here[0][0], line=line, role=lost[0], sample=sample)
+                line, lacks = [self.head.line], roles.BY_NAME[lost[0]]
+                raise self.faults.refuse("lacks_in_first_row", self.here[0][0], line=line, lacks=lacks)
         self.runs.append((row, self.places, self.given))
 
     def _begin_runs(self) -> None:
@@ -569,25 +548,22 @@ class _Sheet:
         if untimed or (means and self.runs and not self.only_means):
             self.skipped = True
             why = "untimed_table" if untimed else "table_of_means"
-            self.faults.add(why, self.here[0][0], line=self.faults.span([self.head.line]), name=names[0])
+            self.faults.add(why, self.here[0][0], line=[self.head.line])
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
             if cell.text and any((cell.text, header.unit) == (old.text, own.unit) for old, own in self.here[:at]):
-                raise self.faults.refuse("same_names", cell, name=cell.text)
+                raise self.faults.refuse("same_names", cell)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
                 same |= len(old.roles) == 1 and (old.roles, old.number) == (header.roles, header.number)
-                same = same and turns_in(old_cell.text) == turns_in(cell.text)
-                if same and k not in self.places:
-                    place = k
-                    break
+                if same and turns_in(old_cell.text) == turns_in(cell.text) and k not in self.places:
+                    place = min(place, k)
             if place == len(self.columns):
                 self.columns.append((cell, header))
             elif self.columns[place][1].unit != header.unit and header.roles:
-                line, old_name = self.faults.span([cell.place.line]), self.columns[place][0].text
-                raise self.faults.refuse("other_unit", cell, line=line, second=cell.text, first=old_name)
+                raise self.faults.refuse("other_unit", cell, line=[cell.place.line], first=self.columns[place][0].text)
             self.places.append(place)
 
     def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
@@ -600,8 +576,7 @@ class _Sheet:
         for row in self.words:
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                values = {"line": self.faults.span([row.line]), "where": where, "said": told}
-                self.said.append((self.grid.cell(row, _filled(row)[0]), values))
+                self.said.append((self.grid.cell(row, _filled(row)[0]), where, told))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
@@ -639,11 +614,10 @@ class _Sheet:
                 self._leave_out("summary", part.pop())
         for why, left in self.left_out.items():
             if left:
-                lines = self.faults.span(sorted({row.line for row, _ in left}))
-                values = {"lines": lines, "texts": listing([row.texts[at] for row, at in left], 4)}
-                self.faults.add(why, self.grid.cell(*left[0]), **values)
-        for cell, said in self.said:
-            self.faults.add("caption", cell, **said)
+                said, lines = listing([row.texts[at] for row, at in left], 4), sorted({row.line for row, _ in left})
+                self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=said)
+        for cell, where, told in self.said:
+            self.faults.add("caption", cell, line=[cell.place.line], where=where, said=told)
             # A remark that was read as a caption is not a remark.
             remark = diagnostics.messages()["remark"].code.split()[1]
             found = self.faults.found
@@ -655,11 +629,11 @@ class _Sheet:
             rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in rows) > 1:
                 cell = self.grid.cell(part[0], _filled(part[0])[0])
-                raise self.faults.refuse("repeated_table", cell, line=self.faults.span([part[0].line]))
+                raise self.faults.refuse("repeated_table", cell, line=[part[0].line])
             seen.update(rows)
         if len(parts) > 1:
-            lines = ", ".join(self.faults.span([row.line for row in part]) for part in parts)
-            self.faults.add("tables_joined", cells[0], count=len(parts), lines=lines)
+            spans = ", ".join(self.faults.span([row.line for row in part]) for part in parts)
+            self.faults.add("tables_joined", cells[0], count=len(parts), lines=spans)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
         there = {role for header in headers for role in header.roles}
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
@@ -667,7 +641,7 @@ class _Sheet:
             if not cell.text or (header.unit and other.unit) or any(row.texts[at] for row in table.rows):
                 continue
             if turns := turns_in(behind.text):
-                raise self.faults.refuse("header_split", behind, part=behind.text, header=cell.text, turns=turns)
+                raise self.faults.refuse("header_split", behind, header=cell.text, turns=turns)
         is_plain = len(there) == sum(len(header.roles) for header in headers) and "spin_turns" not in there
         is_timed = not there.isdisjoint(roles.TIMINGS)
         return table if is_plain and is_timed else _with_differences(table, there, self.faults)
@@ -680,7 +654,7 @@ def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
         columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    return bool(times) and all(abs(fmean(runs) - last) < 1e-3 * abs(fmean(runs)) for *runs, last in columns)
+    return bool(times) and all(abs(sum(above) - len(above) * last) < 1e-3 * abs(sum(above)) for *above, last in columns)
 
 
 # Before the first run ----------------------------------------------------------------------------------------------
@@ -745,7 +719,7 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
         if any(text.startswith("-") for text in texts):
             return table
         cell = table.cells[one]
-        faults.add("read_as", cell, first=cell.text, sign=sign, second=second, name=name)
+        faults.add("read_as", cell, sign=sign, second=second, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts[:width], text]

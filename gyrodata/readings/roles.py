@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache, lru_cache
 from itertools import accumulate
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from msgspec import Struct, convert
 from msgspec.structs import replace
@@ -43,6 +43,8 @@ class Role(Struct, frozen=True):
     """What can replace it, for hints."""
     derived_from: tuple[str, ...] = ()
     """Sets of roles, each separated by blanks; if all of one set are there, this role is only compared."""
+    by_unit_without: tuple[str, ...] = ()
+    """Roles; if none of them is there, a column without a known name can have this role by its unit."""
     u_of: str = ""
     """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 
@@ -68,44 +70,18 @@ SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 CONSTANTS = vocabulary.CONSTANTS
 """Kinds of the constants of a log that are not roles."""
 
-SHARED_UNCERTAINTIES = {
-    **{f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind},
-    "u_imbalance": "torque",
-    "u_ball_mass": "mass",
-    "u_ball_diameter": "length",
-    "u_rod_length": "length",
-}
+SHARED_UNCERTAINTIES = {f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind}
+SHARED_UNCERTAINTIES |= {"u_imbalance": "torque", "u_ball_mass": "mass"}
+SHARED_UNCERTAINTIES |= {"u_ball_diameter": "length", "u_rod_length": "length"}
 """Kinds of the uncertainties whose names are not those of roles."""
 
 UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
-TACHOMETERS = ("follows", "still")
-"""How the tachometer was held: it follows the rod, or it stays in one place."""
-MOTIONS = ("steady", "released")
-"""How the rod was started: guided until it precesses steadily, or released from rest."""
-YES_OR_NO = dict.fromkeys(vocabulary.words("yes").split(), True) | dict.fromkeys(vocabulary.words("no").split(), False)
-"""Whether the ball is balanced, in the languages of the headers."""
-ORIGINS = {"centre": "centre", "center": "centre", "surface": "surface", "tip": "tip"}
-"""Points from which positions count."""
 
 
-class OriginLength(NamedTuple):
-    """The length between the centre of the ball and the point from which positions count."""
-
-    key: str
-    share: float
-    """Share of the value of `key`."""
-    sample: str
-    meaning: str
-
-
-ORIGIN_LENGTHS = {
-    "surface": OriginLength("ball_diameter", 0.5, "10.16 cm", "the diameter of your ball"),
-    "tip": OriginLength("rod_length", 1.0, "25.0 cm", "the length from the centre of the ball to the tip of the rod"),
-}
-OTHER_KEYS = (
-    "balance_tilt", "balance_drift", "spin_down", "falling_mass", "tachometer", "motion", "balanced", "position_from",
-    "question_numbers",
-)  # fmt: skip
+ORIGIN_LENGTHS = {"surface": ("ball_diameter", 0.5, "surface_unknown"), "tip": ("rod_length", 1.0, "tip_unknown")}
+"""Origins of positions: the length that says where the centre is, the share of it that is between both, and the name of
+the message if it is not given."""
+OTHER_KEYS = tuple(vocabulary.LINES)
 KEYS = (*ROLES, *CONSTANTS, *UNCERTAINTIES, *OTHER_KEYS)
 """Every key of ``# key: value``, ``--set`` and ``--config``."""
 
@@ -188,9 +164,8 @@ def _words(key: str) -> set[str]:
 
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
-THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS, MEAN_WORDS, SCALE_WORDS = map(
-    _words, ("theory", "trial", "centre", "mean", "scale")
-)
+THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
+MEAN_WORDS, SCALE_WORDS = map(_words, ("mean", "scale"))
 """Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
@@ -312,13 +287,11 @@ def parse_header(text: str) -> Header:
         found = ("time",)  # "1/3 turn (s)"
     elif not found and "time" in kinds:
         # "Trial 2" and "2nd measurement" above times
-        tokens = [token for token in _TOKENS.split(re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)) if token]
-        ordinals = [re.fullmatch(_ORDINAL, token.lower()) for token in tokens]
-        words = [token for token, ordinal in zip(tokens, ordinals, strict=True) if not ordinal]
-        counted = [int(ordinal[1]) for ordinal in ordinals if ordinal]
-        if len(counted) == 1 and all(
-            squeeze(word).lower() in TRIAL_WORDS or "time" in name_roles(word)[0] for word in words
-        ):
+        spaced = re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)
+        tokens = [(token, re.fullmatch(_ORDINAL, token.lower())) for token in _TOKENS.split(spaced) if token]
+        counted = [int(ordinal[1]) for _, ordinal in tokens if ordinal]
+        others = [token for token, ordinal in tokens if not ordinal and squeeze(token).lower() not in TRIAL_WORDS]
+        if len(counted) == 1 and all("time" in name_roles(token)[0] for token in others):
             found, number = ("time",), counted[0]
     elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
         found = ("position",)
@@ -405,8 +378,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
             fits = fits or ("time" in kinds_of(unit) and bool(turns_in(name)))  # "time for 1 turn / s"
             fits = fits or (not strict and _is_unit_of(name, unit))
             is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
-            of_turns = re.search(_TURN, unit) and "angle" in kinds_of(unit) and re.search("[0-9]", text)
-            if fits and is_name and not of_turns:  # "how long for 1 turn"
+            # Of "how long for 1 turn", the turn is not a unit.
+            of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit) and re.search("[0-9]", text)
+            if fits and is_name and not of_turns:
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
@@ -478,6 +452,11 @@ def _modified(name: str) -> tuple[str, ...]:
 
 REPORTED = "reported_"
 """Beginning of the keys of a student's results."""
+
+
+def is_key(key: str) -> bool:
+    """Return whether a ``# key: value`` line gives a value, and is not a note."""
+    return key.lower() in KEYS or key.lower().startswith(REPORTED)
 
 
 def reported_key(key: str) -> str:

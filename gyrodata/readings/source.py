@@ -24,8 +24,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.errors import printable
-from gyrodata.readings import reported, roles
-from gyrodata.readings.lablog import Faults, Place, Text, listing
+from gyrodata.readings import roles
+from gyrodata.readings.lablog import Faults, Place, Text, listing, read_reported
 from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
@@ -398,7 +398,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
         name, _, value = text.replace("=", ":").partition(":")
         value = (value or " ".join(row.texts[at + 1 :])).strip()
         named = text[:1].isalpha() and value and roles.reported_key(name.strip()) == "inertia"
-        if named and reported.read_reported("inertia", value).fault is None:
+        if named and read_reported("inertia", value).fault is None:
             grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
             del row.texts[at:]
             while row.texts and not row.texts[-1]:
@@ -412,7 +412,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
-    faults.add("line_read_as_key", cell, line=faults.span([row.line]), key=key, value=value)
+    faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
 
 

@@ -115,12 +115,10 @@ class TableReader:
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
             chosen, strict = self.choice.used[role][0], role not in self.derived
-            column = self._read_column(chosen, strict)
-            # A constant of the log is in the blank cells already.
-            if column is not None and role in roles.FILLED_DOWN and role not in self.settings.roles:
-                column = self._fill_down(column, chosen.at, is_run, strict)
-            if column is not None:
-                self.columns[role] = column
+            if column := self._read_column(chosen, strict):
+                # A constant of the log is in the blank cells already.
+                filled = role in roles.FILLED_DOWN and role not in self.settings.roles
+                self.columns[role] = self._fill_down(column, chosen.at, is_run, strict) if filled else column
         plan = [(i, *time) for i in range(len(self.rows)) for time in times if time[1].readings[i].text]
         rows = [i for i, *_ in plan] if times else [i for i, run in enumerate(is_run) if run]
         all_rows = rows == [*range(len(self.rows))]
@@ -137,22 +135,12 @@ class TableReader:
         self._add_stated_turns(columns, [chosen for _, chosen, _ in plan], len(rows))
         origin_u = self._count_from_centre(columns)
         others = [column.select(rows) for chosen in self.choice.others if (column := self._read_other(chosen))]
-        notes, log_runs = self.choice.used.get("note"), self._labels(rows)
-        log = replace(
-            log,
-            runs=log_runs,
-            lines=tuple(self.rows[i].line for i in rows),
-            notes=tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows),
-            columns=columns,
-            others=tuple(others),
-            position_from=self.settings.fields.get("position_from"),
-            origin_u=origin_u,
-            unread=self._note_unused(columns, rows),
-        )
+        notes, lines = self.choice.used.get("note"), tuple(self.rows[i].line for i in rows)
+        texts = tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows)
+        log = replace(log, runs=self._labels(rows), lines=lines, notes=texts, columns=columns, others=tuple(others))
+        origin = self.settings.fields.get("position_from")
+        log = replace(log, position_from=origin, origin_u=origin_u, unread=self._note_unused(columns, rows))
         return log, {run for run, i in enumerate(rows) if i in self.unmoved}
-
-    def _note(self, chosen: Chosen, why: str) -> None:
-        self.faults.add("not_used", chosen.cell, header=chosen.cell.text, why=why)
 
     def _read_times(self) -> tuple[list[tuple[Chosen, Column]], list[bool]]:
         """Check the lengths of the rows and read the times; return them, and whether each row is a timed run."""
@@ -165,20 +153,21 @@ class TableReader:
                 self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
             elif noted and layout.is_number(row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
-                self.faults.add("note_is_number", self.grid.cell(row, count - 1), text=row.texts[-1])
+                self.faults.add("note_is_number", self.grid.cell(row, count - 1))
         used, times = self.choice.used, self.choice.used.get("time", [])
         periods = self.there.intersection(roles.ONE_TURN)
         if times and periods and self.there.isdisjoint(roles.COUNTS):
             # A time without turns is useless; its repeats would count one period several times.
-            self._note(times[0], f"is not used: its turns are not given; {min(periods)} is read instead")
+            why = f"is not used: its turns are not given; {min(periods)} is read instead"
+            self.faults.add("not_used", times[0].cell, why=why)
             times = []
         read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
-            lines = self.faults.span([row.line for row in left_out])
-            self.faults.add("row_without_time", Place(left_out[0].line, 1), lines=lines)
+            lines = [row.line for row in left_out]
+            self.faults.add("row_without_time", Place(lines[0], 1), lines=lines)
         return read, is_run
 
     def _read_other(self, chosen: Chosen) -> Column | None:
@@ -186,14 +175,14 @@ class TableReader:
         role = chosen.role
         used = self.choice.used.get(role, [chosen])[0].header
         if role in TEXTS or role[:2] == "u_":
-            self._note(chosen, f'is not used: {role} is read from "{used.text}"')
+            self.faults.add("not_used", chosen.cell, why=f'is not used: {role} is read from "{used.text}"')
             return None
         if role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):
             self.faults.add("minutes_and_seconds", chosen.cell, header=used.text)
             return None
         column = self._read_column(chosen, strict=False)
         if column is not None and used is not chosen.header:
-            self._note(chosen, f'is only compared: {role} is read from "{used.text}"')
+            self.faults.add("not_used", chosen.cell, why=f'is only compared: {role} is read from "{used.text}"')
         return column
 
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
@@ -205,11 +194,10 @@ class TableReader:
             unit = units.parse_unit(unit, kind).text if unit else "" if kind in ("number", "sign") else None
             texts = self._meant_texts(chosen, unit, faults)
         except UnitError as error:
-            values = {"role": role, "header": chosen.cell.text, "error": error, "hint": error.hint}
-            faults.add("unit", chosen.cell, code=error.code, **values)
+            faults.add("unit", chosen.cell, code=error.code, role=role, header=chosen.cell.text, error=error)
         read = self._read_texts(chosen, texts, unit, faults) if texts else {}
         if not strict and faults.found:
-            self._note(chosen, f"({role}) is not compared: {faults.found[0].message}")
+            self.faults.add("not_used", chosen.cell, why=f"({role}) is not compared: {faults.found[0].message}")
         if not texts or (not strict and faults.found):
             return None
         spreads = self._spreads(role, chosen, unit, faults)
@@ -236,11 +224,6 @@ class TableReader:
         place = given.place if given else None
         return Column(role, chosen.header.text, unit, tuple(readings), tuple(spots), place, self.find)
 
-    def _ask_for_unit(self, chosen: Chosen, faults: Faults) -> None:
-        kind, name = units.KINDS[kind_of_role(chosen.role)], chosen.header.text[:60]
-        values = {"name": name, "role": chosen.role, "unit": kind.shown, "examples": kind.examples, "text": name}
-        faults.add("no_unit", chosen.cell.place, **values)
-
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = [row.texts[chosen.at] for row in self.rows]
@@ -263,7 +246,7 @@ class TableReader:
                 meant[name] = found.pop()
         if meant:
             said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add("name_explained", chosen.cell, header=chosen.cell.text, said=said)
+            faults.add("name_explained", chosen.cell, said=said)
         if unit == "s" and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
@@ -305,7 +288,9 @@ class TableReader:
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
                 if error.code == diagnostics.UNIT_MISSING:
-                    self._ask_for_unit(chosen, faults)
+                    faults.add(
+                        "no_unit", chosen.cell.place, text=chosen.header.text[:60], role=role, kind=units.KINDS[kind]
+                    )
                     break
                 faulty[text] = error.code, error, error.hint
                 continue
@@ -317,7 +302,7 @@ class TableReader:
         if read and re.fullmatch("1/[2-9]|2/3|3/4", said) and all(one.value in range(10**6) for one in read.values()):
             counted = {text: str(int(one.value) * Fraction(said)) for text, one in read.items()}
             shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
-            faults.add("parts_of_turns", chosen.cell, header=chosen.cell.text, said=shown)
+            faults.add("parts_of_turns", chosen.cell, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
@@ -344,7 +329,8 @@ class TableReader:
         column, own_kind = self.choice.used[key][0], kind_of_role(key)
         own_unit = column.header.unit or (unit if own_kind == kind else None)
         if own_unit is None and own_kind != "number":
-            self._ask_for_unit(column, faults)
+            text, about = column.header.text[:60], units.KINDS[own_kind]
+            faults.add("no_unit", column.cell.place, text=text, role=key, kind=about)
             return spreads
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
         if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:
@@ -362,8 +348,7 @@ class TableReader:
             return quantities.parse_uncertainty(text, kind, unit, ask=False)
         except UnitError as error:
             cell = column.cell if row is None else self.grid.cell(self.rows[row], column.at)
-            values = {"role": column.role, "header": column.cell.text, "error": error, "hint": error.hint}
-            faults.add("uncertainty", cell, **values)
+            faults.add("uncertainty", cell, role=column.role, header=column.cell.text, error=error)
             return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
@@ -391,12 +376,12 @@ class TableReader:
             filled = []
         if early and first is not None:
             cell = self.grid.cell(self.rows[first], at)
-            faults.add("below_first_row", cell, role=role, lines=self.faults.span([lines[i] for i in early]))
+            faults.add("below_first_row", cell, role=role, lines=[lines[i] for i in early])
         for i, j in above.items():
             readings[i], spots[i] = readings[j], spots[j]
         if filled:
             place = self.grid.cell(self.rows[filled[0]], at).place
-            faults.add("filled_down", place, role=role, lines=self.faults.span([lines[i] for i in filled]))
+            faults.add("filled_down", place, role=role, lines=[lines[i] for i in filled])
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
@@ -407,8 +392,7 @@ class TableReader:
             readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
             columns[role] = Column(role, given.label, unit, readings, spots, given.place)
         elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
-            values = {"label": given.label, "value": given.text, "header": column.header}
-            self.faults.add("line_not_used", given.place, **values)
+            self.faults.add("line_not_used", given.place, given=given, header=column.header)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -454,12 +438,11 @@ class TableReader:
         if origin in ("", "centre"):
             return 0.0
         self.settings.fields["position_from"] = origin
-        key, share, sample, what = roles.ORIGIN_LENGTHS[origin]
+        key, share, unknown = roles.ORIGIN_LENGTHS[origin]
         length = self.settings.constants.get(key)
         if length is None:
             otherwise = "" if stated else '; if they count from the centre: "# position_from: centre"'
-            values = {"origin": origin, "key": key, "sample": sample, "what": what, "otherwise": otherwise}
-            self.faults.add("origin_unknown", position.place(0), **values)
+            self.faults.add(unknown, position.place(0), otherwise=otherwise)
             return 0.0
         shift = share * length
         moved = list(position.readings)
@@ -479,8 +462,8 @@ class TableReader:
         heard = {key for role in columns for key in roles.u_keys(role)}
         for key, chosen in self.choice.used.items():
             if key[:2] == "u_" and key not in heard and not self.faults.has_error():
-                base = key.removeprefix("u_")
-                self._note(chosen[0], f"({key}) is not used: there is no {base} that it could belong to")
+                why = f"({key}) is not used: there is no {key[2:]} that it could belong to"
+                self.faults.add("not_used", chosen[0].cell, why=why)
         if self.floats:
             self.faults.add("floats", roles=", ".join(self.floats))
         there = {*columns, *TEXTS}
@@ -532,13 +515,13 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
             name = "run_lacks_turns" if role in roles.COUNTS else "run_lacks"
-            faults.add(name, Place(lines[0], 1), lines=faults.span(lines), role=role)
+            faults.add(name, Place(lines[0], 1), lines=lines, role=role)
     turns, angle = log.columns.get("turns"), log.columns.get("angle")
     for run, (count, swept) in enumerate(zip(turns.readings, angle.readings, strict=True) if turns and angle else ()):
         full = 2 * math.pi * (count.value or 0.0)
         if full and swept.value and abs(swept.value - full) > max(swept.step or 0.0, 0.01 * abs(swept.value)):
-            values = {"run": log.runs[run], "turns": count.text, "degrees": math.degrees(full), "swept": swept.text}
-            faults.add("turns_contradict_angle", angle.place(run) if angle else None, **values)
+            place, degrees = angle.place(run) if angle else None, math.degrees(full)
+            faults.add("turns_contradict_angle", place, run=log.runs[run], turns=count, degrees=degrees, swept=swept)
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
@@ -600,10 +583,9 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     full = 1.0 if counted.role == "turns" else 2 * math.pi
     turned = [abs(value) / full if value is not None else None for value in counted.values]
     if time is None:
-        if all(value is None or abs(value - 1) < 1e-3 for value in turned):
-            return
-        place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
-        faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
+        if any(value is not None and abs(value - 1) >= 1e-3 for value in turned):
+            place = next(filter(None, map(counted.place, range(len(turned)))), period.place(0))
+            faults.add("turns_for_one_period", place, header=period.header, counted=counted.role)
         return
     exchanged = [
         abs(value / seconds - count) < 0.02 * count
@@ -622,7 +604,7 @@ def read_notes(grid: source.Grid, faults: Faults) -> str:
     """
     notes = {text.text: text for text in grid.comments}
     for key, text in grid.metadata:
-        if (key.lower() not in roles.KEYS or key.lower() in TEXTS) and not key.lower().startswith(roles.REPORTED):
+        if key.lower() in TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
     origins = list(map(roles.noted_origin, notes))
     for row in grid.rows:

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.quantities import Quantity, parse_quantity, read_cell
-from gyrodata.readings.lablog import Column, Readings, header_of
-from gyrodata.readings.roles import BY_NAME, COUNTS, REPORTED, ROLES, kind_of_role, stated_u
+from gyrodata.readings.lablog import Column, Readings, form_of, header_of
+from gyrodata.readings.roles import BY_NAME, COUNTS, ORIGIN_LENGTHS, REPORTED, ROLES, kind_of_role, stated_u
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 _Columns = list[tuple[str, list[str]]]
@@ -117,31 +117,25 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
     return head, columns
 
 
-_SEVERAL = {
-    "balance_tilt": "{!r} rad in {!r} s",
-    "balance_drift": "{!r} rad in {!r} s at {!r} rad/s",
-    "falling_mass": "{!r} kg at {!r} m, {!r} m in {!r} s, friction {!r} kg",
-}
-"""How the lines of several quantities are written."""
-
-
 def _head(readings: Readings) -> list[str]:
     """Write the lines above the table, with the values for the whole log."""
     lines: dict[str, str | None] = {**readings.metadata}
     lines |= {f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
     lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
-    lines |= {key: text.format(*getattr(readings, key)) for key, text in _SEVERAL.items() if getattr(readings, key)}
-    if readings.spin_down:
-        falls = ("{!r} rad/s to {!r} rad/s in {!r} s".format(*fall) for fall in readings.spin_down)
-        lines["spin_down"] = "; ".join(falls)
+    for key in ("balance_tilt", "balance_drift", "falling_mass", "spin_down"):
+        form, kinds = form_of(key)
+        found = getattr(readings, key) or ()
+        for numbers in found if key == "spin_down" or not found else (found,):
+            text = form.format(*(f"{number!r} {SI[kind]}" for number, kind in zip(numbers, kinds, strict=True)))
+            lines[key] = f"{lines[key]}; {text}" if key in lines else text
     words = {None: None, True: "yes", False: "no"}
     lines["tachometer"] = readings.tachometer
     lines |= {"motion": readings.motion, "balanced": words[readings.balanced], "position_from": readings.position_from}
     # The digits with which the length is written say how well it is known, and they are lost above.
-    key, factor = ("u_rod_length", 1) if readings.position_from == "tip" else ("u_ball_diameter", 2)
-    if readings.origin_u and key not in lines:
-        lines[key] = f"{factor * readings.origin_u!r} m"
+    key, share, _ = ORIGIN_LENGTHS.get(readings.position_from or "", ("", 1.0, ""))
+    if readings.origin_u and f"u_{key}" not in lines:
+        lines[f"u_{key}"] = f"{readings.origin_u / share!r} m"
     return [f"# {key}: {value}" for key, value in lines.items() if value is not None]
 
 

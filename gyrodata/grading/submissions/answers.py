@@ -56,7 +56,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     """
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
-        below = readings.split_lines(log.source_text)[read.line or 0 :][:1]
+        below = readings.lablog.split_lines(log.source_text)[read.line or 0 :][:1]
         return Answers(_with_u(read, "".join(below)), (), log.name)
     found = [one for name, data in reports for one in islice(_candidates(name, data), _MOST_VALUES)]
     if not found:
@@ -100,7 +100,7 @@ def _lines(name: str, data: bytes) -> list[str]:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
-    return readings.split_lines(text)
+    return readings.lablog.split_lines(text)
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:

@@ -27,8 +27,8 @@ from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-_MARKUP, _PLAIN = _WORDS.pop("markup"), _WORDS.pop("plain")
-_SAYS = {key: f"(?i:{text})" for key, text in _WORDS.items()}
+_STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
+_SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
 _MOST_LINES, _MOST_VALUES = 1000, 100
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
@@ -95,6 +95,9 @@ def _lines(name: str, data: bytes) -> list[str]:
             text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
     else:
         text = readings.decode(data, readings.Faults(name))[0]
+    # In LaTeX, the rest of a line behind % is a comment.
+    for pattern in [*_STRUCK, *([r"(?<!\\)%.*"] if kind == ".tex" else [])]:
+        text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
     if kind in (".html", ".htm", ".docx"):
         for pattern, plain in _MARKUP:
             text = re.sub(pattern, plain, text)
@@ -125,10 +128,12 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
             for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
-                number = _is_number(cell)
+                number, unit = _is_number(cell), _unit_behind(title)
+                if number and unit and not re.search(_UNIT, cell):
+                    cell += f" {unit}"
                 if number and line and _is_unsure(title):
                     line += f" ± {cell}{' %' * ('%' in title)}"
-                elif not number and (not cell or units.kinds_of(cell)):
+                elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
                     line += f" {cell}"
                 else:
                     line += f" | {title} = {cell}" if alone or re.search(_SAYS["other"], title) else f" | {cell}"
@@ -136,7 +141,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
 
 
 def _is_number(text: str) -> bool:
-    return re.match(r"\s*[-+(]*[.,]?\d", text) is not None
+    return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
 
 
 def _is_unsure(text: str) -> bool:
@@ -144,9 +149,18 @@ def _is_unsure(text: str) -> bool:
     return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_SAYS["unsure"], text) is not None
 
 
+def _unit_behind(text: str) -> str:
+    """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
+    found = re.search(rf"{_BRACKET}$", text)
+    power, unit = re.fullmatch(rf"({_POWER})?(.*)", found[1]).groups("") if found else ("", "")
+    return power + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
+
+
 # --- the candidates ------------------------------------------------------------------------------------------
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
+_BRACKET = r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_SAYS['range']}\s+)?$"
@@ -159,7 +173,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
         sentences = _sentences(_lines(name, data))
     except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
         return
-    above = ""
+    above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
         end, before = 0, ""
         for start in (match.start() for match in re.finditer(_START, sentence)):
@@ -177,12 +191,15 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             after = re.split(rf"[.,;|]|\d|\b{_SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
             other = re.search(_TWO_NUMBERS, before) or re.search(_SAYS["other"], f"{before}\n{after}")
-            result, u = re.search(_SAYS["result"], before) is not None, read.u is not None
+            other = other or re.search(_SAYS["denied"], behind)
+            result, u = re.search(_SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
             if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
-        # A heading, or the beginning of a sentence that goes on; titles of a table are in its rows already.
+        # A heading is above all values below it; titles of a table are in its rows already.
+        heading = heading if end else sentence
+        # The beginning of a sentence that goes on.
         above = "" if "|" in sentence.strip(" |") else re.split(r"\d|[.!?;](?:\s|$)", sentence)[-1]
 
 
@@ -201,7 +218,7 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
     """
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
-    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
+    unit = re.search(rf"{_BRACKET}$", label)
     name = label[: unit.start()] if unit else label
     near = mark is not None and _names_inertia(name, near=True)
     for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():

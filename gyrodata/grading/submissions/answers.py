@@ -152,7 +152,10 @@ def _is_unsure(text: str) -> bool:
 def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"{_BRACKET}$", text)
-    power, unit = re.fullmatch(rf"({_POWER})?(.*)", found[1]).groups("") if found else ("", "")
+    inside = found[1] if found else ""
+    match = re.match(_POWER, inside)
+    power = match[0] if match else ""
+    unit = inside[len(power) :]
     return power + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
 
 

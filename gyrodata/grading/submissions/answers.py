@@ -153,7 +153,7 @@ def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"{_BRACKET}$", text)
     power, unit = re.fullmatch(rf"({_POWER})?(.*)", found[1]).groups("") if found else ("", "")
-    return power + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
+    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -197,6 +197,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
+            heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
@@ -222,8 +223,9 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
     name = label[: unit.start()] if unit else label
     near = mark is not None and _names_inertia(name, near=True)
     for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():
-        if near and unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
-            return f"{cut} {unit[1]}", len(cut)
+        with_unit = f"{cut} {unit[1].lstrip(' x×·*')}" if near and unit else ""
+        if with_unit and read_reported("inertia", with_unit).fault is None:
+            return with_unit, len(cut)
         bare = near and whole and re.search(r"\w\w\W*$", name)
         if read_reported("inertia", cut).fault in ((None, "no unit") if bare else (None,)):
             return cut, len(cut)

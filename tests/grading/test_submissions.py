@@ -55,7 +55,7 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
         ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv", None),
         ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv", None),
         ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv", None),
-        ({"a.csv": LOG, "b.csv": LOG + "\n"}, None, "several files that read as logs: a.csv, b.csv"),
+        ({"a.csv": LOG, "b.csv": LOG.replace("406", "410")}, None, "several files that read as logs: a.csv, b.csv"),
         ({"lab.csv": ""}, None, "lab.csv is empty"),
         ({"lab.rar": "x"}, None, "no log: only lab.rar"),
         ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),

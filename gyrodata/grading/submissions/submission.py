@@ -151,8 +151,6 @@ def choose_log(
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
     plain = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
     logs = tables or {name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)}
-    names = sorted(name.rpartition("/")[2] for name in files.values())
-    none = f"no log: only {readings.listing(names)}{_ADVICE}" if names else "no files"
     copies = {name: _COPY.fullmatch(own) for name, own in logs.items()}
     bases = {match["base"] + match["ending"] if match else logs[name] for name, match in copies.items()}
     numbers = {int(match["number"]) if match else 0: name for name, match in copies.items()}
@@ -162,10 +160,11 @@ def choose_log(
         chosen = numbers[best(numbers)]
     else:
         # If the names differ, the log is the only file that can be read as one.
-        fitting, tried = dict[str, readings.Readings](), dict[bytes, str]()
+        fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
         for name, own in logs.items():
             with suppress(GyroError):
-                data = as_log(own, read(name))
+                texts.append((own.rpartition("/")[2], read(name)))
+                data = as_log(*texts[-1])
                 log = readings.read_log(data, name=own.rpartition("/")[2])
                 if log.columns and tried.setdefault(data, name) == name and log.ok:
                     fitting[name] = log
@@ -174,16 +173,16 @@ def choose_log(
         if fitting and not chosen:
             return None, f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}"
         if not fitting:
-            texts = {own: name for name, own in logs.items() if ending(own) in TEXTS and name not in tried.values()}
-            answer = read_answers(None, [(own.rpartition("/")[2], read(name)) for own, name in texts.items()])
-            if answer.inertia and len(texts) == len(plain):
-                return None, f"no log; {answer.file} has the answer{_ADVICE}"
+            answer = read_answers(None, texts)
+            if answer.inertia and not tried:
+                return None, f"no log; {answer.file} has the answer"
             if len(plain) > 1:
                 listed = readings.listing(sorted(plain.values()))
                 return None, f"several files and none of them reads as a log: {listed}"
             chosen = next(iter(plain), "")
     if not chosen:
-        return None, none
+        names = sorted(name.rpartition("/")[2] for name in files.values())
+        return None, f"no log: only {readings.listing(names)}" if names else "no files"
     size, name, most = sizes[chosen], logs[chosen].rpartition("/")[2], readings.MAX_BYTES
     if size > most:
         return None, f"{name} is {size_text(size)}; a log of more than {size_text(most)} is not read"
@@ -193,9 +192,6 @@ def choose_log(
         return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
     others = sorted(own for name, own in left.items() if name != chosen)
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
-
-
-_ADVICE = "; hand in the table of the runs as a CSV file or a workbook"
 
 
 def _latest(

@@ -247,8 +247,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     u = reported.u / abs(evidence.factor)
     known = [one.u for one in own.values if one.u]
     # A mistake that differs between runs may scatter the points so much that u says nothing.
-    most = COARSEST * abs(own.values[0].value)
-    known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u and slip.u <= most * abs(slip.factor)]
+    of_slip = [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
+    known += [one for one in of_slip if one < abs(own.values[0].value)]
     known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
     ratio = min(u / low, max(1.0, u / high))

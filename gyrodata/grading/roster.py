@@ -91,12 +91,7 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
             looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
-    pairs = [
-        (one, other)
-        for one, others in named.items()
-        for other in others
-        if one != other and one in named.get(other, ())
-    ]
+    pairs = [(one, other) for one, some in named.items() for other in some - {one} if one in named.get(other, ())]
     return [*declared, *map(frozenset, sorted(pairs))], looks
 
 
@@ -129,22 +124,19 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         key = next((by_id[one.casefold()] for one in ids if one.casefold() in by_id), None)
         found.append((key, Person(key or ids[0], *about)))
     people, absent, unclear = dict[str, Person](), list[Person](), dict[str, str]()
-    by_name, rows_of = (
-        grouped(called_so),
-        grouped((forms_of(one.name)[1], one.student) for key, one in found if not key),
-    )
+    by_name, unknown = grouped(called_so), [one for key, one in found if not key]
+    rows_of = grouped((forms_of(one.name)[1], one.student) for one in unknown)
     # A name only means a student whose id is in no other row.
     for key, person in sorted(found, key=lambda one: one[0] is None):
         forms = (form for one in (*person.ids, person.name) for form in forms_of(one))
-        fit = next((keys for form in forms if (keys := {*by_name.get(form, ())} - people.keys())), set()) - {key}
+        free = ({*by_name.get(form, ())} - people.keys() for form in forms if not key)
+        fit = next(filter(None, free), set[str]())
         rivals = rows_of.get(forms_of(person.name)[1], ())
-        if key is None and fit and (len(fit) > 1 or len(rivals) > 1):
-            for one in fit:
-                why = f"gyro cannot tell whose row of the roster this is: {listing(sorted(rivals))} have the same name"
-                unclear[one] = f'{why}; add a column "identifier" to the roster, with {one} in the right row'
-            continue
         key = key or next(iter(fit), None)
-        if key is None:
+        if len(fit) > 1 or (fit and len(rivals) > 1):
+            why = f"gyro cannot tell whose row of the roster this is: {listing(sorted(rivals))} have the same name"
+            unclear |= {one: f'{why}; add a column "identifier", with {one} in the right row' for one in fit}
+        elif key is None:
             absent.append(person)
         else:
             people.setdefault(key, person._replace(student=key))

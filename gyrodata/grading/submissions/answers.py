@@ -139,9 +139,8 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
             for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
-                number, unit = _is_number(cell), _unit_behind(title)
-                if number and unit and not re.search(_UNIT, cell):
-                    cell += f" {unit}"
+                number = _is_number(cell)
+                cell = cell if not number or re.search(_UNIT, cell) else f"{cell} {_unit_behind(title)}".rstrip()
                 if number and line and _is_unsure(title):
                     line += f" ± {cell}{' %' * ('%' in title)}"
                 elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
@@ -200,11 +199,11 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             read = _with_u(read_reported("inertia", value[0], number), behind)
             after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            other = re.search(_TWO_NUMBERS, before) or re.search(SAYS["other"], f"{before}\n{after}")
-            other = other or re.search(SAYS["denied"], behind)
+            not_own = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
-            if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
+            own = not any(re.search(*one) for one in not_own)
+            if own and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"

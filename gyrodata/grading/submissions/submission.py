@@ -122,6 +122,7 @@ class Submissions(Struct, frozen=True):
 
 
 Attempts = Literal["newest", "oldest"]
+Logs = Mapping[str, readings.Readings]
 
 # Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write ``lab(1).csv``.
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
@@ -164,8 +165,7 @@ def choose_log(
         for name, own in logs.items():
             with suppress(GyroError):
                 texts.append((own.rpartition("/")[2], read(name)))
-                data = as_log(*texts[-1])
-                log = readings.read_log(data, name=own.rpartition("/")[2])
+                log = readings.read_log(data := as_log(*texts[-1]), name=texts[-1][0])
                 if log.columns and tried.setdefault(data, name) == name and log.ok:
                     fitting[name] = log
         chosen, how = (*fitting, "read as the log") if len(fitting) == 1 else _latest(fitting, files, best)
@@ -173,12 +173,11 @@ def choose_log(
         if fitting and not chosen:
             return None, f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}"
         if not fitting:
-            answer = read_answers(None, texts)
-            if answer.inertia and not tried:
+            if not tried and (answer := read_answers(None, texts)).inertia:
                 return None, f"no log; {answer.file} has the answer"
             if len(plain) > 1:
-                listed = readings.listing(sorted(plain.values()))
-                return None, f"several files and none of them reads as a log: {listed}"
+                names = sorted(plain.values())
+                return None, f"several files and none of them reads as a log: {readings.listing(names)}"
             chosen = next(iter(plain), "")
     if not chosen:
         names = sorted(name.rpartition("/")[2] for name in files.values())
@@ -194,26 +193,20 @@ def choose_log(
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
 
 
-def _latest(
-    logs: Mapping[str, readings.Readings], files: Mapping[str, str], best: Callable[..., str]
-) -> tuple[str, str]:
+_RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
+
+
+def _latest(logs: Logs, files: Mapping[str, str], best: Callable[..., str]) -> tuple[str, str]:
     """Choose among versions of a log by words in their names, or else the one with all rows; "" if nothing tells."""
     stems = {name: PurePosixPath(files[name].lower()).stem for name in logs}
     found = {name: re.search(SAYS["version"], stem) for name, stem in stems.items()}
-    ranks = {
-        name: int(match["number"] or _RANKS[match.lastgroup or ""]) - 1 if match else 0 for name, match in found.items()
-    }
+    ranks = {name: int(one[4]) - 1 if one[4] else _RANKS[one.lastgroup or ""] for name, one in found.items() if one}
+    ranks = dict.fromkeys(logs, 0) | ranks
     bases = {re.sub(SAYS["version"], "", stem) for stem in stems.values()} - {""}
     if 0 < len(logs) == len(set(ranks.values())) and len(bases) <= 1:
         return best(ranks, key=lambda name: ranks[name]), "the latest by its name"
-    rows = {
-        name: set(zip(*(column.values for _, column in sorted(log.columns.items())), strict=True))
-        for name, log in logs.items()
-    }
+    columns = {name: [column.values for _, column in sorted(log.columns.items())] for name, log in logs.items()}
+    rows = {name: set(zip(*some, strict=True)) for name, some in columns.items()}
     whole = [name for name in rows if all(rows[name] >= some for some in rows.values())]
-    answers = {logs[name].reported["inertia"].text for name in whole if "inertia" in logs[name].reported}
-    whole.sort(key=lambda name: "inertia" not in logs[name].reported)
-    return (whole[0], "the one with all rows") if whole and len(answers) < 2 else ("", "")
-
-
-_RANKS = {"draft": 0, "new": 2, "final": 99}  # the words of a version, in their order; without one it is 1
+    answers = {name: logs[name].reported["inertia"].text for name in whole if "inertia" in logs[name].reported}
+    return ([*answers, *whole][0], "the one with all rows") if whole and len({*answers.values()}) < 2 else ("", "")

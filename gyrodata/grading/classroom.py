@@ -121,7 +121,7 @@ def grade_class(
     )
     items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
     left = tuple(one for one in roster.absent if one.student not in absent)
-    roster, meant = Roster({**roster.people, **absent}, left), roster.who_is_meant(submissions)
+    roster, meant = Roster({**roster.people, **absent}, left, roster.unclear), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     grades: Sequence[Grade] = [

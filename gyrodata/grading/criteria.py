@@ -56,6 +56,7 @@ class Evidence(Struct, frozen=True):
     matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
     d: float = math.nan  # distance of the report, as reported, from that fit [u]
     slips: tuple[Slip, ...] = ()
+    from_cells: bool = False  # the report is in a workbook, whose numbers lose zeros at their ends
 
     @property
     def factor(self) -> float:
@@ -245,7 +246,9 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
         return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
     u = reported.u / abs(evidence.factor)
     known = [one.u for one in own.values if one.u]
-    known += [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
+    # A mistake that differs between runs may scatter the points so much that u says nothing.
+    of_slip = [slip.u / abs(slip.factor) for slip in evidence.slips[:1] if slip.u]
+    known += [one for one in of_slip if one < abs(own.values[0].value)]
     known = known or [own.yardstick * abs(own.values[0].value)]
     low, high = min(known), max(known)
     ratio = min(u / low, max(1.0, u / high))
@@ -283,6 +286,7 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
         # of u.
         u_low, u_high = _last_place(reported.u_step, reported.u, reported.u_digits)
         u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
+        low, u_low = (low / 100, u_low / 10) if evidence.from_cells else (low, u_low)
         if max(low, u_low) > 1.26 * min(high, u_high):
             which = f"{'finer' if high < u_low else 'coarser'} than that of its uncertainty"
             faults.append(f"the value's last digit is {which}: round both to the same place")

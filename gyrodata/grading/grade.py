@@ -8,6 +8,7 @@ cannot be judged has no points, which is not the same as zero, and the grade is 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal, TypedDict, TypeVar
@@ -24,6 +25,8 @@ from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
 from gyrodata.grading.submissions import Submission, submission_of
+from gyrodata.grading.submissions.answers import SAYS
+from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
 from gyrodata.readings import Reported as ReportedValue
@@ -185,14 +188,15 @@ def grade_submission(
         named = [one for one in own.values if slips and one.name == slips[0].fit]
         matched = min(named or own.values, key=lambda one: abs(one.value - value))
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
-        evidence = replace(evidence, matched=matched, d=d, slips=slips)
+        cells = reported is None and ending(answers.file) in WORKBOOKS
+        evidence = replace(evidence, matched=matched, d=d, slips=slips, from_cells=cells)
     grade = replace(
         blank,
         marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        partner=next((text for key, text in readings.metadata.items() if key.lower().startswith("partner")), ""),
+        partner=" & ".join(named[1].strip() for named in re.finditer(SAYS["partner"], readings.source_text, re.M)),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,
@@ -322,6 +326,8 @@ def _looks(evidence: Evidence) -> list[str]:
     if any(abs(slip.factor / evidence.factor - 1) > yardsticks.SAME for slip in evidence.slips):
         words = " or ".join(slip.words for slip in evidence.slips)
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
+    elif any("+" in slip.kind for slip in evidence.slips):
+        found.append(f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}")
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")

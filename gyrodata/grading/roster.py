@@ -45,6 +45,7 @@ class Roster(Struct, frozen=True):
 
     people: Mapping[str, Person] = {}  # students with a submission, by key
     absent: tuple[Person, ...] = ()  # students without one
+    unclear: Mapping[str, str] = {}  # why a person must find the row of a submission, by its key
 
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade; a `station` of the desk goes before that of log and roster."""
@@ -82,7 +83,7 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
 
     Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
     """
-    declared, looks = list[frozenset[str]](), dict[str, str]()
+    declared, looks = list[frozenset[str]](), dict(roster.unclear)
     named: dict[str, set[str]] = {}
     for grade in grades:
         listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
@@ -90,7 +91,7 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
             looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
-    pairs = [(one, other) for one, others in named.items() for other in others if one in named.get(other, ())]
+    pairs = [(one, other) for one, some in named.items() for other in some - {one} if one in named.get(other, ())]
     return [*declared, *map(frozenset, sorted(pairs))], looks
 
 
@@ -103,10 +104,12 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
         raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)
-    by_id, by_name = dict[str, str](), dict[str, str]()
+    by_id, called_so = dict[str, str](), list[tuple[str, str]]()
     for item in submissions.items:
         by_id |= dict.fromkeys(map(str.casefold, (*item.ids.values(), *item.members_of_group)), item.student)
-        by_name |= {form: item.student for one in (item.name, *item.ids.values()) for form in forms_of(one)[:2]}
+        # Students with one name are shown with their keys.
+        bare = item.name.removesuffix(f" ({item.student})")
+        called_so += [(form, item.student) for one in (bare, *item.ids.values()) for form in forms_of(one)[:2]]
     by_id |= {item.student.casefold(): item.student for item in submissions.items}
     found: list[tuple[str | None, Person]] = []
     for cells in rows:
@@ -120,17 +123,24 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         about = called, cells.get("section", ""), cells.get("station", ""), cells.get("partner", ""), tuple(ids)
         key = next((by_id[one.casefold()] for one in ids if one.casefold() in by_id), None)
         found.append((key, Person(key or ids[0], *about)))
-    people: dict[str, Person] = {}
-    absent: list[Person] = []
+    people, absent, unclear = dict[str, Person](), list[Person](), dict[str, str]()
+    by_name, unknown = grouped(called_so), [one for key, one in found if not key]
+    rows_of = grouped((forms_of(one.name)[1], one.student) for one in unknown)
     # A name only means a student whose id is in no other row.
     for key, person in sorted(found, key=lambda one: one[0] is None):
         forms = (form for one in (*person.ids, person.name) for form in forms_of(one))
-        key = key or next((by_name[form] for form in forms if form in by_name and by_name[form] not in people), None)
-        if key is None:
+        free = ({*by_name.get(form, ())} - people.keys() for form in forms if not key)
+        fit = next(filter(None, free), set[str]())
+        rivals = rows_of.get(forms_of(person.name)[1], ())
+        key = key or next(iter(fit), None)
+        if len(fit) > 1 or (fit and len(rivals) > 1):
+            why = f"gyro cannot tell whose row of the roster this is: {listing(sorted(rivals))} have the same name"
+            unclear |= {one: f'{why}; add a column "identifier", with {one} in the right row' for one in fit}
+        elif key is None:
             absent.append(person)
         else:
             people.setdefault(key, person._replace(student=key))
     counts = Counter(one.name for one in (*people.values(), *absent) if one.name)
     # Students with one name are shown with their keys.
     people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in people.items() if counts[one.name] > 1}
-    return Roster(people, tuple(sorted(absent)))
+    return Roster(people, tuple(sorted(absent)), unclear)

@@ -146,6 +146,8 @@ WITHIN, BOTH_WITHIN = 2.0, 1.0
 """Largest distance from the report [u] at which one mistake, or two together, explain it. There are many pairs, and
 one of them agrees by chance more easily."""
 
+CLEAR = 0.5  # largest u of a fit with two mistakes, as a share of its value: a fit that says nothing agrees by chance
+
 NEAREST = 0.015  # largest relative distance, even if u is larger: 60 instead of 57.3 are two slips
 
 AS_GOOD = 0.5  # slips whose distances differ by less than this [u] explain the report equally well
@@ -198,6 +200,8 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
             values = inverse if kind.kind == "inverse_slope" else own.fits(kind.product, kind.torque)
             for one in sorted(values, key=lambda one: abs(one.value - reported)):
                 away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
+                if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
+                    continue
                 # A value among honest answers cannot be separated from them.
                 if away <= min(within, NEAREST / own.yardstick) and one.name in plain and not low <= one.value <= high:
                     factor = one.value / plain[one.name]

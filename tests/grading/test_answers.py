@@ -45,36 +45,14 @@ def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
     assert answers.diagnostics[0].message.startswith(f"I_zz is read from {name}, line ")
 
 
-HAND_INS = {
-    "a.html": "<table><tr><th>What<th>Value</th><th>Error</th><th>Unit</th></tr><tr><td>slope</td><td>3</td><td>1</td>"
-    "<td>s</td></tr><tr><td>I<sub>zz</sub></td><td>0.00440</td><td>0.00005</td><td>kg m^2</td></tr></table>",
-    "b.md": "| I_zz (kg m^2) | u (kg m^2) | I theory (kg m^2) |\n|---|---|---|\n| 0.00440 | 0.00005 | 0.00445 |",
-    "c.tex": "$I_{zz}$ (kg\\,m$^2$) & $0.00440$ & \\pm & 0.00005 \\\\ \\hline\n$I_\\mathrm{theory}$ & 0.00445",
-    "d.tex": r"Als Trägheitsmoment ergibt sich $\Theta = \num{4,40 +- 0,05 e-3}\,\si{\kilogram\meter\squared}$.",
-    "e.txt": "Wir haben das Trägheitsmoment zu 44000 g cm^2 bestimmt, die Messunsicherheit beträgt 500 g cm^2.",
-    "f.txt": "Valeur finale : Izz = 4,40e-3 kg.m² à 1,136 % près",
-    "g.txt": "On trouve J = (4,40 ± 0,05).10⁻³ kg.m². L’écart avec la théorie (4,449.10⁻³ kg.m²) est de 1 %.",
-    "h.txt": "Momento de inercia = 0,00440 kg m2; incertidumbre = 0,00005 kg m2; valor teórico 0,00445 kg m2",
-    "i.txt": "LINEST: I_zz = 0.0043972 kg m^2, standard deviation 0.0000487 kg m^2, so I_zz = (4.40 ± 0.05)e-3 kg m^2.",
-    "j.txt": "By hanging masses on the rod we found the moment of inertia is\n4.40 ± 0.05 g m², in theory 4.45 g m².",
-    "k.txt": "J / kg m^2 = 0.00440\nDelta J = 0.00005\nFrom the mass and radius of the ball: J = 0.00445 kg m^2",
-    "l.txt": "I got Izz=.00440 kgm^2 plus or minus .00005 kgm^2",
-}
-
-
-@pytest.mark.parametrize("name", HAND_INS)
+@pytest.mark.parametrize("name", PROSE["hand_ins"])
 def test_answer_without_instructions_is_read(name: str) -> None:
-    found = read_answers(None, [(name, HAND_INS[name].encode())]).inertia
+    found = read_answers(None, [(name, PROSE["hand_ins"][name].encode())]).inertia
     assert found
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=0.001))
 
 
-ASKED = ["I_zz in the range 4.4 - 4.5 x 10^-3 kg m^2", "slope: I_zz = 4.4e-3 kg m^2, mean: I_zz = 4.5e-3 kg m^2"]
-
-
-@pytest.mark.parametrize(
-    "text", [*ASKED, *PROSE["others"], "", "inertia = " + "[" * 100_000], ids=lambda text: text[:60]
-)
+@pytest.mark.parametrize("text", [*PROSE["others"], "", "inertia = " + "[" * 100_000], ids=lambda text: text[:60])
 def test_other_values_are_not_the_answer(text: str) -> None:
     found = read_answers(None, [("report.txt", text.encode())]).inertia
     assert found is None or found.value is None
@@ -93,7 +71,3 @@ def test_uncertainty_in_the_line_below_belongs_to_the_answer(below: str) -> None
     found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2\n{below}\n".encode())]).inertia
     assert found is not None
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
-
-
-def test_two_numbers_after_one_name_are_not_read() -> None:
-    assert read_answers(None, [("report.txt", b"I zz  4.43e-3  0.05e-3  kg m^2\n")]).inertia is None

@@ -118,6 +118,8 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     odd = grade(report(ROWS, Formula(answer=1.3)))
     assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0, "reference": 0})
     assert "no common mistake explains it" in odd.look[0]
+    with_constant = report(ROWS, replace(SLIPS["turns_forgotten"], spin=1.0), "with_constant")
+    assert grade(with_constant).slips == (), "such a fit says nothing: two mistakes at once explain it by chance"
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -101,7 +101,7 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     ("files", "given", "says"),
     [
         ({"report.pdf": b"%PDF"}, ("",), "no log: only report.pdf"),
-        ({"a.csv": LOG, "b.csv": LOG + "\n"}, ("a.csv", "b.csv"), "several files that read as logs: a.csv, b.csv"),
+        ({"a.csv": LOG, "b.csv": LOG.replace("20", "21")}, ("a.csv", "b.csv"), "several files that read as logs"),
         ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
         ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
     ],

@@ -68,6 +68,17 @@ def test_table_of_ones_own_gives_stations_and_partners(root: Path) -> None:
     assert document["absent"] == [{"student": "cole", "name": "cole", "section": "Mon"}]
 
 
+def test_rows_of_one_name_are_a_question_unless_the_number_tells(tmp_path: Path) -> None:
+    files = {f"Wei Li_{number}_assignsubmission_file_/lab.csv": a_log(number) for number in (11, 12)}
+    for cell, looks in (("", [True, True]), ("11", [False, False])):
+        (tmp_path / "roster.csv").write_text(
+            f"student,name,identifier\ns1,Wei Li,{cell}\ns2,Wei Li,\n", encoding="utf-8"
+        )
+        rows = grade(make_folder(tmp_path / "class", files), "--roster", tmp_path / "roster.csv")[0]
+        assert set(rows) == {"11", "12", "points possible"}
+        assert ["whose row" in rows[key]["look"] for key in ("11", "12")] == looks
+
+
 def test_one_cell_far_away_in_a_workbook_costs_little_time() -> None:
     book, data = openpyxl.Workbook(), io.BytesIO()
     book.active["A1"], book.active["A2"], book.active["XFD1048576"] = "student", "ann", "far"

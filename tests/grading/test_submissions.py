@@ -12,6 +12,7 @@ from gyrodata.grading.submissions import Submission, find_submissions
 
 Class = dict[str, Any]
 CLASSES: dict[str, Class] = tomllib.loads((Path(__file__).parent / "data" / "platforms.toml").read_text("utf-8"))
+TEX = r"\begin{tabular}{ccccc}" + "\n" + LOG.replace(",", " & ").replace("\n", " \\\\\n") + r"\end{tabular}"
 STEM = "Gyro lab_1_{}_attempt_2026-03-{:02d}-14-05-59"
 
 
@@ -55,7 +56,17 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
         ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv", None),
         ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv", None),
         ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv", None),
-        ({"a.csv": LOG, "b.csv": LOG + "\n"}, None, "several files that read as logs: a.csv, b.csv"),
+        ({"a.csv": LOG, "b.csv": LOG.replace("406", "410")}, None, "several files that read as logs: a.csv, b.csv"),
+        ({"a_old.csv": LOG, "a_v2.csv": LOG.replace("406", "410")}, "a_v2.csv", None),
+        ({"a.csv": LOG.replace("\n40", "\n\n#40"), "b.csv": LOG}, "b.csv", None),
+        ({"log": LOG, "plot.png": ""}, "log", None),
+        ({"a.tex": TEX}, "a.tex", None),
+        ({"a.png": "", "b.txt": "I_zz = 4.4e-3 kg m^2"}, None, "no log; b.txt has the answer"),
+        (
+            {"a.xlsx": "PK\3\4"},
+            None,
+            "a.xlsx is damaged, such as a file that was not uploaded to its end; hand it in again",
+        ),
         ({"lab.csv": ""}, None, "lab.csv is empty"),
         ({"lab.rar": "x"}, None, "no log: only lab.rar"),
         ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),

@@ -14,6 +14,7 @@ import tomllib
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from itertools import islice, zip_longest
 from pathlib import Path
 
@@ -21,14 +22,14 @@ from msgspec import Struct
 
 from gyrodata import diagnostics, readings, units
 from gyrodata.errors import Diagnostic, GyroError
-from gyrodata.grading.submissions.archives import ending
+from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
-_SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
+SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
 _MOST_LINES, _MOST_VALUES = 1000, 100
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
@@ -87,10 +88,10 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 def _lines(name: str, data: bytes) -> list[str]:
     """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
     kind = ending(name)
-    if kind == ".xlsx":
+    if kind in WORKBOOKS:
         rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
         return [" | ".join("" if cell is None else str(cell) for cell in row) for row in rows]
-    if kind == ".docx":
+    if kind == ".docx" and zipfile.is_zipfile(io.BytesIO(data)):
         with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open("word/document.xml") as file:
             text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
     else:
@@ -104,6 +105,16 @@ def _lines(name: str, data: bytes) -> list[str]:
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
     return readings.lablog.split_lines(text)
+
+
+def as_log(name: str, data: bytes) -> bytes:
+    """Return a file as `read_log` reads it: a report of Word as its text, with ``|`` between the cells of a table."""
+    with suppress(*_UNREADABLE):
+        return "\n".join(_lines(name, data)).encode() if ending(name) == ".docx" else data
+    return data
+
+
+_UNREADABLE = (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError)
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
@@ -128,15 +139,14 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
             for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
-                number, unit = _is_number(cell), _unit_behind(title)
-                if number and unit and not re.search(_UNIT, cell):
-                    cell += f" {unit}"
+                number = _is_number(cell)
+                cell = cell if not number or re.search(_UNIT, cell) else f"{cell} {_unit_behind(title)}".rstrip()
                 if number and line and _is_unsure(title):
                     line += f" ± {cell}{' %' * ('%' in title)}"
                 elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
                     line += f" {cell}"
                 else:
-                    line += f" | {title} = {cell}" if alone or re.search(_SAYS["other"], title) else f" | {cell}"
+                    line += f" | {title} = {cell}" if alone or re.search(SAYS["other"], title) else f" | {cell}"
         yield line
 
 
@@ -146,27 +156,23 @@ def _is_number(text: str) -> bool:
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(_SAYS["unsure"], text) is not None
+    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(SAYS["unsure"], text) is not None
 
 
 def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
-    found = re.search(rf"{_BRACKET}$", text)
-    inside = found[1] if found else ""
-    match = re.match(_POWER, inside)
-    power = match[0] if match else ""
-    unit = inside[len(power) :]
-    return power + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
+    found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
+    power, unit = found.groups("") if found else ("", "")
+    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
-_BRACKET = r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
-_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{_SAYS['range']}\s+)?$"
+_TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
 _MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
 
 
@@ -174,7 +180,7 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
     """Find the quantities of a file that may be the answer."""
     try:
         sentences = _sentences(_lines(name, data))
-    except (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
+    except _UNREADABLE:
         return
     above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
@@ -187,19 +193,20 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             if value is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
-            before = before if re.fullmatch(rf"[\s,|]*{_SAYS['range']}?\s*", words) else words
+            before = before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
             end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
             read = _with_u(read_reported("inertia", value[0], number), behind)
-            after = re.split(rf"[.,;|]|\d|\b{_SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
+            after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            other = re.search(_TWO_NUMBERS, before) or re.search(_SAYS["other"], f"{before}\n{after}")
-            other = other or re.search(_SAYS["denied"], behind)
-            result, u = re.search(_SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
+            not_own = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
+            result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
-            if not other and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
+            own = not any(re.search(*one) for one in not_own)
+            if own and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
+            heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
@@ -221,12 +228,13 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
     """
     mark = re.search(_MARK, before)
     label = before[: mark.start()] if mark else ""
-    unit = re.search(rf"{_BRACKET}$", label)
+    unit = re.search(r"(?:[\[(]|\bin\b|/)\s*([^\[\]()|/]*)[\])]?[\s*_]*$", label)
     name = label[: unit.start()] if unit else label
     near = mark is not None and _names_inertia(name, near=True)
     for cut, whole in _cuts(text) if near or re.search(_UNIT, text) else ():
-        if near and unit and read_reported("inertia", f"{cut} {unit[1]}").fault is None:
-            return f"{cut} {unit[1]}", len(cut)
+        with_unit = f"{cut} {unit[1].lstrip(' x×·*')}" if near and unit else ""
+        if with_unit and read_reported("inertia", with_unit).fault is None:
+            return with_unit, len(cut)
         bare = near and whole and re.search(r"\w\w\W*$", name)
         if read_reported("inertia", cut).fault in ((None, "no unit") if bare else (None,)):
             return cut, len(cut)
@@ -236,7 +244,7 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
 def _names_inertia(text: str, near: bool = False) -> bool:
     """Return whether words name I_zz, with `near` the last of them; a single letter must be next to the value."""
     # Without brackets, and without a verb at the end.
-    text = re.sub(rf"[\[(][^\])]*[\])]|\b{_SAYS['verb']}\W*$", " ", text)
+    text = re.sub(rf"[\[(][^\])]*[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
     names = [(" ".join(words[max(0, end - count) : end]), end) for end in ends for count in (1, 2, 3)]
@@ -250,10 +258,10 @@ def _with_u(read: Reported, behind: str) -> Reported:
         return read
     number = behind[gap.end() :][:_LONGEST_VALUE]
     said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
-    if not _is_unsure(said) or re.search(_SAYS["other"], said):
+    if not _is_unsure(said) or re.search(SAYS["other"], said):
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
-    plain = all(re.fullmatch(_SAYS["small"], word) for word in more)
+    plain = all(re.fullmatch(SAYS["small"], word) for word in more)
     unit = gap[2] if units.kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
         text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())

@@ -31,8 +31,10 @@ MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and b
 MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip; an entry has about a hundred
 
 TABLES = (".csv", ".tsv")  # endings of tables
-LOGS = (*TABLES, ".txt", ".dat", ".xlsx", ".log", ".md")  # endings of logs
-TEXTS = (".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".xlsx", ".tex")  # of files with the answer
+WORKBOOKS = (".xlsx", ".ods")
+LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
+REPORTS = (".tex", ".docx", "")  # of files that are a log if it is a table in them
+TEXTS = (*WORKBOOKS, ".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".tex")  # of files with the answer
 
 
 class Listing(Struct, frozen=True):

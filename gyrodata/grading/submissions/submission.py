@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import re
+import zipfile
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cached_property
@@ -15,8 +17,8 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.submissions.answers import Answers, read_answers
-from gyrodata.grading.submissions.archives import LOGS, TABLES, ending, read_file
+from gyrodata.grading.submissions.answers import SAYS, Answers, as_log, read_answers
+from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
 from gyrodata.reporting.values import size_text
 
 _MOST_REPORT = 30_000_000  # bytes
@@ -63,7 +65,7 @@ class Submission(Struct, frozen=True, dict=True):
             raise InputError.of(diagnostics.NO_SUBMISSION, f"{self.name}: {self.problem}")
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
-        return data
+        return as_log(self.log_file or self.log_name, data)
 
     def reports(self) -> list[tuple[str, bytes]]:
         """Return the other texts that may contain the answer, with names to show."""
@@ -120,6 +122,7 @@ class Submissions(Struct, frozen=True):
 
 
 Attempts = Literal["newest", "oldest"]
+Logs = Mapping[str, readings.Readings]
 
 # Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write ``lab(1).csv``.
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
@@ -147,31 +150,63 @@ def choose_log(
         The log, and a note on the choice or ""; or None, and why there is no log.
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
-    logs = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
-    if not logs:
-        names = sorted(name.rpartition("/")[2] for name in files.values())
-        return None, f"no log: only {readings.listing(names)}" if names else "no files"
+    plain = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
+    logs = tables or {name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)}
     copies = {name: _COPY.fullmatch(own) for name, own in logs.items()}
     bases = {match["base"] + match["ending"] if match else logs[name] for name, match in copies.items()}
     numbers = {int(match["number"]) if match else 0: name for name, match in copies.items()}
-    if len({base.lower() for base in bases}) == 1 and len(numbers) == len(logs):
-        chosen, how = numbers[(min if attempts == "oldest" else max)(numbers)], f"the {attempts}"
+    best = min if attempts == "oldest" else max
+    left, how = logs, f"the {attempts}"
+    if len({base.lower() for base in bases}) == 1 and len(numbers) == len(logs) and (tables or len(logs) > 1):
+        chosen = numbers[best(numbers)]
     else:
         # If the names differ, the log is the only file that can be read as one.
-        fitting: dict[bytes, str] = {}
+        fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
         for name, own in logs.items():
             with suppress(GyroError):
-                data = read(name)
-                if data not in fitting and readings.read_log(data, name=own.rpartition("/")[2]).ok:
-                    fitting[data] = name
-        if len(fitting) != 1:
-            why = "several files that read as logs" if fitting else "several files and none of them reads as a log"
-            return None, f"{why}: {readings.listing(sorted(logs.values()))}"
-        (chosen,), how = fitting.values(), "read as the log"
+                texts.append((own.rpartition("/")[2], read(name)))
+                log = readings.read_log(data := as_log(*texts[-1]), name=texts[-1][0])
+                if log.columns and tried.setdefault(data, name) == name and log.ok:
+                    fitting[name] = log
+        chosen, how = (*fitting, "read as the log") if len(fitting) == 1 else _latest(fitting, files, best)
+        left = {name: own for name, own in logs.items() if name in fitting or ending(own) not in TEXTS}
+        if fitting and not chosen:
+            return None, f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}"
+        if not fitting:
+            if not tried and (answer := read_answers(None, texts)).inertia:
+                return None, f"no log; {answer.file} has the answer"
+            if len(plain) > 1:
+                names = sorted(plain.values())
+                return None, f"several files and none of them reads as a log: {readings.listing(names)}"
+            chosen = next(iter(plain), "")
+    if not chosen:
+        names = sorted(name.rpartition("/")[2] for name in files.values())
+        return None, f"no log: only {readings.listing(names)}" if names else "no files"
     size, name, most = sizes[chosen], logs[chosen].rpartition("/")[2], readings.MAX_BYTES
     if size > most:
         return None, f"{name} is {size_text(size)}; a log of more than {size_text(most)} is not read"
     if size == 0:
         return None, f"{name} is empty"
-    others = readings.listing(sorted(own for name, own in logs.items() if name != chosen))
-    return chosen, f"{logs[chosen]} is {how}; left aside: {others}" if len(logs) > 1 else ""
+    if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(read(chosen))):
+        return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
+    others = sorted(own for name, own in left.items() if name != chosen)
+    return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
+
+
+_RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
+
+
+def _latest(logs: Logs, files: Mapping[str, str], best: Callable[..., str]) -> tuple[str, str]:
+    """Choose among versions of a log by words in their names, or else the one with all rows; "" if nothing tells."""
+    stems = {name: PurePosixPath(files[name].lower()).stem for name in logs}
+    found = {name: re.search(SAYS["version"], stem) for name, stem in stems.items()}
+    ranks = {name: int(one[4]) - 1 if one[4] else _RANKS[one.lastgroup or ""] for name, one in found.items() if one}
+    ranks = dict.fromkeys(logs, 0) | ranks
+    bases = {re.sub(SAYS["version"], "", stem) for stem in stems.values()} - {""}
+    if 0 < len(logs) == len(set(ranks.values())) and len(bases) <= 1:
+        return best(ranks, key=lambda name: ranks[name]), "the latest by its name"
+    columns = {name: [column.values for _, column in sorted(log.columns.items())] for name, log in logs.items()}
+    rows = {name: set(zip(*some, strict=True)) for name, some in columns.items()}
+    whole = [name for name in rows if all(rows[name] >= some for some in rows.values())]
+    answers = {name: logs[name].reported["inertia"].text for name in whole if "inertia" in logs[name].reported}
+    return ([*answers, *whole][0], "the one with all rows") if whole and len({*answers.values()}) < 2 else ("", "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -39,8 +39,6 @@ def template(
 
     Without --out, the log is printed as CSV.
     """
-    from gyrodata.readings import blank_log
-
     text = blank_log(with_units(weights), position, with_units(spins))
     if out is None:
         write_out(text)
@@ -51,6 +49,76 @@ def template(
     with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
         write_whole(out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()])
     tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
+
+
+_EXAMPLES = {"mass": "20g,40g,60g", "length": "15cm", "rate": "200,400,600rpm"}
+
+
+def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> str:
+    """Write a log to fill in: each weight with each spin, a run without a weight, and the first run again.
+
+    The weights take turns, and the second half of the runs is the first half backwards: a drift of the balance during
+    the session does not look like an effect of the torque.
+
+    Parameters
+    ----------
+    weights : sequence of str
+        Masses with their units, such as ``20 g``; repeats are kept once.
+    position : str
+        Position of the weights, such as ``15 cm``.
+    spins : sequence of str
+        Spins to aim at, such as ``400 rpm``. They are in the notes: the column is for the spins that are read.
+
+    Returns
+    -------
+    str
+        CSV text that `read_log` reads without a diagnostic when spin, time and turns are filled in.
+
+    Raises
+    ------
+    InputError
+        A value cannot be read.
+    """
+    # The values have the digits that a scale and a ruler show.
+    masses = _shown(weights, "mass", "g", "--weights", 2)
+    [arm] = _shown([position], "length", "cm", "--position", 1)
+    aims = _shown(spins, "rate", "rpm", "--spins", 0)
+    lines = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8").splitlines()
+    half = [*range(len(masses))] * (len(aims) // 2)
+    middle: list[int | None] = [0, *range(1, len(masses)), 0] if len(aims) % 2 else [0]
+    middle.insert((len(middle) + 1) // 2, None)
+    hung = [0] * len(masses)
+    for weight in (*half, *middle, *reversed(half)):
+        if weight is None:
+            lines.append(f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
+            continue
+        # Each weight begins with another spin, so that the spins take turns too.
+        aim = aims[(weight + hung[weight]) % len(aims)]
+        hung[weight] += 1
+        again = "the first run once more; " if hung[weight] > len(aims) else ""
+        lines.append(f"{masses[weight]},{arm},,,,,{again}aim at {aim} rpm")
+    return "\n".join(lines) + "\n"
+
+
+def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
+    """Write the values of an option in one unit, with at least `digits` digits."""
+    from gyrodata.quantities import parse_quantity
+    from gyrodata.units import UnitError, from_si
+
+    code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
+    if not texts:
+        raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {_EXAMPLES[kind]}")
+    for text in dict.fromkeys(texts):
+        try:
+            value = from_si(parse_quantity(text, kind), unit, kind)
+        except UnitError as error:
+            raise InputError.of(code, f"{option}: {error}", f"{error.hint}; separate several with commas") from None
+        if kind != "length" and value <= 0:
+            hint = "write values above zero; the run without a weight is in every log"
+            raise InputError.of(code, f'{option}: "{text}" is not above zero', hint)
+        short = f"{value:.10g}"
+        shown.append(short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}")
+    return shown
 
 
 def _workbook(text: str) -> bytes:

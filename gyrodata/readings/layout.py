@@ -301,7 +301,7 @@ _QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_U
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
-_BALL, _WEIGHT = vocabulary.pattern("sphere"), vocabulary.pattern("weight_added")
+_BALL, _WEIGHT, _NOT_TIMED = map(vocabulary.pattern, ("sphere", "weight_added", "not_timed"))
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
     rf"|(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
@@ -368,7 +368,7 @@ def _said(row: Row, with_time: bool = False) -> _Given:
     if turns:
         found["turns"] = {turns: filled[-1]}
     found = {} if _SAYS_NOTHING.search(whole) else found
-    if re.search(vocabulary.pattern("not_timed"), whole):
+    if re.search(_NOT_TIMED, whole):
         found = {role: items for role, items in found.items() if role == "position" and roles.from_centre(whole)}
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 

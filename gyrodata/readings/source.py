@@ -100,7 +100,8 @@ def _read(source: Any, name: str | None) -> tuple[str, bytes]:
         what = f"{type(source).__name__} ({source!r:.60})"
         raise TypeError(f"a log is a path, its text or bytes, an open file or a DataFrame, not {what}")
     path = Path(source)
-    shown = printable(name or path.name or str(path))
+    shown = name or path.name or str(path)
+    shown = shown if shown.isascii() else printable(shown)
     try:
         with path.open("rb") as file:
             return shown, file.read(MAX_BYTES + 1)

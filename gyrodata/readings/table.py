@@ -1,20 +1,24 @@
-"""From a table to columns of readings: its cells in SI, and what the log lacks."""
+"""Read a log: its cells in SI as columns of readings, and what it lacks."""
 
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections import Counter
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache, partial
+from types import MappingProxyType
+from typing import Any
 
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
-from gyrodata.readings import lablog, layout, roles, source
-from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, missing_roles
+from gyrodata.readings import lablog, layout, roles
+from gyrodata.readings import source as sources
+from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, choose, missing_roles
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
@@ -28,6 +32,82 @@ _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 _PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
+_NOTHING: Mapping[str, str] = MappingProxyType({})
+
+
+def read_log(
+    source: sources.Source,
+    *,
+    name: str | None = None,
+    settings: Mapping[str, Any] = _NOTHING,
+    mapping: Mapping[str, str] = _NOTHING,
+    config: str | os.PathLike[str] | None = None,
+) -> Readings:
+    """Read a lab log.
+
+    Parameters
+    ----------
+    source : path, "-", bytes, open file, DataFrame, or str of several lines
+        The log; ``-`` is standard input.
+    name : str, optional
+        Name to show instead of the source's own.
+    settings : mapping
+        ``--set``: values for the whole log, such as ``{"turns": "1", "g": "9.803 m/s^2"}``; text, a quantity of
+        pint or a number of uncertainties.
+    mapping : mapping of str to str
+        ``--map``: role to header as written.
+    config : path, optional
+        TOML file with more settings; `settings` replace them.
+
+    Returns
+    -------
+    Readings
+        With all diagnostics. If none is an error, every run has a time with its turns or angle (or a
+        precession period or rate), a spin (or what gives one), and a load (mass and position, force and
+        position, or torque).
+
+    Raises
+    ------
+    InputError
+        The source is not a readable log at all, or an option is wrong.
+    TypeError
+        An argument has a wrong type.
+    """
+    checked: dict[str, tuple[object, Any]] = {"name": (name, str | None), "config": (config, str | os.PathLike | None)}
+    checked |= {"settings": (settings, Mapping), "mapping": (mapping, Mapping)}
+    for what, (value, kinds) in checked.items():
+        if not isinstance(value, kinds):
+            raise TypeError(f"{what} cannot be {type(value).__name__} ({value!r:.60})")
+    for text in (*settings, *mapping, *mapping.values()):
+        if not isinstance(text, str):
+            raise TypeError(f"a key of settings or mapping, or a header, cannot be {type(text).__name__}")
+    options = lablog.read_options({key: sources.value_text(value) for key, value in settings.items()}, mapping, config)
+    grid, faults = sources.load(source, name)
+    ask = sources.decimal_signs(grid) != {","}
+    given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
+    given.origin = read_notes(grid, faults)
+    grid, falls = layout.split_spin_down(grid)
+    given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
+    log = Readings(faults.name, grid.sha256, source_text="\n".join(faults.lines), sheets=faults.sheets, **given.fields)
+    log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)
+    stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
+    log = replace(log, metadata=given.metadata, stated_at=stated_at)
+    found = layout.find_layout(grid, faults)
+    if found is None:
+        return replace(log, diagnostics=faults.all_told())
+    chosen = choose(found, mapping, given, faults)
+    log, unmoved = TableReader(found, chosen, given, faults).read(log)
+    if not log.runs and not faults.has_error():
+        faults.add("no_timed_runs")
+    else:
+        if log.runs and len(unmoved) == len(log.runs):
+            faults.add("no_torque")
+        unread = {role for role in chosen.used if role not in log.columns} if faults.has_error() else set()
+        check_meaning(log, chosen, unread | given.unread, faults, is_told="precession_period" in mapping)
+    moved = [run for run in range(len(log.runs)) if run not in unmoved]
+    if unmoved and moved:
+        log = replace(log.select(moved), unmoved=log.select(sorted(unmoved)))
+    return replace(log, diagnostics=faults.all_told())
 
 
 # From cells to readings -------------------------------------------------------------------------------------------
@@ -85,9 +165,9 @@ class TableReader:
     def __init__(self, table: layout.Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
         self.table, self.choice, self.settings, self.faults = table, choice, settings, faults
         self.grid, self.rows = table.grid, table.rows
-        self.signs = source.decimal_signs(self.grid, by_delimiter=False)
-        self.expected_signs = source.decimal_signs(self.grid)
-        self.find = partial(source.find_place, self.grid.lines, self.grid.delimiter)
+        self.signs = sources.decimal_signs(self.grid, by_delimiter=False)
+        self.expected_signs = sources.decimal_signs(self.grid)
+        self.find = partial(sources.find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""
         for given in (*settings.roles.values(), *settings.given_uncertainties.values()):
@@ -208,7 +288,7 @@ class TableReader:
         for one in read.values():
             if one.step is not None:
                 finest[one.unit] = min(one.step, finest.get(one.unit, math.inf))
-        if strict and spots[0] % source.MAX_COLUMNS in self.grid.floats and units.SI[kind] and None in spreads:
+        if strict and spots[0] % sources.MAX_COLUMNS in self.grid.floats and units.SI[kind] and None in spreads:
             finest = {}  # a float drops them too: 15.0 cm may be 15 or 15.00 cm
             self.floats.append(role)
         readings = []
@@ -404,7 +484,7 @@ class TableReader:
             u, line = roles.stated_u(role, self.settings.uncertainties), self.table.cells[0].place.line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else Reading() for one in ones]
             header = next(one.cell.text for one in many if one.turns)
-            spots = tuple(line * source.MAX_COLUMNS + one.at for one in ones)
+            spots = tuple(line * sources.MAX_COLUMNS + one.at for one in ones)
             given = columns.get(role) or (columns.get("angle") if role == "turns" else None)
             if given is None:
                 columns[role] = Column(role, header, "", tuple(readings), spots, None, self.find)
@@ -597,7 +677,7 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
         faults.add("exchanged", period.place(0), period=period.header, time=time.header, text=text)
 
 
-def read_notes(grid: source.Grid, faults: Faults) -> str:
+def read_notes(grid: sources.Grid, faults: Faults) -> str:
     """Return the origin of positions that a note states, or "".
 
     The function warns of every note that may say that a reading is not what is typed, such as "twice the real rpm".

@@ -10,7 +10,7 @@ import re
 from bisect import bisect
 from collections import Counter
 from decimal import Decimal, DecimalException
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, takewhile
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -50,6 +50,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
     try:
         if not grid.rows:
             raise faults.refuse("no_table")
+        grid = _uncrossed(grid, faults)
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
         rows = grid.rows[:_TITLES_LOOKED_AT]
@@ -130,6 +131,63 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(grid.rows[0].line, texts, tuple(row.spot(k) for row, k in places)))
     return replace(grid, rows=rows)
+
+
+_IN_HEADER = re.compile(
+    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?(?<![\w.,/])({quantities.NUMBER})"
+    r"\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
+    re.IGNORECASE,
+)
+"""A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
+_CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
+"""Marks between the names of rows and columns in the corner of a table."""
+
+
+def _uncrossed(grid: Grid, faults: Faults) -> Grid:
+    """Make a row of each cell of a table of times whose header contains a quantity of each run.
+
+    Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass (g)", or behind it.
+    """
+    for index, head in enumerate(grid.rows[:_TITLES_LOOKED_AT]):
+        groups: dict[tuple[str, str], dict[int, str]] = {}
+        for at in _filled(head):
+            match = _IN_HEADER.search(head.texts[at])
+            role = next((role for kind, role in _SAID_KINDS.items() if match and kind in kinds_of(match[2])), "")
+            if match and role:
+                name = f"{head.texts[at][: match.start()].strip()} {head.texts[at][match.end() :].strip()}".strip()
+                groups.setdefault((role, name), {})[at] = f"{match[1]} {match[2]}"
+        bare = {at: head.texts[at] for at in _filled(head)[1:] if _is_bare(head.texts[at])}
+        above = [text for text in grid.rows[index - 1].texts if text] if index else []
+        above = re.split(_CORNER, head.texts[0])[1:] or above
+        if len(bare) > 1 and not groups and len(above) == 1 and parse_header(above[0]).unit:
+            groups = {(role, above[0]): bare for role in parse_header(above[0]).roles}
+        if len(groups) != 1 or len(set(*map(dict.values, groups.values()))) < 2:
+            continue
+        [((role, name), cells)] = groups.items()
+        others = [at for at in _filled(head) if at not in cells]
+        first = {at: re.split(_CORNER, head.texts[at])[0] for at in others}
+        titles = [text for row in grid.rows[:index] for text in row.texts if text]
+        titles = [name, *(text.text for text in grid.comments), *titles[::-1]]
+        parts = [part for text in titles for part in (text, *re.split(r"[,;:.]\s+", text))]
+        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
+        named = {found for text in first.values() for found in parse_header(text).roles}
+        below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
+        time = next(timed, "")
+        if not time or role in named or named.isdisjoint(roles.ROLES) or not below:
+            continue
+        places = [*others, min(cells), min(cells)]
+        spots = tuple(map(head.spot, places))
+        rows = [Row(head.line, [*first.values(), name if cells is bare else role, time], spots)]
+        for row in below:
+            texts = [*row.texts, *[""] * (max(cells) + 1 - len(row.texts))]
+            for at, quantity in cells.items() if any(texts[at] for at in cells) else ():
+                spots = (*map(row.spot, others), head.spot(at), row.spot(at))
+                rows.append(Row(row.line, [*(texts[other] for other in others), quantity, texts[at]], spots))
+        faults.add("crossed", grid.cell(head, min(cells)), line=[head.line], role=role, time=time)
+        start = index - (cells is bare and above[0] in grid.rows[index - 1].texts)
+        rest = grid.rows[index + 1 + len(below) :]
+        return _uncrossed(replace(grid, rows=[*grid.rows[:start], *rows, *rest]), faults)
+    return grid
 
 
 def _move_units(rows: list[Row], head: Row) -> None:
@@ -373,6 +431,28 @@ def _said(row: Row, with_time: bool = False) -> _Given:
     return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
 
 
+_UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"
+_IN_A_UNIT = r"(?i).*\b(?:in|en|em|w|в)\s+\S+\W*"
+
+
+def _stated_units(text: str) -> dict[str, str]:
+    """Return the unit of each kind of quantity that a text states: "masses in g, times in s", "Units: g, cm, s"."""
+    found: dict[str, str] = {}
+    listed = re.match(_UNITS_LISTED, text)
+    for part in re.split(r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text[listed.end() :] if listed else text):
+        *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
+        words = {squeeze(name).lower() for name in names}
+        of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
+        if of_another or re.search("[0-9]", part) or not (listed or re.fullmatch(_IN_A_UNIT, part)):
+            continue
+        forms = {word.removesuffix(end) for word in words for end in ("", "s", "es", "n", "en")}
+        named = {roles.kind_of_role(role) for form in forms for role in roles.name_roles(form)[0]}
+        kinds = kinds_of(unit) & {*_SAID_KINDS, "time"}
+        if len(kinds) == 1 and (kinds & (named | forms) or (listed and not words)):
+            found[min(kinds)] = unit
+    return found
+
+
 def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     """Return what no column of a table contains, and no "# key: value" line of a grid: a caption may give it."""
     there = {role for header in headers for role in header.roles}
@@ -421,6 +501,22 @@ class _Sheet:
         legend = filter(None, map(_LEGEND.fullmatch, texts))
         self.legend = {squeeze(one[1]): one[2] for one in legend if parse_header(one[2]).unit}
         """What a line such as "d = distance from centre in cm" says of a short header."""
+        notes = [(text, text.text) for text in grid.comments]
+        notes += [(text, f"{key}: {text.text}") for key, text in grid.metadata if not roles.is_key(key)]
+        for row, below in pairwise([*grid.rows, Row(0, ["0"])]):
+            # The row above numbers is the header itself.
+            if not any(map(is_number, row.texts + below.texts)):
+                notes += [(grid.cell(row, at), row.texts[at]) for at in _filled(row)]
+        self.units: dict[str, str] = {}
+        """Unit of each kind of quantity that a text states for all columns."""
+        told: dict[int, tuple[Text, list[str]]] = {}
+        for cell, note in notes:
+            stated = _stated_units(note)
+            self.units |= stated
+            said = [f"{_SAID_KINDS.get(kind, kind)} in {unit}" for kind, unit in stated.items()]
+            if said:
+                told.setdefault(cell.place.line, (cell, []))[1].extend(said)
+        self.said += [(cell, "below", ", ".join(said)) for cell, said in told.values()]
         names = [name for row in grid.rows if _is_head(row) for name in row.texts]
         found = {role for name in names for role in parse_header(name).roles}
         self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(map(turns_in, names))
@@ -435,6 +531,10 @@ class _Sheet:
         for at, (cell, header) in enumerate(self.here):
             if header.unit is None and (words := self.legend.get(squeeze(cell.text))):
                 self.here[at] = replace(cell, text=words), parse_header(words)
+        for at, (cell, header) in enumerate(self.here if self.units else ()):
+            own = {unit: parse_header(f"{cell.text} [{unit}]") for unit in self.units.values() if header.unit is None}
+            fit = [replace(one, text=cell.text) for unit, one in own.items() if self._fits(header, one)]
+            self.here[at] = cell, fit[0] if len(fit) == 1 else header
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
             sign = squeeze(roles.split_unit(cell.text)[0]).lower()
             if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
@@ -444,6 +544,13 @@ class _Sheet:
         self.fresh, self.skipped = True, False
         self.places: list[int] = []
         self.given: _Given = dict(self.general)
+
+    def _fits(self, header: Header, with_unit: Header) -> bool:
+        """Return whether a unit that a text states is that of a column, by its role; "trial 2" is a time."""
+        if header.roles in ((), ("run",)):
+            return with_unit.roles == ("time",) and with_unit.number is not None
+        kinds = {roles.kind_of_role(role) for role in with_unit.roles if role in header.roles}
+        return not kinds.isdisjoint(kinds_of(with_unit.unit or ""))
 
     def take(self, row: Row) -> None:
         """Read the next row."""
@@ -587,8 +694,10 @@ class _Sheet:
 
     def finish(self) -> Layout:
         """Return all runs as one table, and add notes on what was left out and what was read of captions."""
-        lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
-        below = self._read_captions(lacking, "above")
+        below: _Given = {}
+        if self.words:
+            lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
+            below = self._read_captions(lacking, "above")
         self.runs = [(row, places, below | given) for row, places, given in self.runs]
         for role, (_, spot) in {role: one for *_, given in self.runs for role, one in given.items()}.items():
             if not any(header.roles == (role,) for _, header in self.columns):
@@ -612,8 +721,9 @@ class _Sheet:
             fewest = min((len(_filled(row)) for row in part[:-1]), default=0)
             if len(part) > 2 and len(_filled(part[-1])) < fewest and _ends_with_means(part, headers):
                 self._leave_out("summary", part.pop())
-        for why, left in self.left_out.items():
-            if left:
+        told_in = {cell.place.line for cell, *_ in self.said}
+        for why, rows_left in self.left_out.items():
+            if left := [one for one in rows_left if one[0].line not in told_in]:
                 said, lines = listing([row.texts[at] for row, at in left], 4), sorted({row.line for row, _ in left})
                 self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=said)
         for cell, where, told in self.said:

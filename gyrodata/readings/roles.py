@@ -586,6 +586,7 @@ def counts_weights(header: Header) -> bool:
 
 
 _FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
+_SURFACE_NOTE = vocabulary.pattern("surface_note")
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
@@ -599,7 +600,7 @@ def origin_in(header: str) -> str:
 
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
-    if re.search(rf"(?i){vocabulary.pattern('surface_note')}", note) and not re.search(_CENTRE, note):
+    if re.search(_SURFACE_NOTE, note) and not re.search(_CENTRE, note):
         return "surface"
     if not (origin := origin_in(note)):
         return ""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
+from collections.abc import Iterator
 from decimal import Decimal, DecimalException
 from itertools import accumulate, pairwise, takewhile
 
@@ -372,7 +373,7 @@ _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
-def _turns_stated(clause: str, whole: str, found: dict[str, dict[str, int]]) -> str:
+def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     """Return the turns that a clause of a line states for the times of runs; "" for a line about other turns.
 
     Such a clause names a time, or a mass of a run, or it contains hardly anything else.
@@ -389,14 +390,32 @@ def _turns_stated(clause: str, whole: str, found: dict[str, dict[str, int]]) -> 
     return turns if len(others) < 2 else ""
 
 
+_SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
+
+
 def _said(row: Row, with_time: bool = False) -> _Given:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
     filled = _filled(row)
     # "x = 15,5 cm" above a table with commas between the cells is one number.
     whole = "\0".join(row.texts[at] for at in filled)
     whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
-    found: dict[str, dict[str, int]] = {}
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
+    found: dict[str, dict[str, int]] = {}
+    for start, stop in pairwise([0, *(match.end() for match in re.finditer(_SENTENCE_END, whole)), len(whole)]):
+        for role, text, place in _said_in_sentence(whole[start:stop], {end - start for end in ends}, with_time):
+            found.setdefault(role, {}).setdefault(text, filled[min(bisect(ends, start + place), len(filled) - 1)])
+    parts = re.split(r"[,;،；，()]\s+", whole)
+    for part in (*row.texts, *parts):
+        name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
+        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
+        if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
+            found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
+    return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
+
+
+def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[tuple[str, str, int]]:
+    """Yield role, text and place of each quantity of a sentence whose cells have these ends."""
+    found: list[tuple[str, str, int]] = []
     end = 0
     scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
     for match in re.finditer(_QUANTITY, scanned):
@@ -414,21 +433,13 @@ def _said(row: Row, with_time: bool = False) -> _Given:
         role = "" if role == "position" and roles.origin_in(whole) else role
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
-            at = filled[bisect(ends, match.start(1 if match[1] else 4))]
-            found.setdefault(role, {}).setdefault(f"{number} {unit}", at)
-    parts = re.split(r"[,;،；，()]\s+", whole)
-    turns = next(filter(None, (_turns_stated(part, whole, found) for part in (whole, *parts))), "")
-    for part in (*row.texts, *parts):
-        name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
-        name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
-        if rest and parse_header(name).roles == ("turns",):  # "Number of turns: 1/3", "turns 1"
-            turns = turns_in(f"{rest[0]} turns")
-    if turns:
-        found["turns"] = {turns: filled[-1]}
-    found = {} if _SAYS_NOTHING.search(whole) else found
-    if re.search(_NOT_TIMED, whole):
-        found = {role: items for role, items in found.items() if role == "position" and roles.from_centre(whole)}
-    return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
+            found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
+    parts = (whole, *re.split(r"[,;،；，()]\s+", whole))
+    if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
+        found.append(("turns", turns, len(whole)))
+    only_position = re.search(_NOT_TIMED, whole)
+    if not _SAYS_NOTHING.search(whole):
+        yield from (one for one in found if not only_position or (one[0] == "position" and roles.from_centre(whole)))
 
 
 _UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"

@@ -242,6 +242,7 @@ _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
+_TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')})\s+(.+)"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】", "()[][]")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
@@ -352,11 +353,14 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = any(_is_unit_of(one, match[2]) for one in (match[1], name))
         if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
             return name, match[2]
+    if (match := re.fullmatch(_TIME_PER, text)) and kinds_of(match[1]) == {"time"} and re.search(_TURN, match[2]):
+        owner = "precession" if re.search(PRECESSION, match[2]) else "spin" if re.search(SPINNING, match[2]) else ""
+        return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
-    if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
-        return name, unit  # "period s" is not "periods"
+    if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]) or (unit == "s" and turns_in(name)):
+        return name, unit  # "period s" is not "periods"; and "half_turn_s" is a time
     if name_roles(text)[0]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
@@ -379,7 +383,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
             fits = fits or (not strict and _is_unit_of(name, unit))
             is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
             # Of "how long for 1 turn", the turn is not a unit.
-            of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit) and re.search("[0-9]", text)
+            of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit)
+            of_turns = of_turns and (re.search("[0-9]", text) or words_of_turns(name))
             if fits and is_name and not of_turns:
                 return name, unit
     if is_rate:
@@ -390,7 +395,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if name and kinds_of(unit):
         return name.strip(), unit.strip()
     name, _, unit = text.rpartition(",")
-    if name_roles(name)[0] and unit.strip():
+    if name_roles(name)[0] and unit.strip() and not re.search(_TURN, unit):
         return name.strip(), unit.strip()  # an unknown unit, which is reported
     return text, None
 
@@ -483,6 +488,9 @@ _SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
 _TURN, _PERIOD, _ONE_TURN = (vocabulary.pattern(key) for key in ("turn", "period", "one_turn"))
+_PARTS_OF_ONE = {word: f"1{number}"[-3:] for word, number in _NUMBERS.items() if "/" in number and len(word) > 2}
+_JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={_TURN})"
+"""Joined words such as "Vierteldrehung"."""
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
 _AND_A_HALF = rf"(?i){_TURN}\w*\s+(?:{'|'.join(AND)})\s+(?:an?\s+)?(?:half|halbe?|demie?|medi[ao]|mezz[ao]|meia)\b"
 _COUNTED = (
@@ -505,6 +513,9 @@ def turns_in(header: str) -> str:
         return ""  # "time [s]" and "revolutions", before the long patterns below are compiled
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     plain = re.sub(r"(?i)\ba?round (\w+) times\b", r"\1 turns", plain)
+    plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
+    if unit and "time" in kinds_of(unit):
+        plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
     if mixed := re.search(_MIXED, plain):
@@ -540,6 +551,8 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     numbers = [_NUMBERS.get(word, word) for word in words]
     if numbers[-1:] == ["1"] and "/" in "".join(numbers[-2:-1]):
         del words[-1], numbers[-1]  # "a third of one"
+    if len(words) > 1 and words[-1] in _PARTS and "/" in numbers[-2]:
+        del words[-1], numbers[-1]  # "trzecia część"
     if not words or words[-1] not in _NUMBERS:
         return ""
     *before, part = numbers

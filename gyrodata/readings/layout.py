@@ -69,9 +69,10 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             # A line behind # may give a quantity without a column: "# each time is for one full turn".
             said = [(f"# {text.text}", text) for text in grid.comments]
             said += [(f"# {key}: {text.text}", text) for key, text in grid.metadata if not roles.is_key(key)]
-            captions = [Row(text.place.line, [words]) for words, text in said]
+            captions = sorted((Row(text.place.line, [words]) for words, text in said), key=lambda row: row.line)
             there = {row.line for row in grid.rows}
-            captions = [row for row in captions if row.line not in there and lacking.intersection(_said(row))]
+            captions = _paragraphs([row for row in captions if row.line not in there])
+            captions = [row for row in captions if lacking.intersection(_said(row))]
             grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, faults)
@@ -390,6 +391,22 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     return turns if len(others) < 2 else ""
 
 
+def _paragraphs(rows: list[Row]) -> list[Row]:
+    """Join rows of text if a sentence goes on in the next line."""
+    joined: list[Row] = []
+    for row in rows:
+        last = joined[-1] if joined else row
+        goes_on = re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0])
+        goes_on = goes_on and re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts))
+        if goes_on and last is not row and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1:
+            spots = tuple(one.spot(at) for one in (last, row) for at in range(len(one.texts)))
+            joined[-1] = Row(last.line, [*last.texts, *(text.removeprefix("#") for text in row.texts)], spots)
+        else:
+            joined.append(row)
+    return joined
+
+
+_CLAUSE_END = r"[,;.،；，。()]\s+"
 _SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
 
 
@@ -403,8 +420,10 @@ def _said(row: Row, with_time: bool = False) -> _Given:
     found: dict[str, dict[str, int]] = {}
     for start, stop in pairwise([0, *(match.end() for match in re.finditer(_SENTENCE_END, whole)), len(whole)]):
         for role, text, place in _said_in_sentence(whole[start:stop], {end - start for end in ends}, with_time):
+            if role == "turns" and len(set(filter(None, map(turns_in, re.split(_CLAUSE_END, whole))))) > 1:
+                continue  # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
             found.setdefault(role, {}).setdefault(text, filled[min(bisect(ends, start + place), len(filled) - 1)])
-    parts = re.split(r"[,;،；，()]\s+", whole)
+    parts = re.split(_CLAUSE_END, whole)
     for part in (*row.texts, *parts):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
@@ -419,7 +438,8 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     end = 0
     scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
     for match in re.finditer(_QUANTITY, scanned):
-        words = re.split(r"[\s,;:()=]+", whole[end : match.start()]) + whole[match.end() :].split()[:1]
+        after = re.split(r"[\s,;:.()=]+", whole[match.end() :].lstrip())[0]
+        words = [*re.split(r"[\s,;:()=]+", whole[end : match.start()]), after]
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
         clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
@@ -430,11 +450,12 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
             continue  # "Position 15,5 cm" may be split at its decimal comma
         kinds = _SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
-        role = "" if role == "position" and roles.origin_in(whole) else role
+        if role == "position" and (roles.origin_in(whole) or squeeze(after).lower() in roles.DIMENSION_WORDS):
+            continue
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
-    parts = (whole, *re.split(r"[,;،；，()]\s+", whole))
+    parts = (whole, *re.split(_CLAUSE_END, whole))
     if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
         found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
@@ -478,6 +499,8 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
         there.add("mass")
     if any(role.startswith("spin") for role in there):
         there.add("spin")
+    if any("length" in kinds_of(header.unit or "") and not header.roles for header in headers):
+        there.add("position")  # "gap [cm]" may be the position
     return {"mass", "position", "spin", "turns"} - there
 
 
@@ -691,14 +714,17 @@ class _Sheet:
         """
         found: _Given = {}
         lacking = lacking & _lacking([], self.grid)
-        for row in self.words:
+        told_in = set(dict(self.faults.sheets))
+        for row in _paragraphs(self.words):
             if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 self.said.append((self.grid.cell(row, _filled(row)[0]), where, told))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
-            elif not row.texts[0].startswith("#") and row.line not in dict(self.faults.sheets):
+                told_in |= {row.spot(at) // source.MAX_COLUMNS for at in range(len(row.texts))}
+        for row in self.words:
+            if row.line not in told_in and not row.texts[0].startswith("#"):
                 self._leave_out("title", row)
         self.words = []
         return found

@@ -169,8 +169,9 @@ MEAN_WORDS, SCALE_WORDS = map(_words, ("mean", "scale"))
 """Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
-NOT_THE_WEIGHT = _words("not_the_weight")
-"""Words next to a quantity in a title that is not an added weight, its position, or a measured spin."""
+NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
+"""Words next to a quantity in a title that is not an added weight, its position, or a measured spin; and words behind a
+length that is not a position."""
 PRECESSION = f"(?i:(?:{vocabulary.words('precession', '|')})[^\\W\\d_]*\\.?)"
 
 NAMES: dict[str, tuple[str, ...]] = {squeeze(role).lower(): (role,) for role in ROLES}
@@ -566,10 +567,10 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     if before and before[-1] in _PARTS:
         return ""
     trial = bool(count) and not whole and words[len(before)].isdecimal()
-    if part.startswith("/") or trial or (mixed and not count) or (whole and before):
+    if part.startswith("/") or trial or (whole and before):
         return ""
     number = Fraction(part)
-    return str(number + int(count) if mixed else number * int(count or 1))
+    return str(number + int(count) if mixed and count else number * int(count or 1))
 
 
 _TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"

@@ -428,14 +428,12 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
 def _find_delimiter(lines: list[str], body: list[int]) -> str:
     """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
     bare = [re.sub(r'"[^"\t]*[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
-    shares = {}
-    for delimiter in "\t;,|":
-        counts = Counter(filter(None, (line.count(delimiter) for line in bare)))
-        shares[delimiter] = counts.most_common(1)[0][1] / len(bare) if counts else 0.0
-    best = max(shares.values())
-    for gap, least in ((r"\s{2,}", 2), (r"\s+", 4)):
+    # A comma between digits separates cells only if no other sign does.
+    without_decimals = _shares([re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare])
+    shares = _shares(bare)
+    for gap, least, others in ((r"\s{2,}", 2, without_decimals), (r"\s+", 4, shares)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
-        if usual >= least and often > best * len(body):
+        if usual >= least and often > max(others.values()) * len(body):
             widest = max((lines[i] for i in body), key=lambda line: len(re.split(gap, line.strip())))
             starts = [match.start() for match in re.finditer(r"\S+(?: \S+)*", widest)]
             for i in body:
@@ -446,7 +444,18 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
                 if blank > 0 and indent > starts[blank - 1] + 2:
                     lines[i] = "\t" * blank + lines[i][blank:]
             return "\t"
+    shares = without_decimals if max(without_decimals.values()) > 0.6 else shares
+    best = max(shares.values())
     return next((delimiter for delimiter, share in shares.items() if share and share >= best - 0.3), "\t")
+
+
+def _shares(lines: list[str]) -> dict[str, float]:
+    """Return the share of the lines in which each delimiter has its most common count."""
+    shares = {}
+    for delimiter in "\t;,|":
+        counts = Counter(filter(None, (line.count(delimiter) for line in lines)))
+        shares[delimiter] = counts.most_common(1)[0][1] / len(lines) if counts else 0.0
+    return shares
 
 
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:

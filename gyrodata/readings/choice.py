@@ -275,7 +275,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         else:
             # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
             words = {
-                word for word in roles.squeezed_words(text) if role != "spin" or not re.search(roles.SPINNING, word)
+                word for word in roles.squeezed_words(roles.split_unit(text)[0]) if role != "spin" or not re.search(roles.SPINNING, word)
             }
             other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
             other |= role == "mass" and roles.is_part_of_mass(text)

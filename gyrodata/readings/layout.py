@@ -116,23 +116,26 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
     if sentences := _rows_of_sentences(grid):
         return replace(grid, rows=sentences)
     width = max(len(row.texts) for row in grid.rows)
-    names = Row(0, [row.texts[0] for row in grid.rows])
+    said = [row for row in grid.rows if len(_filled(row)) == 1 and (_said(row) or " " in " ".join(row.texts).strip())]
+    of_table = [row for row in grid.rows if row not in said]
+    side = min((_filled(row)[0] for row in of_table), default=0)
+    names = Row(0, [row.texts[side] for row in of_table])
     if not _is_head(names):
         if width == 1:
             raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
         return grid
-    faults.add("turned", grid.cell(grid.rows[0], 0), names=listing(names.texts, 3))
+    faults.add("turned", grid.cell(of_table[0], side), names=listing(names.texts, 3))
     rows = []
-    units = [row.texts[1] if len(row.texts) > 2 else "" for row in grid.rows]
+    units = [row.texts[side + 1] if len(row.texts) > side + 2 else "" for row in of_table]
     if sum(bool(kinds_of(unit)) for unit in units) > 1 and not any(map(is_number, units)):
         # A column of units behind the names.
         joined = (f"{name} [{unit}]" if kinds_of(unit) else name for name, unit in zip(names.texts, units, strict=True))
-        rows = [Row(grid.rows[0].line, list(joined), tuple(row.spot(0) for row in grid.rows))]
-    for at in range(2 if rows else 0, width):
-        places = [(row, 1 if at and len(row.texts) == 2 < width else at) for row in grid.rows]
+        rows = [Row(of_table[0].line, list(joined), tuple(row.spot(side) for row in of_table))]
+    for at in range(side + 2 if rows else side, width):
+        places = [(row, side + 1 if at > side and len(row.texts) == side + 2 < width else at) for row in of_table]
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
-        rows.append(Row(grid.rows[0].line, texts, tuple(row.spot(k) for row, k in places)))
-    return replace(grid, rows=rows)
+        rows.append(Row(of_table[0].line, texts, tuple(row.spot(k) for row, k in places)))
+    return replace(grid, rows=[*said, *rows])
 
 
 _IN_HEADER = re.compile(
@@ -364,9 +367,11 @@ _SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(vocabulary.pattern, ("sphere", "weight_added", "not_timed"))
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
-    rf"|(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
-"""Lines whose quantities are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g", "wait 2 turns"."""
+_SEVERAL_WEIGHTS = re.compile(
+    rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+)
+"""Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
 _TIME_WORDS = {squeeze(word).lower() for word in re.split(r"[\s,]+", vocabulary.words("time", ",")) if len(word) > 2}
 _TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
@@ -460,7 +465,11 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
     if not _SAYS_NOTHING.search(whole):
-        yield from (one for one in found if not only_position or (one[0] == "position" and roles.from_centre(whole)))
+        no_mass = _SEVERAL_WEIGHTS.search(whole)
+        for one in found:
+            of_centre = one[0] == "position" and roles.from_centre(whole)
+            if (not only_position or of_centre) and not (no_mass and (one[0] != "position" or not of_centre)):
+                yield one
 
 
 _UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"
@@ -625,7 +634,8 @@ class _Sheet:
         """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is not such a row."""
         # A header merged over the last columns leaves its row shorter.
         more = len(row.texts) - len(self.here)
-        if more <= 0 and all(cell.text for cell, _ in self.here):
+        is_run = any(_is_bare(text) and re.search("[.,]|[0-9]{3}", text) for text in row.texts)
+        if is_run or (more <= 0 and all(cell.text for cell, _ in self.here)):
             return []
         named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * more]
         over = ""
@@ -820,10 +830,13 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
         return [(rows[:first], head, rows[first + 1 :])]
     blocks = []
+    last = max((at for at, row in enumerate(rows) if any(map(is_number, row.texts))), default=first)
+    rows, notes = rows[: last + 1], rows[last + 1 :]
     for start, end in pairwise([*_filled(head)[:: len(names_of_one)], len(head.texts)]):
         cut = [Row(row.line, row.texts[start:end], tuple(map(row.spot, range(start, end)))) for row in rows]
         words, below = ([row for row in part if any(row.texts)] for part in (cut[:first], cut[first + 1 :]))
         blocks.append((words, replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts]), below))
+    blocks[-1][2].extend(notes)
     return blocks
 
 
@@ -878,5 +891,5 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
 
 def _seconds(text: str) -> Decimal:
     """Read the time of a clock, "12:01:10.25" or "1:10", or a plain number."""
-    parts = quantities.fold_number(text).replace(",", ".").split(":")
+    parts = quantities.fold_number(text.partition(" (")[0]).replace(",", ".").split(":")
     return sum((Decimal(part) * 60**at for at, part in enumerate(reversed(parts))), Decimal())

@@ -261,7 +261,7 @@ def parse_header(text: str) -> Header:
     """Find the roles, the unit, the ± and the number of a repeat in one header."""
     if len(text) > MAX_HEADER:
         return Header(text, (), None, "")
-    spread, rest = "", text.translate(_WIDE_BRACKETS)
+    spread, rest = "", text.translate(_WIDE_BRACKETS).rstrip("*†‡: ")
     if match := re.search(_SPREAD, rest):
         spread = f"{match[1]} {match[2].strip()}".strip()
         rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
@@ -278,7 +278,7 @@ def parse_header(text: str) -> Header:
         if parted != text and (header := parse_header(parted)).roles:
             return replace(header, text=text)  # "massGrams"
     if unit is None:
-        begins = accumulate(re.split(r"[\s(]+", name), "{} {}".format)
+        begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
         if not found and turns_in(name) and any("time" in name_roles(begin)[0] for begin in begins):
             found = ("time",)  # "Time for one turn" above "20.3 s"
         # A bare "N" counts turns: the other readings would need a unit.
@@ -295,6 +295,8 @@ def parse_header(text: str) -> Header:
         others = [token for token, ordinal in tokens if not ordinal and squeeze(token).lower() not in TRIAL_WORDS]
         if len(counted) == 1 and all("time" in name_roles(token)[0] for token in others):
             found, number = ("time",), counted[0]
+    elif not found and kinds == {"rate"} and is_of_the_spin(name) and not clock_word(name):
+        found = ("spin",)  # "Kreisfrequenz der Kugel (rad/s)"
     elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
         found = ("position",)
     # Roles that the unit cannot measure are left out, unless it fits none: then the unit is wrong.
@@ -335,6 +337,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
         is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (_is_unit_of(name, inside) and not turns_in(inside))
+        is_unit |= len(inside) > 1 and len(kinds_of(inside)) == 1
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
             return split_unit(name)  # "RPM (measured)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
@@ -440,6 +443,8 @@ def _modified(name: str) -> tuple[str, ...]:
         # A word of Chinese or Japanese may have two signs.
         if both and (len(squeeze(words[0])) > 2 or words[0] > "\u2e80"):
             return both
+    if re.fullmatch("[A-Z]", tokens[-1]) and tokens[-1] not in SYMBOLS:
+        return _known(" ".join(tokens[:-1]))  # "Poids P"
     lower = [squeeze(token).lower() for token in tokens]
     affixes = [affix for affix in _AFFIXES if not affix[0].isdisjoint(lower)]
     small = {word for words, _, _ in affixes for word in words}
@@ -601,19 +606,23 @@ def counts_weights(header: Header) -> bool:
 
 _FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
+_WEIGHT_NAMES = (name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip())
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
+_OF_WEIGHT = rf"(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
+"""The centre of the weight."""
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 
 def origin_in(header: str) -> str:
     """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
-    if len(header) > MAX_HEADER or re.search(_CENTRE, header):
+    if len(header) > MAX_HEADER or re.search(_CENTRE, re.sub(f"(?i){_OF_WEIGHT}", "", header)):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
 
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
+    note = re.sub(f"(?i){_OF_WEIGHT}", "", note)
     if re.search(_SURFACE_NOTE, note) and not re.search(_CENTRE, note):
         return "surface"
     if not (origin := origin_in(note)):

@@ -379,15 +379,16 @@ def _grid(
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
-_WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
+_GREEK = {f"\\{name}": sign for name, sign in zip("omega Omega tau psi varphi phi theta".split(), "ωΩτψφφθ", strict=True)}
+_WRITTEN = _GREEK | {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
-    """Keep only the cells of a table in LaTeX, at their places if possible; return the indices of its rows."""
+    """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and sentences."""
     for index in body:
         line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
-    return [index for index in body if "&" in lines[index]]
+    return [index for index in body if "&" in lines[index] or re.search(r"(?:[^\W\d_]{2,}\W+){3}", lines[index])]
 
 
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
@@ -480,6 +481,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             raise faults.refuse("quote_never_closed", place) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
+        if sum(text.startswith("~~") for text in texts) > 1:
+            texts = ["#", *texts[1:]]  # a row that is struck out
         while texts and not texts[-1]:
             texts.pop()
         if len(texts) > MAX_COLUMNS:

@@ -412,7 +412,7 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
 
 
 _CLAUSE_END = r"[,;.،；，。()]\s+"
-_SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
+SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
 
 
 def _said(row: Row, with_time: bool = False) -> _Given:
@@ -423,7 +423,7 @@ def _said(row: Row, with_time: bool = False) -> _Given:
     whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     found: dict[str, dict[str, int]] = {}
-    for start, stop in pairwise([0, *(match.end() for match in re.finditer(_SENTENCE_END, whole)), len(whole)]):
+    for start, stop in pairwise([0, *(match.end() for match in re.finditer(SENTENCE_END, whole)), len(whole)]):
         for role, text, place in _said_in_sentence(whole[start:stop], {end - start for end in ends}, with_time):
             if role == "turns" and len(set(filter(None, map(turns_in, re.split(_CLAUSE_END, whole))))) > 1:
                 continue  # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
@@ -634,7 +634,7 @@ class _Sheet:
         """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is not such a row."""
         # A header merged over the last columns leaves its row shorter.
         more = len(row.texts) - len(self.here)
-        is_run = any(_is_bare(text) and re.search("[.,]|[0-9]{3}", text) for text in row.texts)
+        is_run = any(_is_bare(text) and re.search("[.,][0-9]|[0-9]{3}", text) for text in row.texts)
         if is_run or (more <= 0 and all(cell.text for cell, _ in self.here)):
             return []
         named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * more]

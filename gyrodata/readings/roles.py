@@ -633,6 +633,17 @@ def noted_origin(note: str) -> str:
     return origin if is_position and any(origin_in(found[1]) for found in re.finditer(_FROM, note)) else ""
 
 
+_WIDE = vocabulary.pattern("diameter")
+_LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
+_DIAMETER = rf"(?:{_WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{_WIDE}"
+
+
+def diameter_in(sentence: str) -> str:
+    """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
+    match = re.search(_DIAMETER, sentence) if re.search(vocabulary.pattern("sphere"), sentence) else None
+    return (match[1] or match[2]) if match else ""
+
+
 def from_centre(header: str) -> bool:
     """Return whether a header says that a length counts from the centre, as "x from centre" does."""
     if any(re.search(words, header) for _, words in _ORIGIN):

@@ -141,6 +141,12 @@ def _known_letters(text: str) -> int:
 def _text_of_page(page: str) -> str:
     """Return the text that a web page shows, with tabs between the cells of a table."""
     text = re.sub(r"(?is)<(script|style|head)\b.*?</\1>|<!--.*?-->|\s+", " ", page)
+    rows = re.split(r"(?i)(?=<tr\b)", text)
+    for at, row in enumerate(rows):
+        for span in re.findall(r"(?i)<tr[^>]*>\s*<t[dh]\b[^>]*rowspan=\W?([0-9]{1,3})", row):
+            for below in range(at + 1, min(at + int(span), len(rows))):
+                rows[below] = re.sub(r"(?i)(<tr\b[^>]*>)", r"\1<td></td>", rows[below])  # merged cells at the left
+    text = "".join(rows)
     text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^>]*>", "\n", text)
     text = html.unescape(re.sub(r"<[^>]*>", "", re.sub(r"(?i)<t[dh]\b[^>]*>", "\t", text)))
     return "\n".join(line.strip(" ").removeprefix("\t") for line in text.split("\n") if line.strip()) + "\n"

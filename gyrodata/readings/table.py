@@ -519,6 +519,8 @@ class TableReader:
             return 0.0
         self.settings.fields["position_from"] = origin
         key, share, unknown = roles.ORIGIN_LENGTHS[origin]
+        if origin == "surface" and key not in self.settings.constants:
+            self._read_diameter()
         length = self.settings.constants.get(key)
         if length is None:
             otherwise = "" if stated else '; if they count from the centre: "# position_from: centre"'
@@ -536,6 +538,19 @@ class TableReader:
         self.faults.add("moved", position.place(0), origin=origin, done=done)
         u = self.settings.uncertainties.get(f"u_{key}")
         return share * (self.settings.steps[key] / math.sqrt(12) if u is None else u.at(length))
+
+    def _read_diameter(self) -> None:
+        """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
+        cells = [self.grid.cell(row, at) for row in self.grid.rows for at, text in enumerate(row.texts) if " " in text]
+        for cell in (*self.grid.comments, *cells, *(text for _, text in self.grid.metadata)):
+            found = [one for part in re.split(layout.SENTENCE_END, cell.text) if (one := roles.diameter_in(part))]
+            if found and kinds_of(quantities.take_apart(found[0]).unit) == {"length"}:
+                quantity = read_cell(found[0], "length", None)
+                self.settings.constants["ball_diameter"] = quantity.value
+                self.settings.steps["ball_diameter"] = quantity.step or 0.0
+                line = [cell.place.line]
+                self.faults.add("line_read_as_key", cell, line=line, key="ball_diameter", value=found[0])
+                return
 
     def _note_unused(self, columns: dict[str, Column], rows: list[int]) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """Name each uncertainty without a reading; return header and cells of the columns that were not read."""

@@ -75,7 +75,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             captions = [row for row in captions if lacking.intersection(_said(row))]
             grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
-            grid = _without_other_sheets(grid, faults)
+            grid = _without_other_sheets(grid, lacking, faults)
         sheet = _Sheet(grid, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
@@ -87,7 +87,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
         return None
 
 
-def _without_other_sheets(grid: Grid, faults: Faults) -> Grid:
+def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid:
     """Leave out the sheets of a workbook that have neither a header nor runs, such as the numbers of a plot."""
     above = [line for line, _ in faults.sheets]
     by_sheet: dict[int, list[Row]] = {}
@@ -106,8 +106,8 @@ def _without_other_sheets(grid: Grid, faults: Faults) -> Grid:
     for number, rows in others.items():
         filled = next((row for row in rows if row.line not in above), rows[0])
         faults.add("other_sheet", grid.cell(filled, 0), sheet=faults.sheets[number - 1][1] if number else "")
-    # A sheet of constants comes before the runs.
-    dropped = {id(row) for n, rows in others.items() for row in rows if n > min(of_log) or not _said(row)}
+    # A sheet of constants gives what the runs lack.
+    dropped = {id(row) for rows in others.values() for row in rows if lacking.isdisjoint(_said(row))}
     return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
 
 
@@ -169,25 +169,28 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         if len(groups) != 1 or len(set(*map(dict.values, groups.values()))) < 2:
             continue
         [((role, name), cells)] = groups.items()
-        others = [at for at in _filled(head) if at not in cells]
-        first = {at: re.split(_CORNER, head.texts[at])[0] for at in others}
-        titles = [text for row in grid.rows[:index] for text in row.texts if text]
-        titles = [name, *(text.text for text in grid.comments), *titles[::-1]]
-        parts = [part for text in titles for part in (text, *re.split(r"[,;:.]\s+", text))]
-        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
-        named = {found for text in first.values() for found in parse_header(text).roles}
         below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
+        texts = [text for row in (*grid.rows[index::-1], *grid.rows[index + 1 + len(below) :]) for text in row.texts]
+        texts = [name, *(text.text for text in grid.comments), *texts]
+        parts = [part for text in texts for part in (text, *re.split(r"[,;:.]\s+", text))]
+        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
         time = next(timed, "")
-        if not time or role in named or named.isdisjoint(roles.ROLES) or not below:
+        # The label of a row may contain its quantities: "200 rpm".
+        labels = [_said(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if not head.texts[0]]
+        of_label = list(labels[0]) if labels else []
+        others = [at for at in _filled(head) if at not in cells]
+        names = [*of_label, *(re.split(_CORNER, head.texts[at])[0] for at in others)]
+        named = {found for text in names for found in parse_header(text).roles}
+        if not time or role in named or named.isdisjoint(roles.ROLES) or any(list(one) != of_label for one in labels):
             continue
-        places = [*others, min(cells), min(cells)]
-        spots = tuple(map(head.spot, places))
-        rows = [Row(head.line, [*first.values(), name if cells is bare else role, time], spots)]
-        for row in below:
+        spots = tuple(map(head.spot, (*[0] * len(of_label), *others, min(cells), min(cells))))
+        rows = [Row(head.line, [*names, name if cells is bare else role, time], spots)]
+        for number, row in enumerate(below):
             texts = [*row.texts, *[""] * (max(cells) + 1 - len(row.texts))]
+            label = [text for text, _ in labels[number].values()] if labels else []
             for at, quantity in cells.items() if any(texts[at] for at in cells) else ():
-                spots = (*map(row.spot, others), head.spot(at), row.spot(at))
-                rows.append(Row(row.line, [*(texts[other] for other in others), quantity, texts[at]], spots))
+                spots = (*[row.spot(0)] * len(label), *map(row.spot, others), head.spot(at), row.spot(at))
+                rows.append(Row(row.line, [*label, *(texts[other] for other in others), quantity, texts[at]], spots))
         faults.add("crossed", grid.cell(head, min(cells)), line=[head.line], role=role, time=time)
         start = index - (cells is bare and above[0] in grid.rows[index - 1].texts)
         rest = grid.rows[index + 1 + len(below) :]
@@ -506,7 +509,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
         there |= {"mass", "position"}
     if "force" in there or any(map(roles.counts_weights, headers)):
         there.add("mass")
-    if any(role.startswith("spin") for role in there):
+    if any(header.roles and all(role.startswith("spin") for role in header.roles) for header in headers):
         there.add("spin")
     if any("length" in kinds_of(header.unit or "") and not header.roles for header in headers):
         there.add("position")  # "gap [cm]" may be the position

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from decimal import Decimal, DecimalException
 from itertools import accumulate, pairwise, takewhile
 
@@ -46,12 +46,16 @@ _Given = dict[str, tuple[str, int]]
 """Content of captions: text and number of the cell by role."""
 
 
-def find_layout(grid: Grid, faults: Faults) -> Layout | None:
-    """Find the header and the rows; None, with diagnostics, if there is no such table."""
+def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> Layout | None:
+    """Find the header and the rows; None, with diagnostics, if there is no such table.
+
+    An option gives the roles in `decided`.
+    """
     try:
         if not grid.rows:
             raise faults.refuse("no_table")
         grid = _uncrossed(grid, faults)
+        _weigh(grid, faults)
         if not any(map(_is_head, grid.rows)):
             grid = _turned_into_table(grid, faults)
         rows = grid.rows[:_TITLES_LOOKED_AT]
@@ -76,7 +80,7 @@ def find_layout(grid: Grid, faults: Faults) -> Layout | None:
             grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, lacking, faults)
-        sheet = _Sheet(grid, faults)
+        sheet = _Sheet(grid, decided, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
             sheet.begin(names)
@@ -138,6 +142,12 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
     return replace(grid, rows=[*said, *rows])
 
 
+_ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
+_MASS = rf"({quantities.NUMBER}\s*k?g)\b"
+_MASS_OF_ONE = (
+    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
+    rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+)
 _IN_HEADER = re.compile(
     rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?(?<![\w.,/])({quantities.NUMBER})"
     r"\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
@@ -196,6 +206,21 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         rest = grid.rows[index + 1 + len(below) :]
         return _uncrossed(replace(grid, rows=[*grid.rows[:start], *rows, *rest]), faults)
     return grid
+
+
+def _weigh(grid: Grid, faults: Faults) -> None:
+    """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
+    heads = [row for row in grid.rows if _is_head(row)]
+    counting = [(head, at) for head in heads for at in _filled(head) if roles.counts_weights(parse_header(head.texts[at]))]
+    texts = [*(text.text for text in grid.comments), *(" ".join(row.texts) for row in grid.rows)]
+    masses = {match[1] or match[2] for text in texts if counting for match in re.finditer(_MASS_OF_ONE, text)}
+    for head, at in counting if len(masses) == 1 else ():
+        cells = [row for row in grid.rows if row is not head and row.texts[at : at + 1] and row.texts[at].isdecimal()]
+        said = f"1 of {head.texts[at]} is {min(masses)}"
+        faults.add("name_explained", grid.cell(head, at), said=said)
+        head.texts[at] = "mass"
+        for row in cells:
+            row.texts[at] = f"{row.texts[at]} x {min(masses)}" if row.texts[at] != "0" else "0 g"
 
 
 def _move_units(rows: list[Row], head: Row) -> None:
@@ -525,8 +550,8 @@ _LEGEND = re.compile(r"\W*([^\W\d_]\w?)\s*[=:]\s*([^\W\d].{3,80})")
 class _Sheet:
     """Goes down the rows of a sheet, and makes one table of all runs."""
 
-    def __init__(self, grid: Grid, faults: Faults) -> None:
-        self.grid, self.faults = grid, faults
+    def __init__(self, grid: Grid, decided: Collection[str], faults: Faults) -> None:
+        self.grid, self.decided, self.faults = grid, decided, faults
         self.columns: list[_Column] = []
         """Columns of all tables."""
         self.runs: list[tuple[Row, list[int], _Given]] = []
@@ -729,7 +754,13 @@ class _Sheet:
         lacking = lacking & _lacking([], self.grid)
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
-            if said := {role: (text, row.spot(at)) for role, (text, at) in _said(row).items() if role in lacking}:
+            of_row = _said(row)
+            for cell, header in self.here if "turns" not in self.decided else ():
+                stated, (turns, at) = turns_in(cell.text), of_row.get("turns", ("", 0))
+                if turns and stated not in ("", turns) and not roles.is_of_the_spin(cell.text) and header.roles != ("turns",):
+                    values = {"header": cell.text, "turns": stated, "other": row.texts[_filled(row)[0]], "says": turns}
+                    self.faults.add("turns_contradict_header", cell, **values)
+            if said := {role: (text, row.spot(at)) for role, (text, at) in of_row.items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 self.said.append((self.grid.cell(row, _filled(row)[0]), where, told))
                 if not self.runs and found:

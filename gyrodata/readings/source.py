@@ -359,7 +359,7 @@ def _grid(
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
-        if re.match(r'[ "\t]*#(?!\s*[;,\t])', line):
+        if re.match(r'[ "\t]*#(?!\s*[;,\t]|\s?of\b)', line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
             content = line[start:].rstrip(" \t,;")

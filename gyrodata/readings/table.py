@@ -92,7 +92,7 @@ def read_log(
     log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)
     stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
     log = replace(log, metadata=given.metadata, stated_at=stated_at)
-    found = layout.find_layout(grid, faults)
+    found = layout.find_layout(grid, faults, {key for key, item in given.roles.items() if item.place is None})
     if found is None:
         return replace(log, diagnostics=faults.all_told())
     chosen = choose(found, mapping, given, faults)

@@ -217,9 +217,13 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
 
 def _told_of_parts(table: layout.Layout) -> bool:
     """Return whether a note is about parts of a turn, such as "T is the time from one mark to the next"."""
-    notes = [text.text for text in table.grid.comments]
-    notes += [" ".join(row.texts) for row in table.grid.rows if not any(map(layout.is_number, row.texts))]
-    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in notes)
+    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in _notes(table))
+
+
+def _notes(table: layout.Layout) -> list[str]:
+    """Return the comments and the rows without numbers."""
+    rows = (" ".join(row.texts) for row in table.grid.rows if not any(map(layout.is_number, row.texts)))
+    return [*(text.text for text in table.grid.comments), *rows]
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
@@ -275,11 +279,18 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         else:
             # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
             words = {
-                word for word in roles.squeezed_words(roles.split_unit(text)[0]) if role != "spin" or not re.search(roles.SPINNING, word)
+                word
+                for word in roles.squeezed_words(roles.split_unit(text)[0])
+                if role != "spin" or not re.search(roles.SPINNING, word)
             }
             other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
             other |= role == "mass" and roles.is_part_of_mass(text)
             other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
+            if role == "position":  # "length is from the centre" says it
+                name = roles.split_unit(text)[0].strip()
+                other &= not any(
+                    roles.from_centre(note) and re.search(rf"\b{re.escape(name)}\b", note) for note in _notes(table)
+                )
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
             choice.unplaced.remove(one.cell)

@@ -149,8 +149,8 @@ _MASS_OF_ONE = (
     rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
 )
 _IN_HEADER = re.compile(
-    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?(?<![\w.,/])({quantities.NUMBER})"
-    r"\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
+    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
+    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
     re.IGNORECASE,
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
@@ -211,7 +211,9 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
 def _weigh(grid: Grid, faults: Faults) -> None:
     """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
     heads = [row for row in grid.rows if _is_head(row)]
-    counting = [(head, at) for head in heads for at in _filled(head) if roles.counts_weights(parse_header(head.texts[at]))]
+    counting = [
+        (head, at) for head in heads for at in _filled(head) if roles.counts_weights(parse_header(head.texts[at]))
+    ]
     texts = [*(text.text for text in grid.comments), *(" ".join(row.texts) for row in grid.rows)]
     masses = {match[1] or match[2] for text in texts if counting for match in re.finditer(_MASS_OF_ONE, text)}
     for head, at in counting if len(masses) == 1 else ():
@@ -343,7 +345,9 @@ def _is_head(row: Row) -> bool:
     headers = list(map(parse_header, filter(None, row.texts)))
     named = [header.roles for header in headers if header.roles]
     physical = any(not roles.TEXTS.intersection(found) for found in named)
-    return len(named) > 1 and physical and _numbers(row) * 2 < len(headers) and not _units(row)
+    # "t", "time for a quarter turn" explains a symbol.
+    several = len(set(named)) > 1 or (len(named) > 1 and not any(map(turns_in, row.texts)))
+    return several and physical and _numbers(row) * 2 < len(headers) and not _units(row)
 
 
 def _units(row: Row) -> list[str]:
@@ -508,7 +512,9 @@ def _stated_units(text: str) -> dict[str, str]:
     """Return the unit of each kind of quantity that a text states: "masses in g, times in s", "Units: g, cm, s"."""
     found: dict[str, str] = {}
     listed = re.match(_UNITS_LISTED, text)
-    for part in re.split(r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text[listed.end() :] if listed else text):
+    for part in re.split(
+        r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text[listed.end() :] if listed else text
+    ):
         *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
         words = {squeeze(name).lower() for name in names}
         of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
@@ -756,8 +762,13 @@ class _Sheet:
         for row in _paragraphs(self.words):
             of_row = _said(row)
             for cell, header in self.here if "turns" not in self.decided else ():
-                stated, (turns, at) = turns_in(cell.text), of_row.get("turns", ("", 0))
-                if turns and stated not in ("", turns) and not roles.is_of_the_spin(cell.text) and header.roles != ("turns",):
+                stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
+                if (
+                    turns
+                    and stated not in ("", turns)
+                    and not roles.is_of_the_spin(cell.text)
+                    and header.roles != ("turns",)
+                ):
                     values = {"header": cell.text, "turns": stated, "other": row.texts[_filled(row)[0]], "says": turns}
                     self.faults.add("turns_contradict_header", cell, **values)
             if said := {role: (text, row.spot(at)) for role, (text, at) in of_row.items() if role in lacking}:

@@ -388,8 +388,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
             is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
             # Of "how long for 1 turn", the turn is not a unit.
             of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit)
-            of_turns = of_turns and (re.search("[0-9]", text) or words_of_turns(name))
-            if fits and is_name and not of_turns:
+            counted = bool(re.search("[0-9]", text) or words_of_turns(name))
+            if fits and is_name and not (of_turns and counted):
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
@@ -608,7 +608,9 @@ _FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
 _WEIGHT_NAMES = (name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip())
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
-_OF_WEIGHT = rf"(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
+_OF_WEIGHT = (
+    rf"(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
+)
 """The centre of the weight."""
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
@@ -627,6 +629,8 @@ def noted_origin(note: str) -> str:
         return "surface"
     if not (origin := origin_in(note)):
         return ""
+    if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(symbol[1])[0]:
+        return origin  # "x: surface of the ball to the middle of the weight"
     names = re.findall(r"[^\W\d_]+", note)
     named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en"))
     is_position = any("position" in name_roles(one)[0] for one in named)

@@ -385,12 +385,12 @@ def _grid(
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
-_GREEK = {f"\\{name}": sign for name, sign in zip("omega Omega tau psi varphi phi theta".split(), "ωΩτψφφθ", strict=True)}
-_WRITTEN = _GREEK | {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
+_WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
+_WRITTEN |= {"\\omega": "ω", "\\Omega": "Ω", "\\tau": "τ", "\\psi": "ψ", "\\varphi": "φ", "\\phi": "φ"}
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
-    """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and sentences."""
+    """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and captions."""
     for index in body:
         line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)

@@ -544,8 +544,9 @@ class TableReader:
         cells = [self.grid.cell(row, at) for row in self.grid.rows for at, text in enumerate(row.texts) if " " in text]
         for cell in (*self.grid.comments, *cells, *(text for _, text in self.grid.metadata)):
             found = [one for part in re.split(layout.SENTENCE_END, cell.text) if (one := roles.diameter_in(part))]
-            if found and kinds_of(quantities.take_apart(found[0]).unit) == {"length"}:
-                quantity = read_cell(found[0], "length", None)
+            written = quantities.take_apart(found[0]) if found else None
+            if written and kinds_of(written.unit or "") == {"length"}:
+                quantity = quantities.in_si(written, "length")
                 self.settings.constants["ball_diameter"] = quantity.value
                 self.settings.steps["ball_diameter"] = quantity.step or 0.0
                 line = [cell.place.line]

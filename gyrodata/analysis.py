@@ -127,9 +127,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         found += check(seen)
     changed = effects.answers(lab, "sensitivity") if whole else []
     without, balanced = {}, fit.inertia if measured.balanced else None
-    for case, one in changed:
-        if case.torque is not None and one.inertia:
-            without[case.torque] = one.inertia
+    for change, one in changed:
+        if change.torque is not None and one.inertia:
+            without[change.torque] = one.inertia
         if one.name == "balanced":
             balanced = one.inertia
     # A turn without a weight can take an hour, so that these runs may have unusual values.

@@ -17,7 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import changes, fitting, physics
-from gyrodata.changes import Case, Lab
+from gyrodata.changes import Change, Lab
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
@@ -52,22 +52,22 @@ def relative_u(fit: FitResult) -> float:
     return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
 
 
-def _bias(lab: Lab, case: Case) -> float | None:
+def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
-    if case.measured is lab.measured and case.chosen == lab.chosen and not case.widths:
+    if change.measured is lab.measured and change.chosen == lab.chosen and not change.widths:
         return 0.0
-    if case.measured is None:
+    if change.measured is None:
         return None
     try:
-        _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out, case.widths or lab.fit.widths)
+        _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out, change.widths or lab.fit.widths)
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        if lab.fit.posterior is not None and not case.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
+        if lab.fit.posterior is not None and not change.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
             # A large effect changes how the runs scatter, and so the widths.
-            _, fit = fitting.fit_model(case.measured, case.chosen, case.left_out)
+            _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out)
             ratio = fit.inertia.value / lab.fit.inertia.value
     except fitting.NoFit:
         return None
-    return ratio - 1 if case.without else 1 / ratio - 1
+    return ratio - 1 if change.without else 1 / ratio - 1
 
 
 def _sample(lab: Lab) -> Lab:
@@ -87,26 +87,25 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     u, effects, told = relative_u(lab.fit), [], earth_is_told(lab.measured)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
-    for change in changes.CHANGES:
-        if change.use != "effect" or (names and change.name not in names):
+    for change in changes.CHANGES["effect"](lab):
+        if names and change.name not in names:
             continue
-        for case in change.cases(lab):
-            bias = _bias(lab, case)
-            if change.name == "earth" and bias is not None and not told:
-                bias = abs(bias)
-            size, reason = None if bias is None or not u else abs(bias) / u, case.words
-            if case.sized and bias is None:
-                reason += ": without a fit that could be compared"
-            elif case.sized and size is not None:
-                verdict = ", small enough"
-                if case.kept:
-                    is_seen = size < DROP_ONE and change.name in ("tilt", "release")
-                    verdict = "; kept because the single runs show it" if is_seen else ""
-                elif size >= DROP_ONE:
-                    verdict = ", NOT small, and the log does not say enough to correct for it"
-                    verdict += "; read the spin at the midpoint as well" if change.name == "decay_law" else ""
-                reason += f": {size:.2g} u{verdict}"
-            effects.append(Effect(change.name, bias, size, case.kept, case.in_u, reason))
+        bias = _bias(lab, change)
+        if change.name == "earth" and bias is not None and not told:
+            bias = abs(bias)
+        size, reason = None if bias is None or not u else abs(bias) / u, change.words
+        if change.sized and bias is None:
+            reason += ": without a fit that could be compared"
+        elif change.sized and size is not None:
+            verdict = ", small enough"
+            if change.kept:
+                is_seen = size < DROP_ONE and change.name in ("tilt", "release")
+                verdict = "; kept because the single runs show it" if is_seen else ""
+            elif size >= DROP_ONE:
+                verdict = ", NOT small, and the log does not say enough to correct for it"
+                verdict += "; read the spin at the midpoint as well" if change.name == "decay_law" else ""
+            reason += f": {size:.2g} u{verdict}"
+        effects.append(Effect(change.name, bias, size, change.kept, change.in_u, reason))
     return tuple(effects)
 
 
@@ -156,23 +155,22 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
-def answers(lab: Lab, wanted: str) -> list[tuple[Case, Sensitivity]]:
-    """Answer every question of one table (see `changes.Use`), or of one name, that applies to a lab."""
+def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
+    """Answer every question of a table of `changes.CHANGES` that applies to a lab."""
     if len(lab.measured.runs) > changes.MOST_RUNS:
         return []
     answer, is_clear, found = lab.fit.inertia, _is_clear(lab), []
-    for change in changes.CHANGES:
-        for case in change.cases(lab) if wanted in (change.use, change.name) else ():
-            measured, chosen, inertia = case.measured or lab.measured, case.chosen, None
-            if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
-                chosen = choose_model(measured, "auto")
-            with suppress(fitting.NoFit):
-                _, fit = fitting.fit_model(measured, chosen, case.left_out, case.widths)
-                # An interval that includes zero is not an answer.
-                if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
-                    inertia = fit.inertia
-            deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
-            found.append((case, Sensitivity(change.name, change.words.format(case.words), inertia, deviation)))
+    for change in changes.CHANGES[table](lab):
+        measured, chosen, inertia = change.measured or lab.measured, change.chosen, None
+        if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
+            chosen = choose_model(measured, "auto")
+        with suppress(fitting.NoFit):
+            _, fit = fitting.fit_model(measured, chosen, change.left_out, change.widths)
+            # An interval that includes zero is not an answer.
+            if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
+                inertia = fit.inertia
+        deviation = (inertia.value - answer.value) / answer.u if inertia and answer.u else None
+        found.append((change, Sensitivity(change.name, change.words, inertia, deviation)))
     return found
 
 

@@ -265,8 +265,8 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
-    for case, answer in effects.answers(seen, "digits"):
-        role, better = case.words, answer.inertia
+    for change, answer in effects.answers(seen, "digits"):
+        role, better = change.words, answer.inertia
         rounding = changes.rounding(seen, role)
         if better is None or rounding is None:
             continue

@@ -176,8 +176,7 @@ def test_a_closed_form_is_that_of_the_code(name: str, found: Callable[[dict[str,
 
 def test_approximations_are_complete() -> None:
     assert set(BY_CODE) <= set(SIZES)
-    words = [one.words for one in changes.CHANGES if one.use == "effect"]
-    assert [one for one in words if not any(name.startswith(one) for name in SIZES)] == []
+    assert [one for one in changes.EFFECTS.values() if not any(name.startswith(one) for name in SIZES)] == []
     assert [name for name, _, _ in PROOFS] == list(SIZES)
     for _, test, path in PROOFS:
         assert f"def {test}(" in (PAGES[0].parent / path).read_text(encoding="utf-8"), test

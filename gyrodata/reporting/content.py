@@ -34,7 +34,6 @@ UNSEEN_BALANCE = 0.3
 FIT_NAMES = questions.WORDS["fits"]
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS["sources"]
 
-EFFECT_NAMES = {change.name: change.words for change in changes.CHANGES if change.use == "effect"}
 
 BYLINE = ("author", "authors", "name", "names", "student", "partner", "partners", "course", "group", "station", "date")
 """Keys of the lines of a log that the report shows below its title."""
@@ -386,7 +385,7 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
         if verdict == "left out" and (effect.size or 0.0) > effects.DROP_ONE:
             verdict = "left out, and not small"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
-        name = EFFECT_NAMES.get(effect.effect, effect.effect)
+        name = changes.EFFECTS.get(effect.effect, effect.effect)
         rows.append((say("{}", name), change, size, say(verdict), say("{}", effect.reason)))
     heads = (
         Head("effect", wrap=0.2),

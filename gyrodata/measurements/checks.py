@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from msgspec import Struct
 
+from gyrodata.error_sources import WHOLE
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, timing_column, without_loads
@@ -118,11 +119,11 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     if "pitch" in columns or readings.motion == "released":
         read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
     read &= set(columns)
-    found = []
+    whole_turns, found = not (np.abs(measured.turns - np.round(measured.turns)) > WHOLE).any(), []
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
-        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
+        whole = timing.role == "time" and whole_turns and not u.relative
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
         elif base in ("turns", "angle") and whole:

@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import physics
+from gyrodata import motion, physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import ADDED, PITCH, SPIN, TRANSVERSE, TURNS, Adjusted, NoFit, Problem, Start
 from gyrodata.fitting.posterior import Posterior
@@ -238,9 +238,9 @@ def fit(
         found.append((answer.evidence, result, answer))
     found.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = found[0]
-    likely = [other for more, _, other in found if more > evidence + math.log(ONE_SIGN)]
-    if len(likely) > 1:
-        first, answer = replace(first, two_signs=True), posterior.mixed(likely)
+    if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
+        # The other sign of M0 is possible too.
+        first, answer = replace(first, two_signs=True), posterior.mixed([answer, found[1][2]])
     estimates = []
     for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
         # The median, half the 68.3 % interval, and the 95 % interval.
@@ -347,7 +347,10 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
 
 def times_stated(measured: Measurements) -> bool:
     """Return whether the log states the uncertainty of its times."""
-    return not any(source.default for source in measured.sources if source.quantity == "time")
+    stated = True
+    for source in measured.sources:
+        stated &= source.quantity != "time" or not source.default
+    return stated
 
 
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
@@ -376,9 +379,13 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         parts.append((abs(float(gain[count + row])), name, True, words))
     parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
-    total = math.fsum([own**2 for own, *_ in parts])
-    factor = u / math.sqrt(total or 1.0)
-    return tuple([Share(name, several, by, factor * own, own**2 / total) for own, name, several, by in parts if own])
+    sizes, *_ = zip(*parts, strict=True)
+    total = math.fsum(np.square(sizes).tolist())
+    factor, shares = u / math.sqrt(total or 1.0), []
+    for own, name, several, by in parts:
+        if own:
+            shares.append(Share(name, several, by, factor * own, own**2 / total))
+    return tuple(shares)
 
 
 # --- corrections for the model of the motion --------------------------------------------------------------------
@@ -455,8 +462,6 @@ def _released(
     measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats, is_stated: bool
 ) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
-    from gyrodata import motion
-
     top = motion.Top(whole, across, total)
     mean = motion.mean_precession_rate(top, measured.spin, measured.pitch)
     # Without a torque both rates are zero.
@@ -531,7 +536,9 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
+    sources = measured.sources
+    while sources and sources[-1].name in OF_RELEASE:
+        sources = sources[:-1]
     bare = runs = replace(measured, slowing=None, sources=sources)
     fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     if not is_corrected(runs, chosen):

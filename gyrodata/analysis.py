@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
@@ -95,7 +96,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     fits and laws, and all effects except a release that the log does not mention.
     """
     options = options or Options()
-    if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
+    if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
     measured = replace(measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured)))
@@ -111,12 +112,13 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     measured, fit, kept = lab.measured, lab.fit, lab.kept
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     # The runs of each torque that are in the fit.
-    out = set(lab.left_out)
-    groups = [[i for i in group if i not in out] for group in measured.by_torque]
+    groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and effects.release_may_matter(lab))
     listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
-    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
+    for effect in listed:
+        if effect.effect == "release":
+            lab = replace(lab, release=effect.size)
     patterns = look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
@@ -133,7 +135,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         if one.name == "balanced":
             balanced = one.inertia
     # A turn without a weight can take an hour, so that these runs may have unusual values.
-    silent = {measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))}
+    silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []
     for kind in DOUBTS if whole else ():
         told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
@@ -207,7 +209,7 @@ def fit_runs(
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    shared = sum(source.shared_count for source in measured.sources)
+    shared = sum([source.shared_count for source in measured.sources])
     if shared * len(measured.runs) > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):

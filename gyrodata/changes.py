@@ -296,10 +296,12 @@ def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
 
     Both are ratios of standard uncertainties [1].
     """
-    shares = {share.source: share.u_inertia for share in lab.fit.budget}
-    source = {source.name: source for source in lab.measured.sources}.get(role)
-    column = lab.readings.columns.get(role) if lab.readings is not None else None
-    if role not in shares or source is None or column is None or not source.default:
+    column, part, source = lab.readings.columns.get(role) if lab.readings is not None else None, None, None
+    for share in lab.fit.budget:
+        part = share.u_inertia if share.source == role else part
+    for one in lab.measured.sources:
+        source = one if one.name == role else source
+    if part is None or source is None or column is None or not source.default:
         return None
     touched = source.groups >= 0
     size = np.where(touched, source.absolute + source.relative * np.abs(getattr(lab.measured, role)), 1.0)
@@ -309,7 +311,7 @@ def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
     # A reading may be stated as exact.
     ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
     used = ratio[touched]
-    return ratio, math.sqrt(used @ used / len(used)) * shares[role] / (lab.fit.inertia.u or 1.0)
+    return ratio, math.sqrt(used @ used / len(used)) * part / (lab.fit.inertia.u or 1.0)
 
 
 def _one_more_digit(lab: Lab) -> Iterator[Change]:

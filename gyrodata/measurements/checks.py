@@ -63,10 +63,10 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
             "turns": measured.turns,
             "angle": 2 * np.pi * measured.turns,
         }
-    # These columns are always the readings themselves.
-    compared = [column for role, column in readings.columns.items() if role not in ("mass", "position", "time")]
-    for column in (*compared, *readings.others):
-        if column.role not in expected:
+    for column in (*readings.columns.values(), *readings.others):
+        # These columns are always the readings themselves, unless there are two of them.
+        of_runs = column.role in ("mass", "position", "time") and column is readings.columns.get(column.role)
+        if of_runs or column.role not in expected:
             continue
         # A row disagrees if it deviates by more than 5 % and two last digits.
         meant = np.abs(expected[column.role])
@@ -76,7 +76,8 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         # A reading that is used for several runs is compared once.
         there = np.flatnonzero(np.isfinite(gap))
         _, at = np.unique(np.array(column.spots)[there], return_index=True)
-        off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
+        once = np.sort(there[at])
+        off = once[wrong[once]].tolist()
         if not off:
             continue
         ratio = abs(column.readings[off[0]].value or math.nan) / meant[off[0]]
@@ -141,9 +142,9 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
 
 def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
-    if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
+    if not measured.timed or len(set(timing.values)) == len(timing.values):
         return []
+    settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
     runs_of: dict[int, list[int]] = {}
     for run, line in enumerate(measured.lines):
         runs_of.setdefault(line, []).append(run)

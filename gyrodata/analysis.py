@@ -109,7 +109,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     except LogError as error:
         raise LogError([*found, *error.diagnostics]) from None
 
-    measured, fit, kept = lab.measured, lab.fit, lab.kept
+    measured, fit = lab.measured, lab.fit
+    kept = np.flatnonzero(fit.adjusted.kept).tolist()
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     # The runs of each torque that are in the fit.
     groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]

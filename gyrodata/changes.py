@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -56,12 +57,6 @@ class Lab(Struct, frozen=True):
     left_out: tuple[int, ...] = ()
     release: float | None = None
     """Size of the release in standard uncertainties of I_zz [1]; None if it is not computed."""
-
-    @property
-    def kept(self) -> list[int]:
-        """Runs that are used."""
-        runs: list[int] = np.delete(np.arange(len(self.measured.runs)), list(self.left_out)).tolist()
-        return runs
 
     def change(self, name: str, words: str, changed: Mapping[str, Any] | None = None, **how: Any) -> Change:
         """Give this lab with other fields of its measurements, and with other fields of the change."""
@@ -264,9 +259,9 @@ def _advice(lab: Lab) -> Iterator[Change]:
     own = np.maximum(variances.sum(axis=0), 1e-300)
     for share in fit.budget:
         if share.share > 0.05 and share.source in SOURCES and SOURCES[share.source].better:
-            names = np.array([one.name for one in fit.adjusted.problem.sources])
-            # Readings with a smaller error of their own scatter less about the fit.
-            smaller = np.sqrt(np.where(names == share.source, 0.25, 1.0) @ variances / own)
+            names = list(map(attrgetter("name"), fit.adjusted.problem.sources))
+            # Readings with half the error of their own scatter less about the fit.
+            smaller = np.sqrt(np.where(np.array(names) == share.source, 0.25, 1.0) @ variances / own)
             nearer = (measured.time - fit.fitted_time) * np.where(smaller > 0, 1 - smaller, 0.0)
             changed = {"sources": _scaled(measured, share.source, 0.5), "time": measured.time - nearer}
             yield lab.change("half_the_error", SOURCES[share.source].better, changed)

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from gyrodata import changes, fitting, physics
 from gyrodata.changes import Change, Lab
-from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told
+from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, earth_is_told, relative_u
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
 
@@ -47,11 +47,6 @@ class Effect(Struct, frozen=True):
     reason: str
 
 
-def relative_u(fit: FitResult) -> float:
-    """Compute the standard uncertainty of I_zz over I_zz [1]."""
-    return (fit.inertia.u or 0.0) / abs(fit.inertia.value)
-
-
 def _bias(lab: Lab, change: Change) -> float | None:
     """Compute I_zz without an effect over I_zz with it, minus 1; None if it cannot be computed."""
     if change.measured is lab.measured and change.chosen == lab.chosen and not change.widths:
@@ -61,7 +56,8 @@ def _bias(lab: Lab, change: Change) -> float | None:
     try:
         _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out, change.widths or lab.fit.widths)
         ratio = fit.inertia.value / float(lab.fit.adjusted.unknowns[0])
-        if lab.fit.posterior is not None and not change.widths and abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit):
+        is_large = abs(ratio - 1) > CLEARLY_SMALL * relative_u(lab.fit.inertia)
+        if is_large and lab.fit.posterior is not None and not change.widths:
             # A large effect changes how the runs scatter, and so the widths.
             _, fit = fitting.fit_model(change.measured, change.chosen, change.left_out)
             ratio = fit.inertia.value / lab.fit.inertia.value
@@ -77,14 +73,14 @@ def _sample(lab: Lab) -> Lab:
         measured, fit = fitting.fit_model(some, lab.chosen)
     except fitting.NoFit:
         return lab
-    u = relative_u(lab.fit) * abs(fit.inertia.value)
+    u = relative_u(lab.fit.inertia) * abs(fit.inertia.value)
     # Without a posterior the sizes are those at the widths of this fit, however large they are.
     return Lab(None, measured, replace(fit, inertia=replace(fit.inertia, u=u), posterior=None), lab.chosen)
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     """List every simplification, or those of some names, with its size in a log and the decision."""
-    u, effects, told = relative_u(lab.fit), [], earth_is_told(lab.measured)
+    u, effects, told = relative_u(lab.fit.inertia), [], earth_is_told(lab.measured)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
     for change in changes.CHANGES["effect"](lab):
@@ -116,9 +112,9 @@ def release_may_matter(lab: Lab) -> bool:
 
 def _release_size(lab: Lab) -> float:
     """Estimate the size of the release for a level rod, without a fit, in standard uncertainties of I_zz [1]."""
-    u = relative_u(lab.fit)
+    u = relative_u(lab.fit.inertia)
     # Runs that scatter more than stated may do so because of the release, which then widens u.
-    size = abs(float(lab.fit.response @ _release_bias(lab.measured, lab.fit))) * max(1.0, lab.fit.scatter)
+    size = abs(float(lab.fit.response @ _release_bias(lab.measured, lab.fit))) * max(1.0, lab.fit.widths.scatter)
     return size / u if u else math.inf
 
 
@@ -224,7 +220,7 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     may = {name: sizes[name].bias for name, has in named.items() if has}
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
-    kept, u = set(may), relative_u(lab.fit)
+    kept, u = set(may), relative_u(lab.fit.inertia)
     # Leave out the smallest first. If the fit without an effect fails, the effect cannot be left out.
     for size, name in sorted((abs(bias), name) for name, bias in may.items() if bias is not None):
         dropped += size

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from operator import itemgetter
 
 import numpy as np
 from msgspec.structs import replace
@@ -18,7 +19,7 @@ from gyrodata import changes, effects, fitting, mistakes
 from gyrodata.changes import Lab
 from gyrodata.effects import DROP_ONE, Effect
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, Outlier
+from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.patterns import CHANCE, Pattern, pattern_values
@@ -28,11 +29,6 @@ from gyrodata.readings.lablog import MOST_OF_ONE_CODE
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Ball, Exponent, load_words, outlier_reason
 from gyrodata.units import from_si, parse_unit
-
-
-def percent_u(inertia: Estimate) -> float:
-    """Give u of I_zz over I_zz [%]."""
-    return 100 * (inertia.u or 0.0) / abs(inertia.value)
 
 
 class Seen(Lab, frozen=True, kw_only=True):
@@ -56,7 +52,7 @@ class Seen(Lab, frozen=True, kw_only=True):
     @property
     def contradicts_itself(self) -> bool:
         """Whether the runs scatter so much that other findings mean nothing."""
-        return self.fit.scatter > CONTRADICTING
+        return self.fit.widths.scatter > CONTRADICTING
 
 
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
@@ -103,11 +99,11 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
     if seen.contradicts_itself:
-        yield say("runs_contradict_each_other", scatter=fit.scatter)
+        yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
     if seen.contradicts_itself or seen.p is None or seen.p >= NO_ACCIDENT:
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    values = {"scatter": fit.scatter, "u_time": fit.scatter * (measured.time_u or 0.14)}
+    values = {"scatter": fit.widths.scatter, "u_time": fit.widths.scatter * (measured.time_u or 0.14)}
     if fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         yield say("not_one_line", **values, motion=_other_motion(seen))
     else:
@@ -182,7 +178,7 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
-    place, u = seen.readings.place(bare[0]), {"now": percent_u(now), "then": percent_u(then)}
+    place, u = seen.readings.place(bare[0]), {"now": 100 * relative_u(now), "then": 100 * relative_u(then)}
     yield seen.readings.say("direction_missing", place, runs=runs, **u)
 
 
@@ -235,7 +231,7 @@ def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
     lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
     size = lost**2 / 24
     values = {"time": 1 / drag.rate, "spin": drag.spin / RPM, "torque": 1e3 * torque}
-    small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
+    small = size < DROP_ONE * relative_u(seen.fit.inertia)
     hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
     yield seen.readings.say("spin_falls", **values, percent=100 * lost, size=100 * size, hint=hint)
 
@@ -248,7 +244,7 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
         # The thread pulls with m (g − a), less the friction.
         found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
         off = 100 * (found / inertia.value - 1)
-        yield readings.say("falling_mass", inertia=found, off=off, u=percent_u(inertia))
+        yield readings.say("falling_mass", inertia=found, off=off, u=100 * relative_u(inertia))
     if measured.nutation_ratio is not None:
         yield readings.say("nutation", ratio=float(np.nanmedian(measured.nutation_ratio)))
 
@@ -382,8 +378,9 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
-    now, gains = percent_u(lab.fit.inertia), []
+    now, gains = 100 * relative_u(lab.fit.inertia), []
     for _, one in effects.answers(lab, "advice"):
-        if one.inertia and percent_u(one.inertia) < WORTH * now:
-            gains.append((percent_u(one.inertia), one.words))
-    return tuple([f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains)])
+        then = 100 * relative_u(one.inertia) if one.inertia else math.inf
+        if then < WORTH * now:
+            gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))
+    return tuple(map(itemgetter(2), sorted(gains)))

@@ -243,12 +243,14 @@ def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | No
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    groups = [group for group in groups if len(group) > 1]
-    if not measured.own_relative.all() or not groups:
+    sizes = np.array(list(map(len, groups)), dtype=int)
+    count, dof = int(sizes[sizes > 1].sum()), int(np.maximum(sizes - 1, 0).sum())
+    if not measured.own_relative.all() or not dof:
         return None
-    count = sum(map(len, groups))
-    dof, total, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
+    total, scatter, expected = 0.0, 0.0, 0.0
     for group in groups:
+        if len(group) < 2:
+            continue
         _, _, mean, chi2 = _about_mean(measured, group)
         total += chi2 or 0.0
         scatter += float(np.sum((np.abs(measured.product[group]) / mean - 1) ** 2)) / dof

@@ -22,6 +22,7 @@ from gyrodata.fitting.inertia import (
     fit_model,
     is_corrected,
     lightest_torque,
+    relative_u,
     times_stated,
 )
 from gyrodata.fitting.lines import LineFit, fit_line

@@ -50,6 +50,11 @@ class Estimate(Struct, frozen=True):
     """null if it is value ± 1.96 u, or is not computed."""
 
 
+def relative_u(inertia: Estimate) -> float:
+    """Compute the standard uncertainty of I_zz over I_zz [1]."""
+    return (inertia.u or 0.0) / abs(inertia.value)
+
+
 class Share(Struct, frozen=True):
     """The contribution of one uncertainty component to u(I_zz)."""
 
@@ -157,12 +162,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """Logarithm of the probability of the times, integrated over I_zz, M0, b and all widths, up to a constant."""
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
-        return self.posterior.evidence - float(np.log(self.time_u[kept] / self.scatter).sum())
-
-    @property
-    def scatter(self) -> float:
-        """Factor s on the errors of single runs with which the runs were adjusted [1]."""
-        return self.widths.scatter
+        return self.posterior.evidence - float(np.log(self.time_u[kept] / self.widths.scatter).sum())
 
     @property
     def response(self) -> Floats:
@@ -230,7 +230,7 @@ def fit(
         answer = _integrate_at(result)
         scatter, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
-        problem = result.adjusted.problem.with_scatter(scatter / result.scatter)
+        problem = result.adjusted.problem.with_scatter(scatter / result.widths.scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(problem, result.sense, start, width, kept, adjustment.FACTOR)
             result = _result(adjusted, result.sense, Widths(scatter, width), result.chi2)
@@ -316,18 +316,18 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
-    rows = result.scatter * adjusted.rows
+    rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:],
-        left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
+        left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
         runs=float(adjusted.kept.sum()),
-        scatter=result.scatter,
+        scatter=result.widths.scatter,
     )
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
@@ -366,7 +366,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     if single > adjustment.NEGLIGIBLE * u**2:
         wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
         variances *= 1 + wider / single
-    stated = variances / max(result.scatter, 1.0) ** 2
+    stated = variances / max(result.widths.scatter, 1.0) ** 2
     excess, variances = float((variances - stated).sum()), stated
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source

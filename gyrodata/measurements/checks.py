@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 
 import numpy as np
 from msgspec import Struct
@@ -39,16 +40,18 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     timing = timing_column(readings.columns)
     return [
         *_find_contradictions(readings, measured),
-        *_find_too_fast(readings, measured),
         *_find_unheard(readings, measured, timing),
         *_find_copies(readings, measured, timing),
     ]
 
 
 def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
-    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
+    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees.
+
+    If most runs precess faster than they spin, two columns are exchanged, or a unit is wrong.
+    """
     torque = np.abs(measured.torque)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rate = 2 * np.pi * measured.turns / measured.time
         expected = {
             "precession_period": measured.time / measured.turns,
@@ -90,6 +93,11 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         names = ", ".join([readings.runs[i] for i in off[:6]]) + (", …" if len(off) > 6 else "")
         values = {"header": column.header, "ratio": ratio, "runs": f"run{'s' if len(off) > 1 else ''} {names}"}
         yield readings.say("derived_column_disagrees", column.cell(off[0]), **values, hint=hint)
+    fast = np.flatnonzero(np.abs(rate) > measured.spin)
+    if 2 * len(fast) > len(measured.runs):
+        column = spin_columns(readings)[0]
+        values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
+        yield readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)
 
 
 def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
@@ -112,7 +120,8 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
         "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
     }
-    read = {load, timing.role, "pitch", *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
+    of_runs = *spins, *parts.told_by_period(columns, timing)
+    read = {load, timing.role, "pitch", *map(attrgetter("role"), of_runs)}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
     read |= {"weight_diameter"} if load == "mass" else set()
@@ -124,12 +133,14 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
-        whole = timing.role == "time" and whole_turns and not u.relative
+        whole, is_read = timing.role == "time" and whole_turns and not u.relative, False
+        for role in read:
+            is_read |= key in u_keys(role) and as_u_of(role, key, u) in dict(columns[role].stated).values()
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
         elif base in ("turns", "angle") and whole:
             why = "whole turns end where they began, so no mark is sighted"
-        elif any(as_u_of(role, key, u) in dict(columns[role].stated).values() for role in read if key in u_keys(role)):
+        elif is_read:
             why = None
         elif base in read:
             why = f"every {base} has an uncertainty of its own"
@@ -142,9 +153,9 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
 
 def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    if not measured.timed or len(set(timing.values)) == len(timing.values):
-        return []
     settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
+    if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
+        return []
     runs_of: dict[int, list[int]] = {}
     for run, line in enumerate(measured.lines):
         runs_of.setdefault(line, []).append(run)
@@ -184,17 +195,6 @@ def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> s
     if role in columns:
         return f"{role} is only compared with the readings"
     return f"there is no {role} in this log"
-
-
-def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Warn if most runs precess faster than they spin: two columns are exchanged, or a unit is wrong."""
-    with np.errstate(divide="ignore", over="ignore"):
-        fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
-    if 2 * len(fast) <= len(measured.runs):
-        return []
-    column = spin_columns(readings)[0]
-    values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
-    return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
 
 
 # --- the sizes of this lab --------------------------------------------------------------------------------------

@@ -178,7 +178,7 @@ def _fate(analysis: Analysis, i: int) -> str:
 
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
-    analysis, scatter = n.analysis, n.analysis.fit.scatter
+    analysis, scatter = n.analysis, n.analysis.fit.widths.scatter
     runs = n.count("/input.rows", "run")
     left_out = any(run.left_out for run in analysis.run_table)
     runs = say("Of the {}, those that were kept", runs) if left_out else say("The {}", runs)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from gyrodata import effects, findings, fitting, refusals, tables, wrong_cells
+from gyrodata import changes, findings, fitting, refusals, tables, wrong_cells
 from gyrodata.changes import Lab
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
@@ -115,8 +115,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     # The runs of each torque that are in the fit.
     groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
-    needed = whole or (measured.motion is None and effects.release_may_matter(lab))
-    listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
+    needed = whole or (measured.motion is None and changes.release_may_matter(lab))
+    listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
     for effect in listed:
         if effect.effect == "release":
             lab = replace(lab, release=effect.size)
@@ -128,7 +128,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     )  # fmt: skip
     for check in findings.CHECKS:
         found += check(seen)
-    changed = effects.answers(lab, "sensitivity") if whole else []
+    changed = changes.answers(lab, "sensitivity") if whole else []
     without, balanced = {}, fit.inertia if measured.balanced else None
     for change, one in changed:
         if change.torque is not None and one.inertia:
@@ -218,7 +218,7 @@ def fit_runs(
         if fallen:
             raise LogError(fallen)
     try:
-        runs, chosen = measured, effects.choose_model(measured, model)
+        runs, chosen = measured, changes.choose_model(measured, model)
         outliers, screened = fitting.screen(runs, chosen.tilted)
         if fitting.is_corrected(measured, chosen):
             odd = tuple([outlier.index for outlier in outliers])

@@ -15,9 +15,8 @@ from operator import itemgetter
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import changes, effects, fitting, mistakes
-from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata import changes, fitting, mistakes
+from gyrodata.changes import DROP_ONE, Effect, Lab
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.measurements import spin_columns
@@ -173,7 +172,7 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    answers = effects.answers(seen, "direction") if bare else []
+    answers = changes.answers(seen, "direction") if bare else []
     then = answers[0][1].inertia if answers else None
     if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
@@ -252,7 +251,7 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
-    for change, answer in effects.answers(seen, "digits"):
+    for change, answer in changes.answers(seen, "digits"):
         role, better = change.words, answer.inertia
         rounding = changes.rounding(seen, role)
         if better is None or rounding is None:
@@ -379,7 +378,7 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
     now, gains = 100 * relative_u(lab.fit.inertia), []
-    for _, one in effects.answers(lab, "advice"):
+    for _, one in changes.answers(lab, "advice"):
         then = 100 * relative_u(one.inertia) if one.inertia else math.inf
         if then < WORTH * now:
             gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))

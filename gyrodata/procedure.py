@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from gyrodata import effects, physics
+from gyrodata import changes, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
 from gyrodata.findings import WORTH
@@ -93,7 +93,7 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
     now = 100 * relative_u(analysis.fit.inertia)
-    answers = effects.answers(analysis.lab, "unloaded_run")
+    answers = changes.answers(analysis.lab, "unloaded_run")
     inertia = answers[0][1].inertia if answers else None
     if inertia is not None and (then := 100 * relative_u(inertia)) <= WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import fitting, motion, physics
-from gyrodata.effects import CLEARLY, FALLEN, STEEP
+from gyrodata.changes import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements

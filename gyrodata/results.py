@@ -19,9 +19,8 @@ from msgspec import Struct, field
 from msgspec.structs import asdict
 
 from gyrodata import __version__
-from gyrodata.changes import Lab
+from gyrodata.changes import Effect, Lab, Sensitivity
 from gyrodata.disk import write_folder
-from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import asdict
 
-from gyrodata import changes, diagnostics, effects
+from gyrodata import changes, diagnostics
 from gyrodata.measurements import SOURCES
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
@@ -382,7 +382,7 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             text = "< 0.01" if effect.size and text == "0.00" else text
             size = n.number(f"effects.{i}.size", text, values.IN_U)
         verdict = "in the model" if effect.kept else "in u" if effect.in_u else "left out"
-        if verdict == "left out" and (effect.size or 0.0) > effects.DROP_ONE:
+        if verdict == "left out" and (effect.size or 0.0) > changes.DROP_ONE:
             verdict = "left out, and not small"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
         name = changes.EFFECTS.get(effect.effect, effect.effect)

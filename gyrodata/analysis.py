@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from gyrodata import effects, findings, fitting, refusals, tables, wrong_cells
+from gyrodata import changes, findings, fitting, refusals, tables, wrong_cells
 from gyrodata.changes import Lab
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
@@ -95,7 +96,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     fits and laws, and all effects except a release that the log does not mention.
     """
     options = options or Options()
-    if any(diagnostic.severity == "error" for diagnostic in readings.diagnostics):
+    if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
     measured = replace(measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured)))
@@ -108,15 +109,17 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     except LogError as error:
         raise LogError([*found, *error.diagnostics]) from None
 
-    measured, fit, kept = lab.measured, lab.fit, lab.kept
+    measured, fit = lab.measured, lab.fit
+    kept = np.flatnonzero(fit.adjusted.kept).tolist()
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     # The runs of each torque that are in the fit.
-    out = set(lab.left_out)
-    groups = [[i for i in group if i not in out] for group in measured.by_torque]
+    groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
-    needed = whole or (measured.motion is None and effects.release_may_matter(lab))
-    listed = effects.list_effects(lab, () if whole else ("release",)) if needed else ()
-    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
+    needed = whole or (measured.motion is None and changes.release_may_matter(lab))
+    listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
+    for effect in listed:
+        if effect.effect == "release":
+            lab = replace(lab, release=effect.size)
     patterns = look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
@@ -125,15 +128,15 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     )  # fmt: skip
     for check in findings.CHECKS:
         found += check(seen)
-    changed = effects.answers(lab, "sensitivity") if whole else []
+    changed = changes.answers(lab, "sensitivity") if whole else []
     without, balanced = {}, fit.inertia if measured.balanced else None
-    for case, one in changed:
-        if case.torque is not None and one.inertia:
-            without[case.torque] = one.inertia
+    for change, one in changed:
+        if change.torque is not None and one.inertia:
+            without[change.torque] = one.inertia
         if one.name == "balanced":
             balanced = one.inertia
     # A turn without a weight can take an hour, so that these runs may have unusual values.
-    silent = {measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))}
+    silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []
     for kind in DOUBTS if whole else ():
         told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
@@ -207,7 +210,7 @@ def fit_runs(
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    shared = sum(source.shared_count for source in measured.sources)
+    shared = sum([source.shared_count for source in measured.sources])
     if shared * len(measured.runs) > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
@@ -215,7 +218,7 @@ def fit_runs(
         if fallen:
             raise LogError(fallen)
     try:
-        runs, chosen = measured, effects.choose_model(measured, model)
+        runs, chosen = measured, changes.choose_model(measured, model)
         outliers, screened = fitting.screen(runs, chosen.tilted)
         if fitting.is_corrected(measured, chosen):
             odd = tuple([outlier.index for outlier in outliers])

@@ -143,7 +143,7 @@ def selfcheck(
     found = fitting.fit(measured, tilted=tilted)
     assert found.posterior is not None
     larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
-    scatters = (1.0, found.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
+    scatters = (1.0, found.widths.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
     names = "recommended", *fitting.TEXTBOOK
     tables = []
     for scatter in scatters:
@@ -159,7 +159,7 @@ def selfcheck(
             if progress is not None:
                 progress(i + 1)
         tables.append(tuple(_judge(name, ends[k], found.inertia.value, seconds[k]) for k, name in enumerate(names)))
-    return SelfCheck(labs, tables[0], found.scatter, tables[1] if len(tables) > 1 else None)
+    return SelfCheck(labs, tables[0], found.widths.scatter, tables[1] if len(tables) > 1 else None)
 
 
 def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:

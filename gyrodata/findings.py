@@ -10,15 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from operator import itemgetter
 
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import changes, effects, fitting, mistakes
-from gyrodata.changes import Lab
-from gyrodata.effects import DROP_ONE, Effect
+from gyrodata import changes, fitting, mistakes
+from gyrodata.changes import DROP_ONE, Effect, Lab
 from gyrodata.errors import Diagnostic
-from gyrodata.fitting import Estimate, Outlier
+from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.measurements import spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.patterns import CHANCE, Pattern, pattern_values
@@ -28,11 +28,6 @@ from gyrodata.readings.lablog import MOST_OF_ONE_CODE
 from gyrodata.readings.roles import TIMINGS
 from gyrodata.tables import Ball, Exponent, load_words, outlier_reason
 from gyrodata.units import from_si, parse_unit
-
-
-def percent_u(inertia: Estimate) -> float:
-    """Give u of I_zz over I_zz [%]."""
-    return 100 * (inertia.u or 0.0) / abs(inertia.value)
 
 
 class Seen(Lab, frozen=True, kw_only=True):
@@ -56,17 +51,15 @@ class Seen(Lab, frozen=True, kw_only=True):
     @property
     def contradicts_itself(self) -> bool:
         """Whether the runs scatter so much that other findings mean nothing."""
-        return self.fit.scatter > CONTRADICTING
+        return self.fit.widths.scatter > CONTRADICTING
 
 
 def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     """Name each run that looks odd, what was done with it, and what it does to the answer."""
-    readings, without = seen.readings, seen.without
-    timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
-    out = set(seen.left_out)
+    readings, without, out = seen.readings, seen.without, set(seen.left_out)
     kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else ""
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
-        i = outlier.index
+        i, timing = outlier.index, next(readings.columns[role] for role in TIMINGS if role in readings.columns)
         values = {"run": seen.measured.runs[i], "reason": outlier_reason(seen.measured, outlier), "without": kept}
         yield readings.say("outlier_left_out" if i in out else "outlier_kept", timing.cell(i), **values)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
@@ -104,13 +97,15 @@ def _other_motion(seen: Seen) -> str:
 def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     """Say that the runs scatter more than stated, or contradict each other."""
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
-    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
-    values = {"scatter": fit.scatter, "u_time": fit.scatter * (measured.time_u or 0.14)}
     if seen.contradicts_itself:
-        yield say("runs_contradict_each_other", scatter=fit.scatter)
-    elif fit.dof > 0 and fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
+        yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
+    if seen.contradicts_itself or seen.p is None or seen.p >= NO_ACCIDENT:
+        return
+    widest = fitting.doubt_of_widths(fitting.times_stated(measured))
+    values = {"scatter": fit.widths.scatter, "u_time": fit.widths.scatter * (measured.time_u or 0.14)}
+    if fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
         yield say("not_one_line", **values, motion=_other_motion(seen))
-    elif seen.p is not None and seen.p < NO_ACCIDENT:
+    else:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
@@ -138,21 +133,25 @@ def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
         yield seen.readings.say("either_weight_wrong", load=load_words(measured, gone[0]), poor=poor)
 
 
-def _exponent(seen: Seen) -> Iterator[Diagnostic]:
-    """Doubt the answer if the period is not in proportion to the spin."""
-    fit, exponent = seen.fit, seen.exponent
-    if exponent is None or fit.dof < 2 or seen.contradicts_itself:
+def _deviations(seen: Seen) -> Iterator[Diagnostic]:
+    """Doubt a period that is not in proportion to the spin, and name the cause of residuals that are not random."""
+    fit, exponent, patterns = seen.fit, seen.exponent, seen.patterns
+    if seen.contradicts_itself:
         return
     # The period of a tilted or nutating rod is not a power of the spin; then chi-square of the fit decides.
-    follows = fit.adjusted.problem.tilted or seen.measured.slowing is not None
-    if follows and fitting.chi2_tail(fit.chi2, fit.dof) > NO_ACCIDENT:
-        return
-    far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
-    if abs(far) > OTHER_LAW:
-        late = "a stopwatch that is late in every run, or wrong turns in the short runs"
-        drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
-        values = {"power": exponent.value, "far": abs(far), "cause": late if far < 0 else drag}
-        yield seen.readings.say("period_not_in_proportion", **values, motion=_other_motion(seen))
+    other_law = fit.adjusted.problem.tilted or seen.measured.slowing is not None
+    if exponent is not None and fit.dof >= 2 and not (other_law and (seen.p or 0.0) > NO_ACCIDENT):
+        far = exponent.deviation / math.sqrt(max((fit.chi2 - exponent.deviation**2) / (fit.dof - 1), 1.0))
+        if abs(far) > OTHER_LAW:
+            late = "a stopwatch that is late in every run, or wrong turns in the short runs"
+            drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
+            values = {"power": exponent.value, "far": abs(far), "cause": late if far < 0 else drag}
+            yield seen.readings.say("period_not_in_proportion", **values, motion=_other_motion(seen))
+    # The most likely cause is the first one.
+    if patterns and patterns[0].p_corrected < CHANCE:
+        p = f"p = {patterns[0].p_corrected:.1g}" if patterns[0].p_corrected > 1e-6 else "p < 1e-6"
+        words = {"p": p, "tests": len(patterns), "motion": _other_motion(seen)}
+        yield seen.readings.say(patterns[0].name, **words, **pattern_values(patterns[0]))
 
 
 def _balance(seen: Seen) -> Iterator[Diagnostic]:
@@ -173,12 +172,12 @@ def _direction(seen: Seen) -> Iterator[Diagnostic]:
     """Name the runs without a weight and without a direction, if the direction would reduce u of I_zz."""
     measured, now = seen.measured, seen.fit.inertia
     bare = np.flatnonzero((measured.sense == 0) & (seen.fit.adjusted.kept > 0)).tolist()
-    answers = effects.answers(seen, "direction")
+    answers = changes.answers(seen, "direction") if bare else []
     then = answers[0][1].inertia if answers else None
-    if not bare or then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
+    if then is None or (then.u or 0.0) > WORTH * (now.u or 0.0):
         return
     runs = f"run{'s' * (len(bare) > 1)} {', '.join(measured.runs[i] for i in bare)}"
-    place, u = seen.readings.place(bare[0]), {"now": percent_u(now), "then": percent_u(then)}
+    place, u = seen.readings.place(bare[0]), {"now": 100 * relative_u(now), "then": 100 * relative_u(then)}
     yield seen.readings.say("direction_missing", place, runs=runs, **u)
 
 
@@ -201,16 +200,6 @@ def _poor_balance(seen: Seen) -> str:
     return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"
 
 
-def _patterns(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the most likely cause of residuals that are not random."""
-    first = seen.patterns[0] if seen.patterns else None
-    if first is None or first.p_corrected >= CHANCE or seen.contradicts_itself:
-        return
-    p = f"p = {first.p_corrected:.1g}" if first.p_corrected > 1e-6 else "p < 1e-6"
-    values = {"p": p, "tests": len(seen.patterns), "motion": _other_motion(seen)}
-    yield seen.readings.say(first.name, **pattern_values(first), **values)
-
-
 def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     """Report an M0 that is too large for a balanced ball, and its possible causes."""
     measured, poor = seen.measured, _poor_balance(seen)
@@ -222,31 +211,28 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
     yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
 
 
-def _spin_fell(seen: Seen) -> Iterator[Diagnostic]:
-    """Name the runs, at most a quarter of them, in which the spin fell much faster than in the middle run."""
-    measured, start, end = seen.measured, seen.measured.spin_start, seen.measured.spin_end
-    if start is None or end is None or len(measured.runs) < 4:
-        return
-    fall = np.log(start / end)
-    share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
-    far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
-    for i in far if len(far) <= len(fall) / 4 else ():
-        place, fell = spin_columns(seen.readings)[-1].place(i), 100 * (1 - end[i] / start[i])
-        yield seen.readings.say("spin_fell_alone", place, run=measured.runs[i], percent=fell, more=FELL_MORE)
+def _falling_spin(seen: Seen) -> Iterator[Diagnostic]:
+    """Name the runs in which the spin fell much faster than in the middle run; report whether friction is negligible.
 
-
-def _spin_falls(seen: Seen) -> Iterator[Diagnostic]:
-    """Report the drag, and whether friction is negligible."""
-    measured, drag = seen.measured, seen.measured.drag
+    If more than a quarter of the runs would be named, none is.
+    """
+    measured, start, end, drag = seen.measured, seen.measured.spin_start, seen.measured.spin_end, seen.measured.drag
+    if start is not None and end is not None and len(measured.runs) >= 4:
+        fall = np.log(start / end)
+        share = max(float(np.sort(fall / measured.time)[len(fall) // 2]), 0.0) * measured.time
+        far = np.flatnonzero((fall > FELL_MORE * share) & (fall - share > FELL_BY)).tolist()
+        for i in far if len(far) <= len(fall) / 4 else ():
+            place, fell = spin_columns(seen.readings)[-1].place(i), 100 * (1 - end[i] / start[i])
+            yield seen.readings.say("spin_fell_alone", place, run=measured.runs[i], percent=fell, more=FELL_MORE)
     if drag is None or not seen.readings.spin_down:
         return
     torque, longest = seen.fit.inertia.value * drag.rate * drag.spin, int(np.argmax(measured.time))
-    fall = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
-    size = fall**2 / 24
+    lost = float(drag.at(measured.spin)[longest]) * float(measured.time[longest])
+    size = lost**2 / 24
     values = {"time": 1 / drag.rate, "spin": drag.spin / RPM, "torque": 1e3 * torque}
-    small = size < DROP_ONE * percent_u(seen.fit.inertia) / 100
+    small = size < DROP_ONE * relative_u(seen.fit.inertia)
     hint = "friction is negligible here" if small else "friction is not negligible: read the spin at start and end too"
-    yield seen.readings.say("spin_falls", **values, percent=100 * fall, size=100 * size, hint=hint)
+    yield seen.readings.say("spin_falls", **values, percent=100 * lost, size=100 * size, hint=hint)
 
 
 def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
@@ -257,7 +243,7 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
         # The thread pulls with m (g − a), less the friction.
         found = radius**2 * ((mass - friction) * measured.g * time**2 / (2 * height) - mass)
         off = 100 * (found / inertia.value - 1)
-        yield readings.say("falling_mass", inertia=found, off=off, u=percent_u(inertia))
+        yield readings.say("falling_mass", inertia=found, off=off, u=100 * relative_u(inertia))
     if measured.nutation_ratio is not None:
         yield readings.say("nutation", ratio=float(np.nanmedian(measured.nutation_ratio)))
 
@@ -265,8 +251,8 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
     """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
     readings, now = seen.readings, seen.fit.inertia
-    for case, answer in effects.answers(seen, "digits"):
-        role, better = case.words, answer.inertia
+    for change, answer in changes.answers(seen, "digits"):
+        role, better = change.words, answer.inertia
         rounding = changes.rounding(seen, role)
         if better is None or rounding is None:
             continue
@@ -290,29 +276,25 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
 def _model(seen: Seen) -> Iterator[Diagnostic]:
     """Report what the log does not contain for the choice of the model, and how much it matters."""
     readings, measured, fit = seen.readings, seen.measured, seen.fit
-    guessed = next((share for share in fit.budget if share.source == "transverse_inertia"), None)
-    if guessed is not None and measured.transverse_inertia is None and guessed.share > DROP_ONE**2:
-        across = fitting.transverse_inertia(measured)
-        size = 100 * guessed.u_inertia / abs(fit.inertia.value)
-        taken = {"low": across.min(), "high": across.max(), "middle": np.median(across)}
-        yield readings.say("transverse_inertia_not_given", **taken, percent=size)
-    corrected = any(source.name == "release" for source in measured.sources)
-    unused = ("u_pitch",) if corrected else ("u_pitch", "u_transverse_inertia")
+    for share in fit.budget if measured.transverse_inertia is None else ():
+        if share.source == "transverse_inertia" and share.share > DROP_ONE**2:
+            across = fitting.transverse_inertia(measured)
+            size = 100 * share.u_inertia / abs(fit.inertia.value)
+            taken = {"low": across.min(), "high": across.max(), "middle": np.median(across)}
+            yield readings.say("transverse_inertia_not_given", **taken, percent=size)
+    unused = ("u_pitch",) if seen.chosen.released else ("u_pitch", "u_transverse_inertia")
     for key, place in readings.stated_at.items():
         if key in unused and "pitch" in readings.columns and not fit.adjusted.problem.tilted:
             yield readings.say("u_of_pitch_not_used", place, key=key)
-    held = next((effect for effect in seen.effects if effect.effect == "tachometer"), None)
-    if held is not None and held.bias is not None and (held.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
-        direction = "lower" if held.bias > 0 else "higher"
-        yield readings.say("tachometer_not_told", off=100 * abs(held.bias), direction=direction)
-    release = next((effect for effect in seen.effects if effect.effect == "release"), None)
-    if release is None or release.bias is None or measured.motion is not None or seen.chosen.asked:
-        return
-    off = {"off": 100 * abs(release.bias), "direction": "high" if release.bias > 0 else "low"}
-    if release.kept:
-        yield readings.say("release_assumed", **off)
-    elif (release.size or 0.0) > DROP_ONE and not seen.contradicts_itself:
-        yield readings.say("release_not_told", **off)
+    for effect in seen.effects:
+        off, high = 100 * abs(effect.bias or 0.0), (effect.bias or 0.0) > 0
+        matters = (effect.size or 0.0) > DROP_ONE and not seen.contradicts_itself
+        if effect.effect == "tachometer" and matters:
+            yield readings.say("tachometer_not_told", off=off, direction="lower" if high else "higher")
+        elif effect.effect == "release" and effect.bias is not None:
+            name = "release_assumed" if effect.kept else "release_not_told"
+            if measured.motion is None and not seen.chosen.asked and (effect.kept or matters):
+                yield readings.say(name, off=off, direction="high" if high else "low")
 
 
 BY_HAND = (60 * RPM, 2000 * RPM)
@@ -387,16 +369,17 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
-    _outliers, _scatter, _balance, _other_choices, _exponent, _patterns, _large_residual_torque, _spin_fell,
-    _spin_falls, _other_measurements, _direction, _digits, _model, _body,
+    _outliers, _scatter, _balance, _other_choices, _deviations, _large_residual_torque, _falling_spin,
+    _other_measurements, _direction, _digits, _model, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
 
 
 def list_advice(lab: Lab) -> tuple[str, ...]:
     """Return advice for the next lab, the largest gain first, each computed for this log."""
-    now, gains = percent_u(lab.fit.inertia), []
-    for _, one in effects.answers(lab, "advice"):
-        if one.inertia and percent_u(one.inertia) < WORTH * now:
-            gains.append((percent_u(one.inertia), one.words))
-    return tuple([f"{words}: u of I_zz from {now:.2g} % to {then:.2g} %" for then, words in sorted(gains)])
+    now, gains = 100 * relative_u(lab.fit.inertia), []
+    for _, one in changes.answers(lab, "advice"):
+        then = 100 * relative_u(one.inertia) if one.inertia else math.inf
+        if then < WORTH * now:
+            gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))
+    return tuple(map(itemgetter(2), sorted(gains)))

@@ -275,12 +275,10 @@ class _Nod(Struct, frozen=True, eq=False):
 def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     """Compute the constants and the integrands; all arguments are broadcast."""
     given = top.inertia, top.transverse_inertia, top.torque, spin, pitch
-    inertia, across, torque, spin, pitch = (one[..., None] for one in np.broadcast_arrays(*map(np.asarray, given)))
-    flip = np.copysign(1.0, torque)
+    inertia, across, torque, spin, pitch = np.array(np.broadcast_arrays(*given), dtype=float)[..., None]
+    flip, rates = np.copysign(1.0, torque), np.array([2 * np.abs(torque), inertia * spin]) / across
     # Rates below _SPECK are 0, so that squares do not underflow.
-    pull, about_rod = (
-        np.where(np.abs(one) < _SPECK, 0.0, one) for one in (2 * np.abs(torque) / across, inertia * spin / across)
-    )
+    pull, about_rod = np.where(np.abs(rates) < _SPECK, 0.0, rates)
     height, level2 = flip * np.sin(pitch), np.cos(pitch) ** 2
     # 1 − u0 as sin²θ/(1 + u0) does not lose digits near the vertical.
     upper = np.maximum(np.where(height > 0, level2 / (1 + np.abs(height)), 1 - height), _TINY)

@@ -160,7 +160,7 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     turn, values, _ = np.linalg.svd(rows[:, :others], full_matrices=rows.shape[0] > others)
     turned = turn.T @ rows[:, others:]
     columns, left = turned[:, :-1], turned[:, -1:]
-    wider = ((fit.scatter / FACTORS) ** 2)[:, None]
+    wider = ((fit.widths.scatter / FACTORS) ** 2)[:, None]
     prior = np.ones((len(FACTORS), len(turned)))
     prior[:, : len(values)] += wider * values**2
     # Each unknown's column, its part orthogonal to the others, and its projection on the residuals, shape (24, E).

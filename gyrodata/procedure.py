@@ -10,10 +10,11 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from gyrodata import effects, physics
+from gyrodata import changes, physics
 from gyrodata.analysis import analyze_readings
 from gyrodata.errors import Diagnostic, LogError
-from gyrodata.findings import WORTH, percent_u
+from gyrodata.findings import WORTH
+from gyrodata.fitting import relative_u
 from gyrodata.measurements import Measurements, measure
 from gyrodata.physics import RPM, Integers
 from gyrodata.readings import Readings
@@ -91,10 +92,10 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
     signs = set(np.sign(analysis.measurements.torque).tolist())
     if 0.0 in signs or len(signs) > 1 or readings.unmoved:
         return
-    now = percent_u(analysis.fit.inertia)
-    answers = effects.answers(analysis.lab, "unloaded_run")
+    now = 100 * relative_u(analysis.fit.inertia)
+    answers = changes.answers(analysis.lab, "unloaded_run")
     inertia = answers[0][1].inertia if answers else None
-    if inertia is not None and (then := percent_u(inertia)) <= WORTH * now:
+    if inertia is not None and (then := 100 * relative_u(inertia)) <= WORTH * now:
         yield readings.say("no_unloaded_run", now=now, then=then)
 
 

@@ -73,12 +73,15 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
             result = function(*args, **kwargs)
         except GyroError as error:
             raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
-        result = replace(result, diagnostics=tuple(PythonDiagnostic(*astuple(one)) for one in result.diagnostics))
-        for code in dict.fromkeys(one.code for one in result.diagnostics if one.severity == "warning"):
-            first, *others = (one for one in result.diagnostics if one.code == code)
+        told, warned = [], dict[str, list[Diagnostic]]()
+        for one in result.diagnostics:
+            told.append(PythonDiagnostic(*astuple(one)))
+            if one.severity == "warning":
+                warned.setdefault(one.code, []).append(told[-1])
+        for first, *others in warned.values():
             more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)
-        return result
+        return replace(result, diagnostics=tuple(told))
 
     return called
 

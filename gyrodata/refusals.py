@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from gyrodata import fitting, physics
-from gyrodata.effects import CLEARLY, FALLEN, STEEP
+from gyrodata import fitting, motion, physics
+from gyrodata.changes import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import FitResult
 from gyrodata.measurements import Measurements
@@ -74,8 +74,6 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
         return []
-    from gyrodata import motion
-
     # The mean rate of the exact motion gives a better I_zz. If no I_zz agrees, it would become smaller without limit.
     better = own
     for _turn in range(30):

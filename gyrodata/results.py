@@ -19,9 +19,8 @@ from msgspec import Struct, field
 from msgspec.structs import asdict
 
 from gyrodata import __version__
-from gyrodata.changes import Lab
+from gyrodata.changes import Effect, Lab, Sensitivity
 from gyrodata.disk import write_folder
-from gyrodata.effects import Effect, Sensitivity
 from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements
@@ -362,7 +361,7 @@ class Analysis(Struct, frozen=True, eq=False):
         fit, measured = self.fit, self.measurements
         no_p = "no degrees of freedom: as many unknowns as runs" if self.p is None else None
         fields: dict[str, Any] = {
-            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.scatter, measured.time_u, no_p),
+            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.widths.scatter, measured.time_u, no_p),
             "constants": {"g": measured.g, **self.readings.constants},
             "model": self.model.name,
             "ball_reason": NO_BALL if self.ball is None else None,

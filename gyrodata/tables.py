@@ -137,8 +137,10 @@ def torque_table(
     measured: Measurements, fit: FitResult, groups: list[list[int]], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    scale = next((float(s.relative[0]) for s in measured.sources if s.name == "spin_scale"), 0.0)
-    torques = []
+    scale, torques = 0.0, []
+    for source in measured.sources:
+        if source.name == "spin_scale":
+            scale = float(source.relative[0])
     for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
         i, runs = group[0], used or group
         size, weight, mean, chi2 = _about_mean(measured, runs)
@@ -221,18 +223,19 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     every ln τ by b/T.
     """
     spin, period = np.log(measured.spin), np.log(measured.time / measured.turns)
-    spread = [group for group in groups if len(group) > 1 and np.ptp(spin[group]) >= 0.02]
-    if not spread:
+    sums, torques = np.zeros(3), 0
+    for group in groups:
+        if len(group) > 1 and np.ptp(spin[group]) >= 0.02:
+            weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
+            away = weight * (spin[group] - np.average(spin[group], weights=weight))
+            sums += [away @ spin[group], away @ period[group], away @ (1 / measured.time[group])]
+            torques += 1
+    if not torques:
         return None
-    sums = np.zeros(3)
-    for group in spread:
-        weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
-        away = weight * (spin[group] - np.average(spin[group], weights=weight))
-        sums += [away @ spin[group], away @ period[group], away @ (1 / measured.time[group])]
     across, along, late = sums.tolist()
     value = along / across
     u = math.hypot(1 / math.sqrt(across), measured.timing_bias_u * late / across)
-    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=len(spread))
+    return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
 
 
 def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | None:
@@ -240,12 +243,14 @@ def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | No
 
     None if no torque has two runs, or if timing and spin are exact.
     """
-    groups = [group for group in groups if len(group) > 1]
-    if not measured.own_relative.all() or not groups:
+    sizes = np.array(list(map(len, groups)), dtype=int)
+    count, dof = int(sizes[sizes > 1].sum()), int(np.maximum(sizes - 1, 0).sum())
+    if not measured.own_relative.all() or not dof:
         return None
-    count = sum(map(len, groups))
-    dof, total, scatter, expected = count - len(groups), 0.0, 0.0, 0.0
+    total, scatter, expected = 0.0, 0.0, 0.0
     for group in groups:
+        if len(group) < 2:
+            continue
         _, _, mean, chi2 = _about_mean(measured, group)
         total += chi2 or 0.0
         scatter += float(np.sum((np.abs(measured.product[group]) / mean - 1) ** 2)) / dof

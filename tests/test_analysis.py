@@ -106,7 +106,7 @@ def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
     bold, honest = (gyrodata.analyze(log.replace("0.01 s", u).encode()) for u in ("0.01 s", "0.4 s"))
     assert bold.inertia.u == pytest.approx(honest.inertia.u, rel=0.5)
     assert bold.budget[0].source == "unexplained_scatter"
-    assert honest.fit.scatter < 2 < bold.fit.scatter
+    assert honest.fit.widths.scatter < 2 < bold.fit.widths.scatter
 
 
 class TestHints:

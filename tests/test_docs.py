@@ -18,7 +18,7 @@ from rich.cells import cell_len
 from typer.testing import CliRunner
 
 import gyrodata
-from gyrodata import changes, docs, effects, findings, motion, physics
+from gyrodata import changes, docs, findings, motion, physics
 from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
 from gyrodata.grading.criteria import KINDS
@@ -176,8 +176,7 @@ def test_a_closed_form_is_that_of_the_code(name: str, found: Callable[[dict[str,
 
 def test_approximations_are_complete() -> None:
     assert set(BY_CODE) <= set(SIZES)
-    words = [one.words for one in changes.CHANGES if one.use == "effect"]
-    assert [one for one in words if not any(name.startswith(one) for name in SIZES)] == []
+    assert [one for one in changes.EFFECTS.values() if not any(name.startswith(one) for name in SIZES)] == []
     assert [name for name, _, _ in PROOFS] == list(SIZES)
     for _, test, path in PROOFS:
         assert f"def {test}(" in (PAGES[0].parent / path).read_text(encoding="utf-8"), test
@@ -235,8 +234,8 @@ def u_of_g(line: str) -> float:
 Claim = tuple[str, str, Callable[[], Any]]
 
 CLAIMS: list[Claim] = [
-    ("approximations", "changes I_zz by less than {} u is left out", lambda: effects.DROP_ONE),
-    ("approximations", "stays below {} u together", lambda: effects.DROP_ALL),
+    ("approximations", "changes I_zz by less than {} u is left out", lambda: changes.DROP_ONE),
+    ("approximations", "stays below {} u together", lambda: changes.DROP_ALL),
     ("statistics", "{} labs, the 95 % interval of the recommended fit contains the true value in {:.1f} %",
      lambda: selfchecked()[:2]),
     ("statistics", "± 2u of the line without an intercept in {:.1f} %", lambda: selfchecked()[2]),

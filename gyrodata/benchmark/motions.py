@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 from msgspec import Struct
 
-from gyrodata import effects, fitting, motion, physics
+from gyrodata import changes, fitting, motion, physics
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, measure
 from gyrodata.physics import RPM, Floats
 from gyrodata.simulation import TYPICAL, Design, Truth, simulate
@@ -133,8 +133,8 @@ class MotionPanel(Struct, frozen=True):
 
     @property
     def bound(self) -> float:
-        """Largest harmless error [1], `effects.DROP_ALL` × u."""
-        return effects.DROP_ALL * self.u
+        """Largest harmless error [1], `changes.DROP_ALL` × u."""
+        return changes.DROP_ALL * self.u
 
     @property
     def winner(self) -> MotionPoint:

@@ -16,7 +16,7 @@ from msgspec.structs import asdict
 from gyrodata.benchmark.estimators import HONEST, Trial, TrialPanel, run_trials
 from gyrodata.benchmark.failures import Failure, find_failures
 from gyrodata.benchmark.motions import AIMS, Clock, Effort, MotionPanel, Order, cheapest, find_orders, run_motion
-from gyrodata.effects import DROP_ALL
+from gyrodata.changes import DROP_ALL
 
 
 class Benchmark(Struct, frozen=True):

@@ -22,17 +22,18 @@ from gyrodata.fitting.inertia import (
     fit_model,
     is_corrected,
     lightest_torque,
+    relative_u,
     times_stated,
 )
-from gyrodata.fitting.lines import (
+from gyrodata.fitting.lines import LineFit, fit_line
+from gyrodata.fitting.posterior import K_95, chi2_lower_tail, chi2_tail, doubt_of_widths, scatter_prior
+from gyrodata.fitting.screening import (
     TEXTBOOK,
-    LineFit,
-    chi2_lower_tail,
-    chi2_tail,
-    fit_line,
+    USUAL_COUNTS,
+    explaining_counts,
     insist_on_lines,
     ordinary_line,
+    rivals,
+    screen,
 )
-from gyrodata.fitting.posterior import K_95, doubt_of_widths, scatter_prior
-from gyrodata.fitting.screening import USUAL_COUNTS, explaining_counts, rivals, screen
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO

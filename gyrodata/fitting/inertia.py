@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import physics
+from gyrodata import motion, physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import ADDED, PITCH, SPIN, TRANSVERSE, TURNS, Adjusted, NoFit, Problem, Start
 from gyrodata.fitting.posterior import Posterior
@@ -48,6 +48,11 @@ class Estimate(Struct, frozen=True):
     """The SI unit, such as "kg*m^2"."""
     interval_95: tuple[float, float] | None = None
     """null if it is value ± 1.96 u, or is not computed."""
+
+
+def relative_u(inertia: Estimate) -> float:
+    """Compute the standard uncertainty of I_zz over I_zz [1]."""
+    return (inertia.u or 0.0) / abs(inertia.value)
 
 
 class Share(Struct, frozen=True):
@@ -157,12 +162,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         """Logarithm of the probability of the times, integrated over I_zz, M0, b and all widths, up to a constant."""
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
-        return self.posterior.evidence - float(np.log(self.time_u[kept] / self.scatter).sum())
-
-    @property
-    def scatter(self) -> float:
-        """Factor s on the errors of single runs with which the runs were adjusted [1]."""
-        return self.widths.scatter
+        return self.posterior.evidence - float(np.log(self.time_u[kept] / self.widths.scatter).sum())
 
     @property
     def response(self) -> Floats:
@@ -230,7 +230,7 @@ def fit(
         answer = _integrate_at(result)
         scatter, width = answer.typical_widths()
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
-        problem = result.adjusted.problem.with_scatter(scatter / result.scatter)
+        problem = result.adjusted.problem.with_scatter(scatter / result.widths.scatter)
         with suppress(NoFit):
             adjusted = adjustment.adjust(problem, result.sense, start, width, kept, adjustment.FACTOR)
             result = _result(adjusted, result.sense, Widths(scatter, width), result.chi2)
@@ -238,9 +238,9 @@ def fit(
         found.append((answer.evidence, result, answer))
     found.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = found[0]
-    likely = [other for more, _, other in found if more > evidence + math.log(ONE_SIGN)]
-    if len(likely) > 1:
-        first, answer = replace(first, two_signs=True), posterior.mixed(likely)
+    if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
+        # The other sign of M0 is possible too.
+        first, answer = replace(first, two_signs=True), posterior.mixed([answer, found[1][2]])
     estimates = []
     for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
         # The median, half the 68.3 % interval, and the 95 % interval.
@@ -316,18 +316,18 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
-    rows = result.scatter * adjusted.rows
+    rows = result.widths.scatter * adjusted.rows
     # The fit used other units of M0 and I_zz.
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     conditions = posterior.Conditions(
         unknowns=rows[:, :3],
         shared=rows[:, 3:],
-        left=result.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
+        left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
         ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
         unit=unit,
         runs=float(adjusted.kept.sum()),
-        scatter=result.scatter,
+        scatter=result.widths.scatter,
     )
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
@@ -347,7 +347,10 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
 
 def times_stated(measured: Measurements) -> bool:
     """Return whether the log states the uncertainty of its times."""
-    return not any(source.default for source in measured.sources if source.quantity == "time")
+    stated = True
+    for source in measured.sources:
+        stated &= source.quantity != "time" or not source.default
+    return stated
 
 
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
@@ -363,7 +366,7 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     if single > adjustment.NEGLIGIBLE * u**2:
         wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
         variances *= 1 + wider / single
-    stated = variances / max(result.scatter, 1.0) ** 2
+    stated = variances / max(result.widths.scatter, 1.0) ** 2
     excess, variances = float((variances - stated).sum()), stated
     owners = np.zeros(problem.shared_count, dtype=int)
     owners[problem.to_column] = problem.from_source
@@ -376,9 +379,13 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
         parts.append((abs(float(gain[count + row])), name, True, words))
     parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
-    total = math.fsum([own**2 for own, *_ in parts])
-    factor = u / math.sqrt(total or 1.0)
-    return tuple([Share(name, several, by, factor * own, own**2 / total) for own, name, several, by in parts if own])
+    sizes, *_ = zip(*parts, strict=True)
+    total = math.fsum(np.square(sizes).tolist())
+    factor, shares = u / math.sqrt(total or 1.0), []
+    for own, name, several, by in parts:
+        if own:
+            shares.append(Share(name, several, by, factor * own, own**2 / total))
+    return tuple(shares)
 
 
 # --- corrections for the model of the motion --------------------------------------------------------------------
@@ -455,8 +462,6 @@ def _released(
     measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats, is_stated: bool
 ) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
-    from gyrodata import motion
-
     top = motion.Top(whole, across, total)
     mean = motion.mean_precession_rate(top, measured.spin, measured.pitch)
     # Without a torque both rates are zero.
@@ -531,7 +536,9 @@ def fit_model(
     NoFit
         If there is no credible solution.
     """
-    sources = tuple(source for source in measured.sources if source.name not in OF_RELEASE)
+    sources = measured.sources
+    while sources and sources[-1].name in OF_RELEASE:
+        sources = sources[:-1]
     bare = runs = replace(measured, slowing=None, sources=sources)
     fitted = partial(fit, tilted=chosen.tilted, left_out=left_out)
     if not is_corrected(runs, chosen):

@@ -1,100 +1,22 @@
-"""Straight lines: the textbook fits, and a line through points with errors in both variables.
+"""A straight line through points with errors in both variables.
 
-The textbook fits are a line through the origin, a line with an intercept, and the mean of the ratios. Each fits one lab
-or many labs of one design: x = φ̇ψ̇ [rad²/s²] and y = M [N*m] have shape (…, n), I_zz and u have shape (…). The
-uncertainties come from the scatter of runs that are treated as independent.
-
-`fit_line` is for errors in both variables. The observed points are true points on the line plus errors B z, with z
-independent standard normal numbers and the covariance U = B Bᵀ. Each step solves the conditions, linear about the
-*adjusted* points, for the line with the smallest ‖z‖² (generalised least squares by orthogonal factors, C. C. Paige,
-SIAM J. Numer. Anal. 16, 1979). No matrix is inverted, so that U may be singular.
+The observed points are true points on the line plus errors B z, with z independent standard normal numbers and the
+covariance U = B Bᵀ. Each step solves the conditions, linear about the *adjusted* points, for the line with the smallest
+‖z‖² (generalised least squares by orthogonal factors, C. C. Paige, SIAM J. Numer. Anal. 16, 1979). No matrix is
+inverted, so that U may be singular.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import ArrayLike, NDArray
 
-from gyrodata.fitting.adjustment import FACTOR, NoFit, torques_differ, transverse_inertia
-from gyrodata.fitting.inertia import FitResult
-from gyrodata.measurements import Measurements
+from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.physics import Floats
-
-
-def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
-    """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares.
-
-    Returns
-    -------
-    tuple of ndarray
-        Slope, its u, intercept and its u, each of shape (…). u is NaN without degrees of freedom; all are NaN if x does
-        not determine the line. Without `intercept` the last two have no meaning.
-    """
-    count = x.shape[-1]
-    # Formulas relative to the means do not lose digits if the points are far from zero.
-    x_mean = intercept * np.add.reduce(x, axis=-1, keepdims=True) / count
-    y_mean = intercept * np.add.reduce(y, axis=-1, keepdims=True) / count
-    away, size = x - x_mean, np.sqrt(_dot(x, x))
-    spread = np.sqrt(_dot(away, away))
-    spread = np.where(spread > 1e-9 * size, spread, np.nan)
-    slope = _dot(away, y - y_mean) / spread**2
-    left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
-    sd = np.sqrt(_dot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
-    constant = y_mean[..., 0] - slope * x_mean[..., 0]
-    return slope, sd / spread, constant, sd * size / (spread * math.sqrt(count))
-
-
-def _dot(a: Floats, b: Floats) -> Floats:
-    """Compute the scalar product along the last axis."""
-    return np.asarray((a[..., None, :] @ b[..., :, None])[..., 0, 0])
-
-
-def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    """Compute the mean of y/x over the runs with a torque, and its standard error."""
-    loaded = y[(0,) * (y.ndim - 1)] != 0
-    ratios = y[..., loaded] / x[..., loaded]
-    count = ratios.shape[-1]
-    mean = np.add.reduce(ratios, axis=-1) / count
-    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
-    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(mean, np.nan)
-
-
-TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
-    "through_origin": lambda x, y: ordinary_line(x, y, intercept=False)[:2],
-    "with_constant": lambda x, y: ordinary_line(x, y, intercept=True)[:2],
-    "mean_of_ratios": mean_of_ratios,
-}
-"""The textbook fits by name: functions from x and y to I_zz and u."""
-
-
-def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:
-    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines, corrected for tilt and release."""
-    index = np.flatnonzero(kept)
-    rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
-    if measured.slowing is not None:
-        rate = rate * measured.slowing[index]
-    spin, torque = measured.spin[index], measured.torque[index]
-    if tilted:
-        # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
-        height = np.sin(measured.pitch[index])
-        torque = torque + transverse_inertia(measured)[index] * rate**2 * height
-        spin = spin + rate * height
-    found = []
-    for intercept in (False, True) if torques_differ(torque) else (False,):
-        slope = float(ordinary_line(rate * spin, torque, intercept)[0])
-        if slope > 0 and 1 / FACTOR < fit.inertia.value / slope < FACTOR:
-            return
-        if not math.isnan(slope):
-            found.append(f"{slope:.2g} kg·m²")
-    lines = " and ".join(found) or "no result"
-    raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}")
-
 
 STATED = (
     "errors in both variables with the stated covariances (ISO/TS 28037 generalised Gauss-Markov regression, York "
@@ -344,36 +266,3 @@ def _root(matrix: Floats) -> Floats:
     # A rounded zero must not become an uncertainty of 1e-8.
     kept = values > 8 * len(values) * np.finfo(float).eps * values[-1]
     return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
-
-
-@lru_cache(maxsize=64)
-def chi2_tail(chi2: float, dof: int) -> float:
-    """Compute the probability of a chi-square at least this large: Q(dof/2, chi2/2).
-
-    A finite sum for a whole or half argument (DLMF 8.4.10 and 8.8.2); the import of scipy would take 0.25 s.
-    """
-    half, odd = chi2 / 2, dof % 2
-    if half <= 0:
-        return 1.0
-    total = math.erfc(math.sqrt(half)) if odd else 0.0
-    # Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1), in logarithms because e^-x alone underflows. Terms that are further
-    # from the largest one, at a = x, do not change the sum.
-    reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
-    nearest = min(last, int(half))
-    for step in range(max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1):
-        order = step + odd / 2
-        total += math.exp(order * math.log(half) - half - math.lgamma(order + 1))
-    return min(total, 1.0)
-
-
-def chi2_lower_tail(chi2: float, dof: float) -> float:
-    """Compute the probability of a chi-square at most this large, with all digits (DLMF 8.11.4)."""
-    if chi2 <= 0:
-        return 0.0
-    half, order = chi2 / 2, dof / 2
-    term, total, step = 1.0, 1.0, order
-    while term > 1e-16 * total:
-        step += 1
-        term *= half / step
-        total += term
-    return min(1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total)

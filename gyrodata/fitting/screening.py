@@ -1,16 +1,21 @@
-"""Screening: runs or whole torques that do not agree with the others, and turn counts that would explain them."""
+"""Screening: runs or whole torques that do not agree with the others, and turn counts that would explain them.
+
+At the end are the fits of the textbook (a line through the origin, one with an intercept, and the mean of the ratios),
+which a fit must not contradict.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from itertools import combinations
 
 import numpy as np
 
-from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, assume_sense, first_guess, median, rough_misfit
+from gyrodata.fitting import adjustment
+from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, median
 from gyrodata.fitting.inertia import AS_STATED, FitResult, Outlier, balance_scale, fit, lightest_torque
-from gyrodata.fitting.lines import chi2_tail
+from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
 
@@ -45,11 +50,11 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     if count < 4:
         return [], None
     # The first guess: runs that are far from the line that most runs agree with.
-    start = first_guess(measured, assume_sense(measured, 1.0), np.ones(count))
+    start = adjustment.first_guess(measured, adjustment.assume_sense(measured, 1.0), np.ones(count))
     with np.errstate(divide="ignore"):
         total = np.abs(measured.torque + start.residual_torque)
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
-    off = rough_misfit(measured, predicted)
+    off = adjustment.rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
     far = set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
     found, result = _settle(measured, tilted, far)
@@ -224,3 +229,72 @@ def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floa
     inertia, residual_torque = np.concatenate(slopes), np.concatenate(constants)
     sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(residual_torque) < 3 * np.abs(torque).max())
     return inertia[sane], residual_torque[sane]
+
+
+# --- the fits of the textbook ------------------------------------------------------------------------------------
+
+
+def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
+    """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares, runs treated as independent.
+
+    For x = φ̇ψ̇ [rad²/s²] and y = M [N*m], of one lab or of many labs of one design, shape (…, n), the slope is I_zz.
+
+    Returns
+    -------
+    tuple of ndarray
+        Slope, its u, intercept and its u, each of shape (…). u is NaN without degrees of freedom; all are NaN if x does
+        not determine the line. Without `intercept` the last two have no meaning.
+    """
+    count = x.shape[-1]
+    # Formulas relative to the means do not lose digits if the points are far from zero.
+    x_mean = intercept * np.add.reduce(x, axis=-1, keepdims=True) / count
+    y_mean = intercept * np.add.reduce(y, axis=-1, keepdims=True) / count
+    away, size = x - x_mean, np.sqrt(np.vecdot(x, x))
+    spread = np.sqrt(np.vecdot(away, away))
+    spread = np.where(spread > 1e-9 * size, spread, np.nan)
+    slope = np.vecdot(away, y - y_mean) / spread**2
+    left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
+    sd = np.sqrt(np.vecdot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
+    constant = y_mean[..., 0] - slope * x_mean[..., 0]
+    return slope, sd / spread, constant, sd * size / (spread * math.sqrt(count))
+
+
+def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Compute the mean of y/x over the runs with a torque, and its standard error."""
+    loaded = y[(0,) * (y.ndim - 1)] != 0
+    ratios = y[..., loaded] / x[..., loaded]
+    count = ratios.shape[-1]
+    mean = np.add.reduce(ratios, axis=-1) / count
+    squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
+    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(mean, np.nan)
+
+
+TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
+    "through_origin": lambda x, y: ordinary_line(x, y, intercept=False)[:2],
+    "with_constant": lambda x, y: ordinary_line(x, y, intercept=True)[:2],
+    "mean_of_ratios": mean_of_ratios,
+}
+"""The textbook fits by name: functions from x and y to I_zz and u."""
+
+
+def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:
+    """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines, corrected for tilt and release."""
+    index = np.flatnonzero(kept)
+    rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
+    if measured.slowing is not None:
+        rate = rate * measured.slowing[index]
+    spin, torque = measured.spin[index], measured.torque[index]
+    if tilted:
+        # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
+        height = np.sin(measured.pitch[index])
+        torque = torque + adjustment.transverse_inertia(measured)[index] * rate**2 * height
+        spin = spin + rate * height
+    found = []
+    for intercept in (False, True) if adjustment.torques_differ(torque) else (False,):
+        slope = float(ordinary_line(rate * spin, torque, intercept)[0])
+        if slope > 0 and 1 / adjustment.FACTOR < fit.inertia.value / slope < adjustment.FACTOR:
+            return
+        if not math.isnan(slope):
+            found.append(f"{slope:.2g} kg·m²")
+    lines = " and ".join(found) or "no result"
+    raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}")

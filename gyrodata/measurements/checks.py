@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 
 import numpy as np
 from msgspec import Struct
 
+from gyrodata.error_sources import WHOLE
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, timing_column, without_loads
@@ -38,16 +40,18 @@ def check(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     timing = timing_column(readings.columns)
     return [
         *_find_contradictions(readings, measured),
-        *_find_too_fast(readings, measured),
         *_find_unheard(readings, measured, timing),
         *_find_copies(readings, measured, timing),
     ]
 
 
 def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
-    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees."""
+    """Name the rows in which a derived column (period, rate, torque, inertia, second spin) disagrees.
+
+    If most runs precess faster than they spin, two columns are exchanged, or a unit is wrong.
+    """
     torque = np.abs(measured.torque)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rate = 2 * np.pi * measured.turns / measured.time
         expected = {
             "precession_period": measured.time / measured.turns,
@@ -62,10 +66,10 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
             "turns": measured.turns,
             "angle": 2 * np.pi * measured.turns,
         }
-    # These columns are always the readings themselves.
-    compared = [column for role, column in readings.columns.items() if role not in ("mass", "position", "time")]
-    for column in (*compared, *readings.others):
-        if column.role not in expected:
+    for column in (*readings.columns.values(), *readings.others):
+        # These columns are always the readings themselves, unless there are two of them.
+        of_runs = column.role in ("mass", "position", "time") and column is readings.columns.get(column.role)
+        if of_runs or column.role not in expected:
             continue
         # A row disagrees if it deviates by more than 5 % and two last digits.
         meant = np.abs(expected[column.role])
@@ -75,7 +79,8 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         # A reading that is used for several runs is compared once.
         there = np.flatnonzero(np.isfinite(gap))
         _, at = np.unique(np.array(column.spots)[there], return_index=True)
-        off = [i for i in np.sort(there[at]).tolist() if wrong[i]]
+        once = np.sort(there[at])
+        off = once[wrong[once]].tolist()
         if not off:
             continue
         ratio = abs(column.readings[off[0]].value or math.nan) / meant[off[0]]
@@ -88,6 +93,11 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         names = ", ".join([readings.runs[i] for i in off[:6]]) + (", …" if len(off) > 6 else "")
         values = {"header": column.header, "ratio": ratio, "runs": f"run{'s' if len(off) > 1 else ''} {names}"}
         yield readings.say("derived_column_disagrees", column.cell(off[0]), **values, hint=hint)
+    fast = np.flatnonzero(np.abs(rate) > measured.spin)
+    if 2 * len(fast) > len(measured.runs):
+        column = spin_columns(readings)[0]
+        values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
+        yield readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)
 
 
 def _find_unheard(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
@@ -110,7 +120,8 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         "u_ball_diameter": None if readings.position_from == "surface" else no_ball,
         "u_rod_length": None if readings.position_from == "tip" else "no position counts from the tip of the rod",
     }
-    read = {load, timing.role, "pitch", *(column.role for column in (*spins, *parts.told_by_period(columns, timing)))}
+    of_runs = *spins, *parts.told_by_period(columns, timing)
+    read = {load, timing.role, "pitch", *map(attrgetter("role"), of_runs)}
     read |= {"position"} if load != "torque" else set()
     read |= {"turns" if "turns" in columns else "angle"} if timing.role == "time" else set()
     read |= {"weight_diameter"} if load == "mass" else set()
@@ -118,16 +129,18 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
     if "pitch" in columns or readings.motion == "released":
         read |= {"transverse_inertia" if "transverse_inertia" in columns else "nutation_period"}
     read &= set(columns)
-    found = []
+    whole_turns, found = not (np.abs(measured.turns - np.round(measured.turns)) > WHOLE).any(), []
     for key, place in readings.stated_at.items():
         u = readings.uncertainties[key]
         base = key.removeprefix("u_")
-        whole = timing.role == "time" and not parts.is_part(measured.turns).any() and not u.relative
+        whole, is_read = timing.role == "time" and whole_turns and not u.relative, False
+        for role in read:
+            is_read |= key in u_keys(role) and as_u_of(role, key, u) in dict(columns[role].stated).values()
         if key in SHARED_UNCERTAINTIES:
             why = silent.get(key)
         elif base in ("turns", "angle") and whole:
             why = "whole turns end where they began, so no mark is sighted"
-        elif any(as_u_of(role, key, u) in dict(columns[role].stated).values() for role in read if key in u_keys(role)):
+        elif is_read:
             why = None
         elif base in read:
             why = f"every {base} has an uncertainty of its own"
@@ -182,17 +195,6 @@ def _why_not_read(role: str, columns: Mapping[str, Column], timing: Column) -> s
     if role in columns:
         return f"{role} is only compared with the readings"
     return f"there is no {role} in this log"
-
-
-def _find_too_fast(readings: Readings, measured: Measurements) -> list[Diagnostic]:
-    """Warn if most runs precess faster than they spin: two columns are exchanged, or a unit is wrong."""
-    with np.errstate(divide="ignore", over="ignore"):
-        fast = np.flatnonzero(2 * np.pi * np.abs(measured.turns / measured.time) > measured.spin)
-    if 2 * len(fast) <= len(measured.runs):
-        return []
-    column = spin_columns(readings)[0]
-    values = {"header": column.header, "fast": len(fast), "runs": len(measured.runs)}
-    return [readings.say("precession_faster_than_spin", column.cell(int(fast[0])), **values)]
 
 
 # --- the sizes of this lab --------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
+from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, LATE, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import Drag, Source, as_spin, find_drag, spin_columns, values_of
@@ -134,9 +134,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None if the runs differ."""
         own = [source for source in self.sources if source.quantity == "time" and self.timed]
-        if len(own) != 1 or own[0].relative.any() or np.ptp(own[0].absolute):
-            return None
-        return float(own[0].absolute[0])
+        alike = len(own) == 1 and not own[0].relative.any() and not np.ptp(own[0].absolute)
+        return float(own[0].absolute[0]) if alike else None
 
 
 def measure(readings: Readings) -> Measurements:
@@ -233,10 +232,14 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     index = np.asarray(kept, dtype=int)
     records: list[Any] = []
     for record in (*measurements.sources, measurements):
-        arrays = {name: value[index] for name, value in asdict(record).items() if isinstance(value, np.ndarray)}
-        records.append(replace(record, **arrays))
-    runs, lines = [measurements.runs[i] for i in kept], [measurements.lines[i] for i in kept]
+        fields = asdict(record)
+        for name, value in fields.items():
+            if isinstance(value, np.ndarray):
+                fields[name] = value[index]
+        records.append(type(record)(**fields))
     *sources, some = records
+    lines = np.array(measurements.lines)[index].tolist()
+    runs = np.array(measurements.runs, dtype=object)[index].tolist()
     return cast(Measurements, replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)))
 
 
@@ -252,13 +255,13 @@ def _mean_spins(
 ) -> tuple[Floats, Floats | None, Floats | None]:
     """Compute the mean spin of each run, and the spin at its start and end if these were read [rad/s]."""
     used = spin_columns(readings)
-    spins = [as_spin(column) for column in used]
+    spins = list(map(as_spin, used))
     if len(used) == 1:
         if drag is None or not parts.read_once(used):
             return spins[0], None, None
         # The spin at the midpoint, which was read too late, and then the harmonic mean over the run.
-        rate = drag.at(spins[0])
-        mean = 1 + parts.lateness(readings) * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
+        rate, late = drag.at(spins[0]), 0.0 if "u_spin_delay" in readings.uncertainties else LATE
+        mean = 1 + late * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
         return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():

@@ -110,7 +110,19 @@ def list_sources(
             yield _of_whole_log(readings, "g", *known)
             if "weight_diameter" in columns and columns["weight_diameter"].stated:
                 yield _diameter_source(columns["weight_diameter"], values)
-    yield from _tilt_sources(readings, pitch)
+    # The pitch, and I of a tilted or a released rod.
+    if "pitch" in columns:
+        errors = _reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
+        yield _source("pitch", np.arange(len(pitch)), *errors)
+    elif readings.motion != "released":
+        return
+    size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
+    column = columns.get("transverse_inertia") or columns.get("nutation_period")
+    if column is not None:
+        usual, of_source = SOURCES["transverse_inertia"].usual, SOURCES["transverse_inertia"].default.relative
+        stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
+        default, size = not stated, max(stated, default=of_source)
+    yield _source("transverse_inertia", np.zeros(len(pitch), dtype=int), 0.0, size, default, usual)
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
@@ -120,9 +132,7 @@ def _diameter_source(column: Column, mass: Floats) -> Source:
         given[i] = u.at(float(across[i])) / across[i]
     # Half of m r²: an error of the diameter counts twice.
     doubt = np.where((mass > 0) & np.isfinite(across), 2 * given, 0.0)
-    sizes = zip(across.tolist(), doubt, strict=True)
-    groups = _numbered([f"{value:.9g}" if size else None for value, size in sizes])
-    return _source("weight_diameter", groups, 0.0, doubt, False)
+    return _source("weight_diameter", _numbered(across, doubt), 0.0, doubt, False)
 
 
 def read_once(used: tuple[Column, ...]) -> bool:
@@ -130,15 +140,19 @@ def read_once(used: tuple[Column, ...]) -> bool:
     return len(used) == 1 and max(used[0].spots, default=-1) >= 0
 
 
-def lateness(readings: Readings) -> float:
-    """Return how long after the midpoint the spin was read [s]; 0 if the log states how uncertain this is."""
-    return 0.0 if "u_spin_delay" in readings.uncertainties else LATE
-
-
 def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterator[Source]:
     """List the errors of the spins, when they were read, and the law by which the spin falls."""
     used, square, any_default, usual = spin_columns(readings), np.zeros(len(spin)), False, None
-    for column, weight in zip(used, spin_weights([as_spin(column) for column in used]), strict=True):
+    spins, spots = list(map(as_spin, used)), []
+    # The relative change of the mean spin for a relative change of each reading; the sum is 1.
+    weights = [np.ones(len(spin))]
+    if len(used) == 2:
+        share = physics.harmonic_mean_spin_share(*spins)
+        weights = [share, 1 - share]
+    elif len(used) == 3:
+        parts = np.array([[1.0], [4.0], [1.0]]) / np.array(spins)
+        weights = list(parts / np.add.reduce(parts))
+    for column, weight in zip(used, weights, strict=True):
         size = SOURCES["spin"].default
         if column.role == "spin_time":
             # Several turns are timed with the stopwatch.
@@ -151,13 +165,16 @@ def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterat
         if column.role == "spin_time":
             part = np.hypot(part, [r.u.at(r.value) / r.value if r.u and r.value else 0.0 for r in counts.readings])
         square, any_default = square + (weight * part) ** 2, any_default or default
-    groups = _numbered(list(zip(*[column.spots for column in used], strict=True)))
+        spots.append(column.spots)
+    groups = _numbered(list(zip(*spots, strict=True)))
     yield _source("spin", groups, 0.0, np.sqrt(square), any_default, usual)
     yield _of_whole_log(readings, "spin_scale")
     # The spin falls: it was read late, by a law that is not certain.
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
-    every, late = np.zeros(len(spin), dtype=int), math.hypot(lateness(readings), delay.absolute)
+    # A log that states how uncertain the delay is, has no delay on average.
+    late = math.hypot(LATE if delay_default else 0.0, delay.absolute)
+    every = np.zeros(len(spin), dtype=int)
     if read_once(used) and drag is None:
         rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
         yield _source("spin_delay", every, 0.0, late * rate, delay_default)
@@ -168,7 +185,7 @@ def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterat
         yield _source("decay_exponent", every, 0.0, by_law, law_default)
     elif len(used) == 2:
         u = law.at(1.0) if drag is None else drag.u_exponent
-        doubt = u * np.abs(physics.decay_law_doubt(*map(as_spin, used)))
+        doubt = u * np.abs(physics.decay_law_doubt(*spins))
         yield _source("decay_exponent", every, 0.0, doubt, law_default)
 
 
@@ -189,27 +206,19 @@ def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Flo
         if default and np.all((stated.sum(axis=1) > 0) & np.isfinite(size)):
             absolute, relative, default = stated[:, 0] / size * time, stated[:, 1], False
     yield _source("time", own, absolute, relative, default)
-    if timing.role == "time":
-        yield from _sighting_sources(readings, turns)
-
-
-def is_part(turns: Floats) -> Any:
-    """Return which runs end where they did not begin; only these need a mark to sight the rod against."""
-    return np.abs(turns - np.round(turns)) > WHOLE
-
-
-def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
-    """List the error of the angle that a time covers: the rod is sighted against a mark at its start and at its end."""
+    if timing.role != "time":
+        return
+    # The angle that a time covers: the rod is sighted against a mark at its start and at its end, unless both are the
+    # same mark.
     column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
-    per_turn = 1.0 if column.role == "turns" else 2 * np.pi
-    part = is_part(turns)
+    per_turn, part = 1.0 if column.role == "turns" else 2 * np.pi, np.abs(turns - np.round(turns)) > WHOLE
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
-    relative, default = np.zeros(len(turns)), part.copy()
+    relative, by_default = np.zeros(len(turns)), part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
         # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
-        absolute[i], relative[i], default[i] = ends * u.absolute / per_turn, u.relative, False
+        absolute[i], relative[i], by_default[i] = ends * u.absolute / per_turn, u.relative, False
     groups: list[object] = list(range(len(turns)))
     doubts: dict[str, float] = {}
     for i, read in enumerate(column.readings):
@@ -219,28 +228,11 @@ def _sighting_sources(readings: Readings, turns: Floats) -> Iterator[Source]:
             if doubts[read.text]:
                 # Runs with the same rounded turns are off by the same.
                 absolute[i], groups[i] = np.hypot(absolute[i], doubts[read.text]), read.text
-    source = _source("angle", _numbered(groups), absolute, relative, bool(default.any()))
+    source = _source("angle", _numbered(groups), absolute, relative, bool(by_default.any()))
     if any(doubts.values()):
         source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
     if absolute.any() or relative.any():
         yield source
-
-
-def _tilt_sources(readings: Readings, pitch: Floats) -> Iterator[Source]:
-    """List the uncertainties of the pitch and of I for a tilted or a released rod."""
-    columns, every = readings.columns, np.zeros(len(pitch), dtype=int)
-    if "pitch" in columns:
-        errors = _reading_errors(columns["pitch"], pitch, SOURCES["pitch"].default)
-        yield _source("pitch", np.arange(len(pitch)), *errors)
-    elif readings.motion != "released":
-        return
-    size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
-    column = columns.get("transverse_inertia") or columns.get("nutation_period")
-    if column is not None:
-        known = SOURCES["transverse_inertia"]
-        stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
-        default, usual, size = not stated, known.usual, max(stated, default=known.default.relative)
-    yield _source("transverse_inertia", every, 0.0, size, default, usual)
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
@@ -274,8 +266,7 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     """
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
-    each = zip(values.tolist(), touched.tolist(), strict=True)
-    group = _numbered([f"{value:.9g}" if touch else None for value, touch in each])
+    group = _numbered(values, touched)
     for sizes in (absolute, relative):
         most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
@@ -283,10 +274,17 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     return _source(key, group, absolute, relative, default)
 
 
-def _numbered(keys: Sequence[object]) -> Integers:
-    """Number the keys from 0 in order of appearance; equal keys get the same number, and None gets −1."""
-    numbers: dict[object, int] = {None: -1}
-    return np.array([numbers.setdefault(key, len(numbers) - 1) for key in keys], dtype=int)
+def _numbered(keys: Sequence[object] | Floats, counts: Floats | None = None) -> Integers:
+    """Number the keys from 0 in order of appearance: the same number for equal keys, and for values equal to 9 digits.
+
+    With `counts`, shape (n,), a run for which it is zero gets −1.
+    """
+    numbers: dict[object, int] = {}
+    groups = np.full(len(keys), -1)
+    for i, key in enumerate(keys):
+        if counts is None or counts[i]:
+            groups[i] = numbers.setdefault(f"{key:.9g}" if isinstance(key, float) else key, len(numbers))
+    return groups
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
@@ -305,12 +303,11 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
     return a, r, len(column.stated) < len(values)
 
 
-def told_by_period(columns: Mapping[str, Column], timing: Column) -> list[Column]:
+def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Column]:
     """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
-    if timing.role != "time" or timing.stated:
-        return []
-    beside = [columns[role] for role in ("precession_period", "precession_rate") if role in columns]
-    return [column for column in beside if len(column.stated) == len(column.readings)]
+    for role in ("precession_period", "precession_rate") if timing.role == "time" and not timing.stated else ():
+        if role in columns and len(columns[role].stated) == len(columns[role].readings):
+            yield columns[role]
 
 
 def values_of(column: Column) -> Floats:
@@ -437,14 +434,3 @@ def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:
     if len(spins) == 3:
         return cast(Floats, physics.simpson_mean_spin(*spins))
     return cast(Floats, physics.harmonic_mean_spin(spins[0], spins[-1], exponent))
-
-
-def spin_weights(spins: list[Floats]) -> list[Floats]:
-    """Compute the relative change of the mean spin for a relative change of each reading; the sum is 1."""
-    if len(spins) == 3:
-        parts = [weight / spin for weight, spin in zip((1, 4, 1), spins, strict=True)]
-        return [part / sum(parts) for part in parts]
-    if len(spins) == 1:
-        return [np.ones(len(spins[0]))]
-    share = physics.harmonic_mean_spin_share(*spins)
-    return [share, 1 - share]

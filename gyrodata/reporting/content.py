@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import asdict
 
-from gyrodata import changes, diagnostics, effects
+from gyrodata import changes, diagnostics
 from gyrodata.measurements import SOURCES
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
@@ -34,7 +34,6 @@ UNSEEN_BALANCE = 0.3
 FIT_NAMES = questions.WORDS["fits"]
 SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS["sources"]
 
-EFFECT_NAMES = {change.name: change.words for change in changes.CHANGES if change.use == "effect"}
 
 BYLINE = ("author", "authors", "name", "names", "student", "partner", "partners", "course", "group", "station", "date")
 """Keys of the lines of a log that the report shows below its title."""
@@ -179,7 +178,7 @@ def _fate(analysis: Analysis, i: int) -> str:
 
 def _agreement(n: Numbers) -> Sentence:
     """Say whether the runs agree, without a full stop."""
-    analysis, scatter = n.analysis, n.analysis.fit.scatter
+    analysis, scatter = n.analysis, n.analysis.fit.widths.scatter
     runs = n.count("/input.rows", "run")
     left_out = any(run.left_out for run in analysis.run_table)
     runs = say("Of the {}, those that were kept", runs) if left_out else say("The {}", runs)
@@ -383,10 +382,10 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             text = "< 0.01" if effect.size and text == "0.00" else text
             size = n.number(f"effects.{i}.size", text, values.IN_U)
         verdict = "in the model" if effect.kept else "in u" if effect.in_u else "left out"
-        if verdict == "left out" and (effect.size or 0.0) > effects.DROP_ONE:
+        if verdict == "left out" and (effect.size or 0.0) > changes.DROP_ONE:
             verdict = "left out, and not small"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
-        name = EFFECT_NAMES.get(effect.effect, effect.effect)
+        name = changes.EFFECTS.get(effect.effect, effect.effect)
         rows.append((say("{}", name), change, size, say(verdict), say("{}", effect.reason)))
     heads = (
         Head("effect", wrap=0.2),

@@ -333,6 +333,8 @@ def _measures(unit: str, role: str) -> bool:
 
 def split_unit(text: str) -> tuple[str, str | None]:
     """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; "rpm" alone is the spin."""
+    if len(text) > MAX_HEADER:
+        return text, None
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()

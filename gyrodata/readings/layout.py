@@ -654,12 +654,24 @@ class _Sheet:
             self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
-        elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[_filled(row)[0]]):
+        elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
-        elif not is_note and 3 * len(_filled(row)) < len(headers) and re.search(r"[^\W\d].*\s|%", row.texts[first]):
-            self._leave_out("summary", row)  # "2/5 m r²" or "% error", and a result in the last column
+        elif not is_note and self._is_result(row):
+            self._leave_out("summary", row)
         else:
             self._take_run(row)
+
+    def _is_result(self, row: Row) -> bool:
+        """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
+        filled = _filled(row)
+        text, written = row.texts[filled[0]], quantities.take_apart(row.texts[filled[0]])
+        timed = (at for at, (_, header) in enumerate(self.here) if set(header.roles).intersection(roles.TIMINGS))
+        untimed = not any(row.texts[at : at + 1] > [""] for at in timed)
+        no_quantity = written is None or bool(written.unit and not kinds_of(written.unit))
+        few = 3 * len(filled) < len(self.here)
+        return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (
+            bool(self.runs) and untimed and no_quantity and bool(re.search(r"[^\W\d_]{2}|[^\W\d].*\s", text))
+        )
 
     def _leave_out(self, why: str, row: Row) -> None:
         self.left_out[why].append((row, _filled(row)[0]))

@@ -254,7 +254,7 @@ class TableReader:
         """Read a further column of a role for comparison."""
         role = chosen.role
         used = self.choice.used.get(role, [chosen])[0].header
-        if role in TEXTS or role[:2] == "u_":
+        if role in TEXTS or role[:2] == "u_" or (role == "position" and roles.origin_in(chosen.header.text)):
             self.faults.add("not_used", chosen.cell, why=f'is not used: {role} is read from "{used.text}"')
             return None
         if role == "time" and (used.unit, chosen.header.unit) == ("min", "s"):

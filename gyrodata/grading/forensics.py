@@ -22,6 +22,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.fitting import chi2_lower_tail
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
@@ -341,10 +342,8 @@ def similar(logs: Logs) -> Pairs:
     logs of the class to their nearest neighbour; from the log to the middle of the class.
     """
     found: Pairs = {}
-    groups: dict[tuple[int, ...], list[int]] = {}
-    for log, one in enumerate(logs.prints):
-        groups.setdefault(tuple(np.unique(one.torque, return_inverse=True)[1].tolist()), []).append(log)
-    for pattern, members in groups.items():
+    patterns = [tuple(np.unique(one.torque, return_inverse=True)[1].tolist()) for one in logs.prints]
+    for pattern, members in grouped(zip(patterns, range(len(patterns)), strict=True)).items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))

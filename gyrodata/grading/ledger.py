@@ -12,8 +12,9 @@ import io
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import permutations, zip_longest
+from itertools import combinations, permutations, zip_longest
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -28,6 +29,9 @@ from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import ClassGrades
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
@@ -243,14 +247,6 @@ def keys_of(name: str, known: Known) -> list[str]:
     return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
 
 
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Group people by the text in front."""
-    found: dict[str, list[str]] = {}
-    for text, person in pairs:
-        found.setdefault(text, []).append(person)
-    return found
-
-
 def forms_of(name: str) -> list[str]:
     """List the forms of a name in small letters: as it is, its words in order, and its words joined in any order.
 
@@ -334,6 +330,58 @@ def in_general(why: str) -> str:
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
+
+
+def find_offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()) -> list[Offer]:
+    """List the lines that wait for a person, without those that the desk decides; lines of one reason together.
+
+    `by_hand`: Students with other points in the gradebook, and these.
+    """
+    offers = list(dict.fromkeys(_offers(found, by_hand)))
+    reasons = list(dict.fromkeys(one.reason for one in offers))
+    return sorted(offers, key=lambda one: reasons.index(one.reason))
+
+
+def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
+    """Give the lines, the most urgent ones first."""
+    most, waits = found.rubric.points, found.desk.waits
+    for student, value in by_hand:
+        why = "is in the gradebook"
+        if not is_points(value, most):
+            # The desk would refuse them.
+            value, why = "", f"{value} {why}, and is not a number of points from 0 to {most:g}"
+        offer = Offer(student, "total", value, why, "other points are in the gradebook")
+        yield from filter(waits, [offer])
+    for grade in found.grades:
+        # A line without a value gives nobody a grade.
+        if grade.why is not None:
+            what = "reported" if grade.own and grade.reported_inertia is None else "total"
+            yield Offer(grade.student, what, "", grade.why, f"no grade: {in_general(grade.why)}")
+    for grade in found.grades:
+        yield from filter(waits, (Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look))
+    yield from _open_flags(found)
+    for grade in found.grades:
+        marks = [mark for mark in grade.marks if mark.waits and grade.status in ("so far", "not graded")]
+        points = (Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}") for one in marks)
+        yield from filter(waits, points)
+
+
+def _open_flags(found: ClassGrades) -> Iterator[Offer]:
+    """Offer each flag that is not settled for all its students."""
+    desk = found.desk
+    graded = {one for one in found.names if any(desk.value(one, what) is not None for what in SETTLING)}
+    single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
+    every = {*desk.partners, *found.partners, *desk.settled}
+    for flag in found.flags:
+        # Each pair of a flag is settled; or each student, if it is about other logs too.
+        alone = flag.previous or len(flag.students) == 1
+        groups = {frozenset(flag.students)}.intersection(desk.settled) if alone else every
+        if not all(
+            graded.issuperset(part) or single.intersection(part) or any(group.issuperset(part) for group in groups)
+            for part in combinations(flag.students, 1 if alone else 2)
+        ):
+            words = f"flag: {flag.kind}"
+            yield Offer(flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag)
 
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:

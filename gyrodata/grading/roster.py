@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import Known, forms_of, grouped, keys_of, read_list
+from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
-from gyrodata.grading.yardsticks import station_key
+from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
 IDS = (

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from gyrodata.grading.submissions.answers import Answers
     from gyrodata.results import Analysis
 
+Key = TypeVar("Key")
 Log = TypeVar("Log")
 
 TABLES: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8"))
@@ -340,11 +341,16 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
 
 def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str, list[Log]]:
     """Group the logs by stations with at least `enough` logs; "all" contains every log."""
-    groups: dict[str, list[Log]] = {}
-    for station, log in logs:
-        for name in {"all", station or "all"}:
-            groups.setdefault(name, []).append(log)
+    groups = grouped((name, log) for station, log in logs for name in {"all", station or "all"})
     return {name: some for name, some in sorted(groups.items()) if name == "all" or len(some) >= enough}
+
+
+def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
+    """Group people or logs by what is in front."""
+    found: dict[Key, list[Log]] = {}
+    for key, one in pairs:
+        found.setdefault(key, []).append(one)
+    return found
 
 
 # --- the bench: uncertainties and constants that a log does not state ----------------------------------------------

@@ -14,10 +14,10 @@ from msgspec import to_builtins
 from msgspec.structs import replace
 
 from gyrodata.grading.grade import Grade, grade_submission, settle
-from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
+from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission
 
-BY_CLASS = default_rubric()
+BY_CLASS = read_rubric(default_rubric_text().encode())
 BY_REFERENCE = read_rubric(STATED.encode())
 ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")

@@ -119,11 +119,11 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     changes = []
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
-        columns = [column for column in {**was, **now} if was.get(column, "") != now.get(column, "")]
         if was != now:
             before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
-            columns = [column for column in columns if was and now and column not in ("name", TOTAL, STATUS)]
-            parts = tuple(CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
+            both = {**was, **now} if was and now else {}
+            cells = [CellChange(one, was.get(one, ""), now.get(one, "")) for one in both]
+            parts = tuple(one for one in cells if one.before != one.after and one.column not in ("name", TOTAL, STATUS))
             changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
     return tuple(changes)
 

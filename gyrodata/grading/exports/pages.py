@@ -24,8 +24,8 @@ from msgspec.structs import replace
 from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import Offer, grouped, in_general
-from gyrodata.grading.yardsticks import fit_words, in_order
+from gyrodata.grading.ledger import Offer, find_offers
+from gyrodata.grading.yardsticks import fit_words, grouped, in_order
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines
@@ -133,14 +133,8 @@ def _content(grade: Grade) -> dict[str, Any]:
 
 def class_text(found: ClassGrades) -> str:
     """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
-    waiting: list[tuple[str, str]] = []
-    for grade in found.grades:
-        reasons = [f"no grade: {in_general(grade.why)}"] if grade.why is not None else []
-        offers = [Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look]
-        reasons += [offer.reason for offer in offers if found.desk.waits(offer)]
-        reasons += [f"points to give: {one.title}" for one in grade.marks if grade.status == "so far" and one.waits]
-        waiting += [(reason, found.label(grade.student)) for reason in reasons]
-    return environment().get_template("class.txt.jinja").render(found=found, reasons=grouped(waiting))
+    reasons = grouped((one.reason, found.label(one.student)) for one in find_offers(found) if one.flag is None)
+    return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:

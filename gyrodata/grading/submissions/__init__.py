@@ -91,7 +91,6 @@ def find_submissions(
         parts = {name: part for name, part in parts.items() if (part.submitted or "", part.attempt) == stamp} or parts
         made, choice = _joined(files, parts, attempts)
         if len(stamps) > 1:
-            made = replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
             notes.append(note("newest_of_attempts", name=made.name, count=len(stamps), which=attempts))
         if choice:
             notes.append(note("one_of_logs", choice=f"{made.name}: {choice}"))

@@ -214,7 +214,6 @@ class _Entry(Struct):
     id: str | int = ""
     users: list[_Person] = []
     assignment: dict[str, Any] | None = None
-    previous_submissions: list[dict[str, Any]] = []
 
     def about(self, folder: str, number: str) -> dict[str, Any]:
         """Give what is said of the submission; a student is known by number, else by address or name."""
@@ -269,8 +268,7 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
 def read_live(data: bytes) -> dict[str, dict[str, Any]]:
     """Read ``submission_metadata.json`` of a running autograder; ValueError if it is not such a file.
 
-    Lateness follows from the time of submission and the due date of the student, never from the clock. An earlier
-    submission that failed on the side of the platform (``autograder_error``) is not an attempt.
+    Lateness follows from the time of submission and the due date of the student, never from the clock.
     """
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
@@ -280,5 +278,4 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
-    attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)
-    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late, "attempt": attempt}}
+    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late}}

@@ -55,7 +55,6 @@ class Flag(Struct, frozen=True):
     """Probability of this or more in one honest log, or between two; of the strongest pair if there are several."""
     expected: float  # number of equally strong or stronger flags that is expected in an honest class of this size
     previous: tuple[str, ...] = ()  # keys of earlier logs in it, sorted
-    pairs: tuple[tuple[str, str], ...] = ()  # pairs that join all logs, the strongest first
 
 
 def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING) -> tuple[Flag, ...]:
@@ -377,13 +376,9 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
     """
     joined = [{*flag.students, *flag.previous} for flag in before]
     named = [(p, i, j) for (i, j), p in pairs.items() if not any({logs.keys[i], logs.keys[j]} <= one for one in joined)]
-    group = list(range(len(logs.keys)))  # the number of one log of the group, for each log
-    joining, ordered = [], sorted(named)
-    for pair in ordered:
-        first, second = group[pair[1]], group[pair[2]]
-        if first != second:
-            joining.append(pair)
-            group = [first if one == second else one for one in group]
+    group, ordered = list(range(len(logs.keys))), sorted(named)  # the number of one log of the group, for each log
+    for _, first, second in ordered:
+        group = [group[first] if one == group[second] else one for one in group]
     flags = []
     for head in dict.fromkeys(group[first] for _, first, _ in ordered):
         found = [pair for pair in ordered if group[pair[1]] == head]
@@ -391,9 +386,8 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
         told += [f"and {len(found) - PAIRS_TOLD} more like these"] if len(found) > PAIRS_TOLD else []
         members = [key for key, one in zip(logs.keys, group, strict=True) if one == head]
         students = tuple(key for key in members if key in logs.keys[: logs.current])
-        p, links = found[0][0], [(logs.keys[i], logs.keys[j]) for _, i, j in joining if group[i] == head]
-        previous = tuple(members[len(students) :])
-        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous, tuple(links)))
+        p, previous = found[0][0], tuple(members[len(students) :])
+        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous))
     return flags
 
 

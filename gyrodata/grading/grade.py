@@ -375,12 +375,10 @@ def _why_not(error: Exception) -> str:
     if not isinstance(error, GyroError):
         # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
         return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
-    told = f"the log cannot be {'analysed' if isinstance(error, LogError) else 'read'}"
-    faults = [one for one in error.diagnostics if one.severity == "error"]
-    if faults:
-        where = f"line {faults[0].line}: " if faults[0].line else ""
-        told += f": {where}{faults[0].message}{f', and {len(faults) - 1} more' if len(faults) > 1 else ''}"
-    return told
+    done = "analysed" if isinstance(error, LogError) else "read"
+    first, *more = [one for one in error.diagnostics if one.severity == "error"]
+    where = f"line {first.line}: " if first.line else ""
+    return f"the log cannot be {done}: {where}{first.message}{f', and {len(more)} more' if more else ''}"
 
 
 # --- ``gyro check --hand-in`` -------------------------------------------------------------------------------

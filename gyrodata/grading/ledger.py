@@ -6,7 +6,6 @@ gyro reads the file and never writes it; with a fault in it, no line is used.
 from __future__ import annotations
 
 import csv
-import difflib
 import hashlib
 import io
 import math
@@ -232,9 +231,7 @@ def _student(name: str, known: Known) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
     keys = keys_of(name, known)
     if not keys:
-        close = difflib.get_close_matches(name.casefold(), known, n=1)
-        meant = f"did you mean {' or '.join(keys_of(close[0], known))}?" if close else ""
-        hint = meant or "write what grades.csv has under student"
+        hint = nearest(name, known, "write what grades.csv has under student")
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'

@@ -62,17 +62,15 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(found, filled.by_hand if filled else ())
     page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
-    texts: dict[str, Iterable[str]] = {
-        ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
-        TABLE: [found.table],
-        "flags.csv": [exports.flags_csv(found.flags)],
-        "class.html": [page],
-        "grades.json": exports.grades_document(found),
+    texts = {
+        ledger.TODO: ledger.todo_csv(offers, found.names, files),
+        TABLE: found.table,
+        "flags.csv": exports.flags_csv(found.flags),
+        "class.html": page,
+        "grades.json": "".join(exports.grades_document(found)),
     }
-    for name, parts in texts.items():
-        write_whole(
-            folder / name, (part.encode("utf-8", "replace") for part in parts), private=True, sync=name == TABLE
-        )
+    for name, text in texts.items():
+        write_whole(folder / name, [text.encode("utf-8", "replace")], private=True, sync=name == TABLE)
     if filled is not None:
         write_whole(folder / filled.file, [filled.data], private=True)
     waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""

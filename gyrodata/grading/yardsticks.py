@@ -415,8 +415,7 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     `ROUGHEST`, so that a few wrong logs do not change the result for all.
     """
     sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
-    groups: dict[str, list[float]] = {"all": []}
-    groups |= _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
+    groups = _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
     found = {}
     for name, squares in groups.items():
         factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0

@@ -108,4 +108,6 @@ def test_ten_gigabytes_of_zeros_are_not_read(tmp_path: Path) -> None:
     data = data.replace(struct.pack("<L", 12_000_000), struct.pack("<L", 4_000_000_000))
     (tmp_path / "class.zip").write_bytes(data)
     ann, bob = find_submissions(tmp_path / "class.zip").items
-    assert (ann.problem, bob.problem) == (None, "lab.csv is 4 GB; a log of more than 10 MB is not read")
+    assert ann.log() == LOG.encode()
+    with pytest.raises(InputError, match="larger than 10 MB"):
+        bob.log()

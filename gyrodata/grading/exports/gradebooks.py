@@ -118,7 +118,8 @@ def fill_book(
                     old = sheet.value(row, column)
                     if old != text and not _EMPTY.fullmatch(old) and read_number(old) != points:
                         found.changed.append((student, old, text))
-                    sheet.put(row, column, text)
+                    sheet.rows[row] += [""] * (column + 1 - len(sheet.rows[row]))
+                    sheet.rows[row][column] = text
                 if student not in found.filled[-1:]:
                     found.filled.append(student)
     found.skipped += [(label, "has no submission") for label in others.values()]
@@ -168,11 +169,10 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
     points = {at: "" if special is None else sheet.value(special, at) for at in range(len(sheet.head))}
     pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
     matches = {at: pattern.fullmatch(f"{sheet.head[at]}\n{most}") for at, most in points.items()}
-    found = titles = {at: match for at, match in matches.items() if match}
-    if assignment is not None:
-        names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
-        wanted = assignment.strip().casefold()
-        found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
+    titles = {at: match for at, match in matches.items() if match}
+    wanted = None if assignment is None else assignment.strip().casefold()
+    names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
+    found = {at: titles[at] for at in titles if wanted is None or wanted in map(str.casefold, names[at])}
     if len(found) != 1:
         shown = listing([sheet.head[at] for at in titles]) or "none with a number after its title"
         asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
@@ -239,12 +239,6 @@ class Sheet(Struct):
         cells = self.rows[row]
         return "" if column is None or column >= len(cells) else cells[column].strip()
 
-    def put(self, row: int, column: int, value: str) -> None:
-        """Write a cell; a row that is too short becomes longer."""
-        cells = self.rows[row]
-        cells += [""] * (column + 1 - len(cells))
-        cells[column] = value
-
     def to_bytes(self) -> bytes:
         """Return the whole file, with line ends of RFC 4180."""
         out = io.StringIO()
@@ -268,8 +262,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:
         why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
-        hint = "give the CSV file that the gradebook exports, not a workbook"
-        hint = "export the gradebook again" if why == "is empty" else hint
+        hint = "give the CSV file that the gradebook exports, not a workbook; if it is that file, export it again"
         raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
     return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, mark, encoding, quoted)

@@ -117,11 +117,10 @@ def _content(grade: Grade) -> dict[str, Any]:
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
     words: Any = environment().get_template("words.jinja").module
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
-    costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
     return {
         "grade": grade,
         "short": short,
-        "slip_cost": costs[0] if costs else None,
+        "slip_cost": next((one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail), None),
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
         "hands": [line for line in words.hands(grade).split("\n") if line],

@@ -96,7 +96,11 @@ def find_submissions(
             notes.append(note("one_of_logs", choice=f"{made.name}: {choice}"))
         items.append(made)
     if not items:
-        raise _nothing_found(files, lms, pattern)
+        message = "pattern_fits_nothing" if pattern is not None else "no_submission"
+        by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
+        first, sample = shown(min(files.sizes, default="")), names.PLATFORMS[known].sample
+        values = {"root": root.name, "one": first, "pattern": pattern, "lms": by, "sample": sample}
+        raise Faults(root.name).refuse(message if files.sizes else "class_empty", **values)
     # Students may share a name; in anonymous submissions all do.
     counts = Counter(item.name for item in items)
     items = [replace(one, name=f"{one.name} ({one.student})") if counts[one.name] > 1 else one for one in items]
@@ -135,33 +139,25 @@ def _without_reports(files: Listing) -> Listing:
     return Listing(files.root, sizes, folders, (*files.diagnostics, note))
 
 
-def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
-    message = "pattern_fits_nothing" if pattern is not None else "no_submission"
-    root, one = files.root.name, shown(min(files.sizes, default=""))
-    by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
-    values = {"root": root, "one": one, "pattern": pattern, "lms": by, "sample": names.PLATFORMS[known].sample}
-    return Faults(root).refuse(message if files.sizes else "class_empty", **values)
-
-
 def _joined(
     files: Listing, parts: Mapping[str, Submission], attempts: submission.Attempts = "newest"
 ) -> tuple[Submission, str]:
     """Join the files of one attempt into a submission; also return a note on the choice of the log."""
     first = next(iter(parts.values()))
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
-    sizes, damaged = dict(files.sizes), ""
+    there, damaged = set(files.sizes), ""
     for name, file in list(own.items()):
         if ending(file) == ".zip":
             try:
                 inner = list_inner(files.root, name)
-                sizes |= inner
+                there |= inner.keys()
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
             except InputError as error:
                 damaged = error.diagnostics[0].message
-    log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
+    log, words = submission.choose_log(own, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name in sizes and ending(own.get(name, ".txt")) in TEXTS}
+    texts = {name for name in {**parts, **own} if name in there and ending(own.get(name, ".txt")) in TEXTS}
     late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
     seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
     problem = None if log else f"{words}; {damaged}" if damaged else words

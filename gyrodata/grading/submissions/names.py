@@ -69,8 +69,6 @@ NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.names)
 Named = dict[str, Submission | None]
 """By the name of each file, what it says of the submission; None for a file of no student."""
 
-_MOST_RECEIPT = 200_000  # bytes
-
 _IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
 
 _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
@@ -185,7 +183,7 @@ def _with_user_names(named: Named, root: Path) -> Named:
     for name, owner in owners.items():
         part = named[name]
         with suppress(InputError):
-            data = b"" if part is None or part.log_file else read_file(root, name, _MOST_RECEIPT)
+            data = b"" if part is None or part.log_file else read_file(root, name)
             line = _FIRST_LINE.match(data.decode("utf-8-sig", "replace").replace("\r", "\n"))
             # Anybody can write such a text: the user name must be the one in the name of the file.
             if line and owner.endswith(f"_{line[2]}"):

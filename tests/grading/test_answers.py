@@ -58,6 +58,13 @@ def test_other_values_are_not_the_answer(text: str) -> None:
     assert found is None or found.value is None
 
 
+@pytest.mark.parametrize("behind", [", within 1.1 % of theory", " (within 1,1% of the value of theory)", ", 2 % too low"])
+def test_percent_behind_an_answer_may_be_no_uncertainty(behind: str) -> None:
+    found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2{behind}".encode())]).inertia
+    assert found is not None
+    assert (found.value, found.u) == (pytest.approx(4.4e-3), None)
+
+
 def test_two_answers_that_differ_are_none() -> None:
     reports = [("report.txt", b"I_zz = 4.4e-3 kg m^2"), ("notes.md", b"\nI_zz = 4.5e-3 kg m^2")]
     inertia = read_answers(None, reports).inertia

@@ -15,7 +15,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import islice, zip_longest
+from itertools import islice, takewhile, zip_longest
 from pathlib import Path
 
 from msgspec import Struct
@@ -138,10 +138,15 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             # A column of I_zz with a value for each run is not the answer.
             alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
-            for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
+            columns = list(zip_longest([*missing, *titles], cells, fillvalue=""))
+            # A unit goes behind the numbers.
+            ahead = [one for one in takewhile(lambda one: not _is_number(one[1]), columns) if _is_unit(one[1])]
+            columns = [*(one for one in columns if one not in ahead), *ahead]
+            unsure = "" if titles else _plain_u([cell for _, cell in columns])
+            for title, cell in columns:
                 number = _is_number(cell)
                 cell = cell if not number or re.search(_UNIT, cell) else f"{cell} {_unit_behind(title)}".rstrip()
-                if number and line and _is_unsure(title):
+                if number and line and (_is_unsure(title) or cell == unsure):
                     line += f" ± {cell}{' %' * ('%' in title)}"
                 elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
                     line += f" {cell}"
@@ -154,6 +159,19 @@ def _is_number(text: str) -> bool:
     return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
 
 
+def _is_unit(text: str) -> bool:
+    return "inertia" in units.kinds_of(text)
+
+
+def _plain_u(cells: Sequence[str]) -> str:
+    """Return the second of two numbers in front of a unit, if it is an uncertainty: a small part of the first."""
+    numbers = list(filter(_is_number, cells))
+    if len(numbers) == 2 and _is_unit(cells[-1]):
+        both = read_reported("inertia", f"{numbers[0]} ± {numbers[1]} {cells[-1]}")
+        return numbers[1] if both.fault is None and (both.u or 0) < 0.2 * abs(both.value or 0) else ""
+    return ""
+
+
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
     return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(SAYS["unsure"], text) is not None
@@ -163,7 +181,7 @@ def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
     power, unit = found.groups("") if found else ("", "")
-    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
+    return power.lstrip(" x×·*") + unit if (power and not unit) or _is_unit(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------

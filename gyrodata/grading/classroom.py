@@ -8,6 +8,7 @@ Nothing depends on the order, on the number of workers, or on how often the run 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,16 +18,16 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Literal
 
-from msgspec import Struct
+from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
-from gyrodata.grading.exports import pages
+from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.ledger import NO_DESK, Desk
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle, to_json
+from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
@@ -34,8 +35,6 @@ from gyrodata.grading.yardsticks import grouped
 from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
-
-FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
 
 EVERYBODY = Roster()
 
@@ -176,9 +175,10 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
-            entry = from_json(line, Entry)
+            # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
+            entry = convert(json.loads(line), Entry)
             entries[entry.grade.student] = entry
-        except (ValueError, RecursionError):
+        except (ValueError, ValidationError, RecursionError):
             damaged += 1
     return entries, damaged
 
@@ -232,9 +232,8 @@ def _entries(
         # Loaded here, it need not be loaded by each process that is forked from this one.
         from gyrodata import analysis  # noqa: F401
     work = partial(_grade_one, rubric, options.figures is not None)
-    workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-    with closing(in_workers(work, waiting, workers, options.limit, options.cluster)) as answers:
+    with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
         for (item, _), answer in answers:
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
@@ -265,7 +264,7 @@ def _grade_one(
     """Grade one submission, in a worker; return its grade, and what its figures show and their files, by name."""
     submission = replace(task[0])
     # Through JSON at once, so that a grade from the journal is the same to the last digit.
-    grade = from_json(to_json(grade_submission(submission, rubric, task[1] or None)), Grade)
+    grade = convert(json.loads(to_json(grade_submission(submission, rubric, task[1] or None))), Grade)
     if not draws or not grade.own:
         return grade, {}, {}
     from gyrodata import plotting
@@ -340,8 +339,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def summary(self) -> str:
-        """The text for a terminal."""
-        return pages.class_text(self)
+        """The text for a terminal: the class, a row for each student, the flags, and what to decide."""
+        offers = [one for one in find_offers(self) if one.flag is None]
+        reasons = grouped((one.reason, self.label(one.student)) for one in offers)
+        return environment().get_template("class.txt.jinja").render(found=self, reasons=reasons)
 
     @cached_property
     def bench(self) -> str:

@@ -11,7 +11,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal, TypedDict, TypeVar
+from typing import Annotated, Literal, TypedDict
 
 import msgspec
 from msgspec import Meta, Struct, field
@@ -36,8 +36,6 @@ from gyrodata.results import HandIn
 FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
 
 WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
-
-Record = TypeVar("Record", bound=Struct)
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
@@ -141,17 +139,8 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
 
 def to_json(record: Struct) -> str:
-    """Write a record as the journal contains it; `from_json` returns the same record, to the last digit."""
+    """Write a record as the journal contains it; read again, it is the same record, to the last digit."""
     return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
-
-
-def from_json(text: str | bytes, kind: type[Record]) -> Record:
-    """Read a record from its JSON; raise ValueError if the text is not such a record."""
-    try:
-        # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
-        return msgspec.convert(json.loads(text), kind)
-    except msgspec.ValidationError as error:
-        raise ValueError(str(error)) from None
 
 
 def grade_submission(
@@ -175,8 +164,7 @@ def grade_submission(
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, OSError, ArithmeticError, ValueError) as error:
-        found = getattr(error, "diagnostics", ())
-        return not_graded(submission, rubric, _why_not(error), found)
+        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]

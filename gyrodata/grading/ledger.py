@@ -11,7 +11,7 @@ import io
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import combinations, permutations, zip_longest
+from itertools import chain, combinations, permutations, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
@@ -46,6 +47,7 @@ CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" 
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
+UNGRADED = "no grade:"
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
 
@@ -69,7 +71,9 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        return offer.why.startswith(STALE) or not self.decides(offer.student, offer.what)
+        # A line without a value gives nobody a grade, and a flag is settled by its students.
+        asked = offer.flag or offer.reason.startswith(UNGRADED) or offer.why.startswith(STALE)
+        return bool(asked) or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -206,13 +210,14 @@ def _decision(row: dict[str, str], points: dict[str, float], known: Known, folde
         hint = f"to change the total by this number, write bonus,{short.removeprefix('+')}"
     elif what == "bonus" and read_number(value) is None:
         fault, hint = f"{said} is not a number", "write the points to add, such as 2"
-    elif what == "late" and not is_points(value, most):
-        fault, hint = f"{said} is not a number of points", "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
         fault = f'there is no file "{short}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and not is_points(value, most):
-        fault, hint = f"{said} is not a number of points from 0 to {most:g}", f"write a number, such as {most / 2:g}"
+    elif what in (*points, "late") and not is_points(value, most):
+        fault, hint = (
+            f"{said} is not a number of points from 0 to {most:g}",
+            f"write a number, such as {most / 2:g}, or 0",
+        )
     elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
         fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
@@ -334,33 +339,31 @@ def find_offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()) -> 
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    offers = list(dict.fromkeys(_offers(found, by_hand)))
-    reasons = list(dict.fromkeys(one.reason for one in offers))
-    return sorted(offers, key=lambda one: reasons.index(one.reason))
+    offers = [one for one in dict.fromkeys(_offers(found, by_hand)) if found.desk.waits(one)]
+    return list(chain.from_iterable(grouped((one.reason, one) for one in offers).values()))
 
 
 def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
     """Give the lines, the most urgent ones first."""
-    most, waits = found.rubric.points, found.desk.waits
+    most = found.rubric.points
     for student, value in by_hand:
         why = "is in the gradebook"
         if not is_points(value, most):
             # The desk would refuse them.
             value, why = "", f"{value} {why}, and is not a number of points from 0 to {most:g}"
-        offer = Offer(student, "total", value, why, "other points are in the gradebook")
-        yield from filter(waits, [offer])
+        yield Offer(student, "total", value, why, "other points are in the gradebook")
     for grade in found.grades:
-        # A line without a value gives nobody a grade.
         if grade.why is not None:
             what = "reported" if grade.own and grade.reported_inertia is None else "total"
-            yield Offer(grade.student, what, "", grade.why, f"no grade: {in_general(grade.why)}")
+            yield Offer(grade.student, what, "", grade.why, f"{UNGRADED} {in_general(grade.why)}")
     for grade in found.grades:
-        yield from filter(waits, (Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look))
+        yield from (Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look)
     yield from _open_flags(found)
     for grade in found.grades:
         marks = [mark for mark in grade.marks if mark.waits and grade.status in ("so far", "not graded")]
-        points = (Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}") for one in marks)
-        yield from filter(waits, points)
+        yield from (
+            Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}") for one in marks
+        )
 
 
 def _open_flags(found: ClassGrades) -> Iterator[Offer]:

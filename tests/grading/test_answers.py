@@ -58,7 +58,7 @@ def test_other_values_are_not_the_answer(text: str) -> None:
     assert found is None or found.value is None
 
 
-@pytest.mark.parametrize("behind", [", within 1.1 % of theory", " (within 1,1% of the value of theory)", ", 2 % too low"])
+@pytest.mark.parametrize("behind", [", within 1.1 % of theory", " (within 1,1% of the theory)", ", 2 % too low"])
 def test_percent_behind_an_answer_may_be_no_uncertainty(behind: str) -> None:
     found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2{behind}".encode())]).inertia
     assert found is not None

@@ -110,10 +110,8 @@ def fill_book(
                     cells = {}
                 if layout.comment is not None:
                     # A spreadsheet does not read a text that begins with a tag as a formula.
-                    paragraphs = re.split(r"\n\s*\n", html.escape(comment(grade)).strip())
-                    cells[layout.comment] = "".join(
-                        f"<p>{one.strip().replace(chr(10), '<br>')}</p>" for one in paragraphs
-                    )
+                    told = re.sub(r"\s*\n\s*\n\s*", "</p><p>", html.escape(comment(grade)).strip())
+                    cells[layout.comment] = f"<p>{told}</p>".replace("\n", "<br>")
                 for column, text in cells.items():
                     old = sheet.value(row, column)
                     if old != text and not _EMPTY.fullmatch(old) and read_number(old) != points:

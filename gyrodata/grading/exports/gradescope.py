@@ -31,12 +31,9 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
     if compared:
-        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
-        message += f"nobody could earn its {compared[0].points:g} points"
-        hint = (
-            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference] "
-        )
-        hint += 'and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
+        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees only one student'
+        hint = "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference]"
+        hint += ' and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
         raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
     try:
         needed = [f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one]

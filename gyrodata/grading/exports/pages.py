@@ -24,8 +24,8 @@ from msgspec.structs import replace
 from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import Offer, find_offers
-from gyrodata.grading.yardsticks import fit_words, grouped, in_order
+from gyrodata.grading.ledger import Offer
+from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines
@@ -127,13 +127,7 @@ def _content(grade: Grade) -> dict[str, Any]:
     }
 
 
-# --- a class, for a terminal, and as a page --------------------------------------------------------------
-
-
-def class_text(found: ClassGrades) -> str:
-    """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
-    reasons = grouped((one.reason, found.label(one.student)) for one in find_offers(found) if one.flag is None)
-    return environment().get_template("class.txt.jinja").render(found=found, reasons=reasons)
+# --- a class as a page ------------------------------------------------------------------------------------
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:

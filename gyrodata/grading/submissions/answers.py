@@ -68,9 +68,8 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     chosen = max(equal, key=lambda one: one.read.step or 0.0)
     read, others = chosen.read, [one for one in equal if not _agree(chosen.read, one.read)]
     if others:
-        problem = (
-            f'two values are found: "{read.text}" in {chosen.place} and "{others[0].read.text}" in {others[0].place}'
-        )
+        first, second = (f'"{one.read.text}" in {one.place}' for one in (chosen, others[0]))
+        problem = f"two values are found: {first} and {second}"
         read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
     note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
     return Answers(read, (note,), chosen.place.rpartition(", line ")[0])
@@ -166,10 +165,8 @@ def _is_unit(text: str) -> bool:
 def _plain_u(cells: Sequence[str]) -> str:
     """Return the second of two numbers in front of a unit, if it is an uncertainty: a small part of the first."""
     numbers = list(filter(_is_number, cells))
-    if len(numbers) == 2 and _is_unit(cells[-1]):
-        both = read_reported("inertia", f"{numbers[0]} ± {numbers[1]} {cells[-1]}")
-        return numbers[1] if both.fault is None and (both.u or 0) < 0.2 * abs(both.value or 0) else ""
-    return ""
+    both = read_reported("inertia", f"{' ± '.join(numbers)} {cells[-1]}")
+    return numbers[1] if numbers[1:] and both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0) else ""
 
 
 def _is_unsure(text: str) -> bool:

@@ -15,7 +15,6 @@ import stat
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -40,7 +39,7 @@ class Listing(Struct, frozen=True):
     """The files of a class."""
 
     root: Path  # the folder or zip
-    sizes: Mapping[str, int]  # name below `root`, parts joined by ``/``, to stated size [byte]; sorted by name
+    names: tuple[str, ...]  # below `root`, parts joined by ``/``, sorted
     folders: tuple[str, ...] = ()  # names below `root`, each with a ``/`` at its end; sorted
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out
 
@@ -112,7 +111,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
 
 
 def _list_folder(root: Path) -> Listing:
-    sizes: dict[str, int] = {}
+    found: list[str] = []
     folders: list[str] = []
     left_out: list[Diagnostic] = []
     errors: list[OSError] = []
@@ -127,15 +126,15 @@ def _list_folder(root: Path) -> Listing:
                 # It may lead to the files of another student, or of the grader.
                 left_out.append(faults.message("link_left_out", name=name))
             elif stat.S_ISREG(state.st_mode):
-                sizes[name] = state.st_size
-        _check_number(root, len(folders) + len(sizes))
+                found.append(name)
+        _check_number(root, len(folders) + len(found))
     for error in errors:
         if Path(error.filename) == root:
             raise error
         folder = Path(error.filename).relative_to(root).as_posix()
         left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
     notes = sorted(left_out, key=lambda note: note.message)
-    return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), tuple(notes))
+    return Listing(root, tuple(sorted(found)), tuple(sorted(folders)[1:]), tuple(notes))
 
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -149,13 +148,12 @@ def _opened(root: Path, name: str = "") -> _Contents:
     return _contents(root, name, state.st_mtime_ns, state.st_size, os.getpid())
 
 
-def list_inner(root: Path, name: str, depth: int = 1) -> dict[str, int]:
+def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
     """List the files of a zip in a submission, and of zips in it, by names for `read_file`. Raises InputError."""
-    found: dict[str, int] = {}
-    for inner, size in _opened(root, name)[2].sizes.items():
-        whole = f"{name}//{inner}"
-        packed = inner.lower().endswith(".zip") and depth < MOST_LEVELS
-        found |= list_inner(root, whole, depth + 1) if packed else {whole: size}
+    found = list[str]()
+    for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
+        packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
+        found += list_inner(root, whole, depth + 1) if packed else [whole]
     return found
 
 
@@ -179,8 +177,7 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
             twice |= {inner} & files.keys()
             files[inner] = info
     notes = [Faults(root.name).message("file_twice_in_zip", name=inner) for inner in sorted(twice)]
-    sizes = {inner: info.file_size for inner, info in sorted(files.items())}
-    return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))
+    return archive, files, Listing(root, tuple(sorted(files)), tuple(sorted(folders)), tuple(notes))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

@@ -81,7 +81,7 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     `lms` is a platform or "auto", `pattern` a regular expression of the user instead. The names that are returned
     include folders in which a student has no file.
     """
-    names = list(files.sizes)
+    names = files.names
     if pattern is not None:
         own = _read_pattern(pattern)
         return "pattern", {name: _take_apart(own.search(name), files.root) for name in names}

@@ -103,10 +103,9 @@ class Submission(Struct, frozen=True, dict=True):
             data = self.log()
         except GyroError as error:
             data = str(error).encode("utf-8", "replace")
-        digest = hashlib.sha256(about.encode("utf-8", "replace") + hashlib.sha256(data).digest())
-        for name, data in self.reports():
-            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
-        return digest.hexdigest()
+        parts = [(about, data), *self.reports()]
+        named = (name.encode("utf-8", "replace") + hashlib.sha256(data).digest() for name, data in parts)
+        return hashlib.sha256(b"".join(named)).hexdigest()
 
 
 class Submissions(Struct, frozen=True):

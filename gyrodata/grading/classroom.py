@@ -38,6 +38,9 @@ JOURNAL = "journal.ndjson"  # in the folder of the grades
 
 EVERYBODY = Roster()
 
+Figures = Mapping[str, tuple[bytes, str]]
+"""PNG file of each figure, and what it shows in words, by its name."""
+
 
 class GradingOptions(Struct, frozen=True):
     """How a class is graded; no option changes a grade."""
@@ -238,13 +241,14 @@ def _entries(
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
                 lost = answer.why
-                answer = not_graded(item, rubric, f"{lost}; a person must look"), {}, {}
-            grade, figures, drawn = answer
+                answer = not_graded(item, rubric, f"{lost}; a person must look"), {}
+            grade, drawn = answer
+            figures = {name: words for name, (_, words) in drawn.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
             one = Entry(inputs=inputs[item.student], grade=grade, lost=lost, figures=figures, seen=seen)
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
-            for name, data in drawn.items():
+            for name, (data, _) in drawn.items():
                 disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
@@ -258,24 +262,22 @@ def _entries(
     return entries, again, damaged
 
 
-def _grade_one(
-    rubric: Rubric, draws: bool, task: tuple[Submission, str]
-) -> tuple[Grade, dict[str, str], dict[str, bytes]]:
-    """Grade one submission, in a worker; return its grade, and what its figures show and their files, by name."""
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Grade, Figures]:
+    """Grade one submission, in a worker."""
     submission = replace(task[0])
     # Through JSON at once, so that a grade from the journal is the same to the last digit.
     grade = convert(json.loads(to_json(grade_submission(submission, rubric, task[1] or None))), Grade)
     if not draws or not grade.own:
-        return grade, {}, {}
+        return grade, {}
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
 
     try:
         analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     except GyroError:
-        return grade, {}, {}  # the log has changed since it was graded; the next run sees that
-    figures = plotting.render(analysis, "png")
-    return grade, {name: plotting.alt_text(analysis, name) for name in figures}, figures
+        return grade, {}  # the log has changed since it was graded; the next run sees that
+    drawn = plotting.render(analysis, "png").items()
+    return grade, {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

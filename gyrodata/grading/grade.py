@@ -13,8 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal, TypedDict
 
-import msgspec
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, mistakes
@@ -29,7 +28,6 @@ from gyrodata.grading.submissions.answers import SAYS
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
-from gyrodata.readings import Reported as ReportedValue
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn
 
@@ -140,7 +138,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
 def to_json(record: Struct) -> str:
     """Write a record as the journal contains it; read again, it is the same record, to the last digit."""
-    return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
+    return json.dumps(to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def grade_submission(
@@ -163,7 +161,7 @@ def grade_submission(
         analysis = analyze_readings(yardsticks.corrected(readings, mistake) if mistake else readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
-    except (GyroError, OSError, ArithmeticError, ValueError) as error:
+    except (GyroError, ArithmeticError, ValueError) as error:
         return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
@@ -358,8 +356,6 @@ def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: I
 
 def _why_not(error: Exception) -> str:
     """Say in one sentence why the analysis stopped."""
-    if isinstance(error, OSError):
-        return f"the submission cannot be read: {error.strerror or type(error).__name__}"
     if not isinstance(error, GyroError):
         # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
         return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
@@ -379,7 +375,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
         raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
-    reported, station = answers.inertia or ReportedValue("inertia", ""), station_of(readings)
+    reported, station = answers.inertia or read_reported("inertia", ""), station_of(readings)
     file, text = answers.file or None, reported.text or None
     one = HandIn(text=text, inertia=reported.value, u=reported.u, file=file, line=reported.line, station=station)
     # The place of the answer is reported once.

@@ -56,7 +56,6 @@ class Desk(Struct, frozen=True):
 
     lines: Mapping[str, tuple[Decision, ...]] = {}  # by student, in the order of the file
     left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines with a name but no value
-    waiting: int = 0  # number of the lines with neither: they were only copied
     settled: Mapping[frozenset[str], str] = {}
     """How each flag is settled, by its students; one student alone: all flags of that student."""
     folder: Path = Path()  # folder of the file, and of corrected logs
@@ -139,7 +138,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults, left, waiting, number = list[Diagnostic](), set[tuple[str, str]](), 0, 0
+    faults, left, number = list[Diagnostic](), set[tuple[str, str]](), 0
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
     settled: dict[frozenset[str], str] = {}
     try:
@@ -148,7 +147,6 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
                 people, one = _decision(dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent)
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
-                    waiting += not one.by
                     continue
                 key = one.what, one.value if one.what in SEVERAL else BETWEEN.join(people)
                 if one.what == FLAG:
@@ -170,7 +168,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
-    return Desk(decided, frozenset(left), waiting, settled, path.parent)
+    return Desk(decided, frozenset(left), settled, path.parent)
 
 
 def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tuple[int, dict[str, str]]]:

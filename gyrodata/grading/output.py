@@ -153,7 +153,8 @@ def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled
     lost = Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)
     again = grouped((why, found.names[student]) for student, why in found.again.items())
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
-    told = environment().get_template("run.txt.jinja")
-    return told.render(
-        found=found, again=again, lost=lost, changes=changes, filled=filled, skipped=skipped, dry_run=dry_run
+    return (
+        environment()
+        .get_template("run.txt.jinja")
+        .render(found=found, again=again, lost=lost, changes=changes, filled=filled, skipped=skipped, dry_run=dry_run)
     )

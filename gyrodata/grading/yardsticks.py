@@ -34,8 +34,7 @@ from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, r
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
 from gyrodata.reporting.values import inertia_text
-from gyrodata.toml_table import UnfitError, unfit
-from gyrodata.toml_table import nearest as nearest_word
+from gyrodata.toml_table import UnfitError, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
@@ -364,7 +363,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH, "take it out"))
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest(key, BENCH, "take it out"))
         try:
             read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:

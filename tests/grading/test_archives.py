@@ -1,26 +1,17 @@
 """A class is listed with care and read file by file; what is not safe is refused, and nothing is written anywhere."""
 
-import io
 import stat
 import struct
 import zipfile
 from pathlib import Path
 
 import pytest
-from grading.classes import LOG, make_folder, make_zip
+from grading.classes import LOG, make_folder, make_zip, packed
 
 from gyrodata.errors import InputError
 from gyrodata.grading.submissions import find_submissions
 
 ENTRY = b"PK\x01\x02"
-
-
-def packed(files: dict[str, str | bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", method) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return out.getvalue()
 
 
 ONE = packed({"a/lab.csv": LOG})

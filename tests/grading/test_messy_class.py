@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import csv
 import io
-import zipfile
 from pathlib import Path
 
 import openpyxl
 import pytest
 from classes.cells import gyro
-from grading.classes import LOG, make_folder
+from grading.classes import LOG, make_folder, packed
 from grading.reports import a_log
 
 from gyrodata.grading.submissions import find_submissions
 from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
-
-
-def packed(files: dict[str, str | bytes]) -> bytes:
-    out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return out.getvalue()
-
 
 WORD = "<w:p><w:r><w:t>Result: (4.43 ± 0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"
 WORD += "<w:p><w:r><w:rPr><w:strike/></w:rPr><w:t>Result: (4.5 ± 0.1) g m²</w:t></w:r></w:p>"

@@ -15,6 +15,7 @@ import csv
 import html
 import io
 import re
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Mapping
 
 from msgspec import Struct
@@ -228,8 +229,7 @@ class Sheet(Struct):
     rows: list[list[str]]  # all rows, blank ones too
     head: list[str]  # the first row, without spaces around the cells
     delimiter: str  # character between cells
-    mark: bytes  # byte-order mark
-    encoding: str  # of the rest of the file
+    encoding: str
     quoted: bool  # True: every cell is in quotation marks; False: only cells that need them
 
     def value(self, row: int, column: int | None) -> str:
@@ -242,17 +242,15 @@ class Sheet(Struct):
         out = io.StringIO()
         writer = csv.writer(out, delimiter=self.delimiter, quoting=csv.QUOTE_ALL if self.quoted else csv.QUOTE_MINIMAL)
         writer.writerows(self.rows)
-        return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
-
-
-_MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
+        return out.getvalue().encode(self.encoding, "surrogateescape")
 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
-    mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
+    encoding = "utf-16" if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
     try:
-        text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
+        text = data.decode(encoding, "strict" if encoding == "utf-16" else "surrogateescape")
+        encoding = encoding if data.startswith(BOM_UTF8) else encoding.removesuffix("-sig")
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")
         head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
@@ -263,7 +261,7 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         hint = "give the CSV file that the gradebook exports, not a workbook; if it is that file, export it again"
         raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
-    return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, mark, encoding, quoted)
+    return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, encoding, quoted)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

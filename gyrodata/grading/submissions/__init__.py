@@ -86,9 +86,9 @@ def find_submissions(
     items = []
     for student in sorted(people):
         parts = people[student]
-        stamps = sorted({(part.submitted or "", part.attempt) for name, part in parts.items() if name[-1] != "/"})
-        stamp = (stamps or [("", 1)])[0 if attempts == "oldest" else -1]
-        parts = {name: part for name, part in parts.items() if (part.submitted or "", part.attempt) == stamp} or parts
+        stamps = sorted({part.submitted or "" for name, part in parts.items() if name[-1] != "/"})
+        stamp = (stamps or [""])[0 if attempts == "oldest" else -1]
+        parts = {name: part for name, part in parts.items() if (part.submitted or "") == stamp} or parts
         made, choice = _joined(files, parts, attempts)
         if len(stamps) > 1:
             notes.append(note("newest_of_attempts", name=made.name, count=len(stamps), which=attempts))

@@ -57,11 +57,6 @@ def _refusal(root: Path, message: str, **values: str) -> InputError:
     return Faults(root.name).refuse(message, root=root.name, **values)
 
 
-def _check_number(root: Path, number: int) -> None:
-    if number > MOST_FILES:
-        raise _refusal(root, "class_too_large", most=str(MOST_FILES))
-
-
 def list_files(root: Path) -> Listing:
     """List the files of a class, without files that operating systems add. Raises InputError."""
     try:
@@ -127,7 +122,8 @@ def _list_folder(root: Path) -> Listing:
                 left_out.append(faults.message("link_left_out", name=name))
             elif stat.S_ISREG(state.st_mode):
                 found.append(name)
-        _check_number(root, len(folders) + len(found))
+        if len(folders) + len(found) > MOST_FILES:
+            raise _refusal(root, "class_too_large", most=str(MOST_FILES))
     for error in errors:
         if Path(error.filename) == root:
             raise error
@@ -164,7 +160,8 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
         archive = zipfile.ZipFile(source)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
         raise _refusal(place, "zip_damaged", why=str(error)) from None
-    _check_number(place, len(archive.infolist()))
+    if len(archive.infolist()) > MOST_FILES:
+        raise _refusal(place, "class_too_large", most=str(MOST_FILES))
     files: dict[str, zipfile.ZipInfo] = {}
     folders, twice = set(), set()
     for info in archive.infolist():

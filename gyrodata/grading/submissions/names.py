@@ -136,16 +136,13 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     file, person = match.string.rpartition("/")[2], shown(groups.get("name", ""))
     # Without its ending, both of "lab.csv.gz".
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    number = groups.get("attempt", "")
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
         with suppress(ValueError):
             stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
     # In anonymous submissions, Moodle calls everybody so.
     person = f"{person} {key}" if person == "Participant" else person or key
-    time = groups.get("submitted") or stamp or None
-    attempt = int(number) if number.isascii() and number.isdigit() else 1
-    one = Submission(key, person, ids, root, late="late" in groups, submitted=time, attempt=attempt)
+    one = Submission(key, person, ids, root, late="late" in groups, submitted=groups.get("submitted") or stamp or None)
     if kind == "student":
         return replace(one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_"))
     return replace(one, log_file=groups.get("file"), feedback_stem=printable(groups.get("stem") or stem))

@@ -41,7 +41,6 @@ class Submission(Struct, frozen=True, dict=True):
     late: bool = False  # marked late by the platform, or submitted after its due date
     late_seconds: float | None = None  # time after the due date [s]; None if it is not known
     submitted: str | None = None  # ISO 8601; from marks and metadata, never from the clock
-    attempt: int = 1  # 1 for the first
     members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
     feedback_stem: str = ""  # file (without ending) or folder under which the platform accepts feedback

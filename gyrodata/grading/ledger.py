@@ -343,12 +343,11 @@ def find_offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()) -> 
 
 def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
     """Give the lines, the most urgent ones first."""
-    most = found.rubric.points
     for student, value in by_hand:
         why = "is in the gradebook"
-        if not is_points(value, most):
+        if not is_points(value, found.rubric.points):
             # The desk would refuse them.
-            value, why = "", f"{value} {why}, and is not a number of points from 0 to {most:g}"
+            value, why = "", f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}"
         yield Offer(student, "total", value, why, "other points are in the gradebook")
     for grade in found.grades:
         if grade.why is not None:

@@ -15,7 +15,6 @@ import csv
 import html
 import io
 import re
-from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Mapping
 
 from msgspec import Struct
@@ -247,10 +246,10 @@ class Sheet(Struct):
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
-    encoding = "utf-16" if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
+    encoding = "utf-8-sig" if data[:3] == b"\xef\xbb\xbf" else "utf-8"
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else encoding
     try:
         text = data.decode(encoding, "strict" if encoding == "utf-16" else "surrogateescape")
-        encoding = encoding if data.startswith(BOM_UTF8) else encoding.removesuffix("-sig")
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")
         head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))

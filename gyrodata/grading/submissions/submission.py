@@ -133,7 +133,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
     files : mapping
         The names that the student gave, by the names below the class.
     read : callable
-        Reads a file; it is only called if several files may be the log, or for a workbook.
+        Reads a file.
     attempts : {"newest", "oldest"}
         Which of several versions of a file is the log.
 
@@ -177,7 +177,9 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         return None, f"no log: only {readings.listing(names)}" if names else "no files"
     name = logs[chosen].rpartition("/")[2]
     with suppress(InputError):  # why it cannot be read is told when it is graded
-        if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(read(chosen))):
+        if not (data := read(chosen)):
+            return None, f"{name} is empty"
+        if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
             return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
     others = sorted(own for name, own in left.items() if name != chosen)
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""

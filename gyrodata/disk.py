@@ -68,12 +68,6 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
             with suppress(OSError):
                 unfinished.unlink()
         raise
-    if sync and os.name == "posix":
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False) -> None:

@@ -94,13 +94,6 @@ def _pool(workers: int) -> Iterator[Executor]:
     # A forked process has loaded all code already. Only on Linux is it safe to fork.
     context = multiprocessing.get_context("fork" if sys.platform == "linux" else None)
     pool = ProcessPoolExecutor(workers, context, _begin)
-    # The processes start with the first task, and keep what is blocked then.
-    block = getattr(signal, "pthread_sigmask", lambda how, signals: None)
-    try:
-        block(getattr(signal, "SIG_BLOCK", 0), [signal.SIGINT])
-        pool.submit(int)
-    finally:
-        block(getattr(signal, "SIG_UNBLOCK", 0), [signal.SIGINT])
     try:
         yield pool
     except BaseException:

@@ -8,6 +8,7 @@ Nothing depends on the order, on the number of workers, or on how often the run 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -17,26 +18,28 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Literal
 
-from msgspec import Struct
+from msgspec import Struct, ValidationError, convert
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
 from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
-from gyrodata.grading.exports import pages
+from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, from_json, grade_submission, not_graded, reconsider, settle, to_json
-from gyrodata.grading.ledger import NO_DESK, Desk, grouped
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle, to_json
+from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
-from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
+from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
 
-FEW = 8  # fewer submissions than this are graded by one process: another one would take longer to start
-
 EVERYBODY = Roster()
+
+Figures = Mapping[str, tuple[bytes, str]]
+"""PNG file of each figure, and what it shows in words, by its name."""
 
 
 class GradingOptions(Struct, frozen=True):
@@ -82,8 +85,10 @@ def grade(
     insist_on_type("source", source, str | os.PathLike, "the path of a folder or a zip")
     insist_on_type("rubric", rubric, str | os.PathLike | None, "the path of a rubric")
     insist_on_type("workers", workers, int, "a number of processes")
-    judged = default_rubric() if rubric is None else read_rubric(Path(rubric).read_bytes(), Path(rubric).name)
-    return grade_class(find_submissions(Path(source)), judged, GradingOptions(workers=workers))
+    text, name = default_rubric_text().encode(), "built-in rubric"
+    if rubric is not None:
+        text, name = Path(rubric).read_bytes(), Path(rubric).name
+    return grade_class(find_submissions(Path(source)), read_rubric(text, name), GradingOptions(workers=workers))
 
 
 def grade_class(
@@ -173,9 +178,10 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
-            entry = from_json(line, Entry)
+            # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
+            entry = convert(json.loads(line), Entry)
             entries[entry.grade.student] = entry
-        except (ValueError, RecursionError):
+        except (ValueError, ValidationError, RecursionError):
             damaged += 1
     return entries, damaged
 
@@ -207,13 +213,16 @@ def _entries(
 
     Also returns why entries are made, and the number of damaged lines.
     """
-    journal = options.journal or Path()
-    known, damaged = read_journal(journal.read_bytes() if journal.is_file() else b"")
+    journal, inputs = options.journal or Path(), dict[str, dict[str, str]]()
+    written = journal.read_bytes() if journal.is_file() else b""
+    known, damaged = read_journal(written)
     entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
-        # A copy of the submission, because a submission keeps the texts that it reads.
-        why = _why_again(before, _inputs_of(replace(item), rubric, reported))
+        # A copy of the submission, because a submission keeps the texts that it reads. If it changes before it is
+        # graded, these inputs are those of before, and the next run grades it again.
+        inputs[item.student] = _inputs_of(replace(item), rubric, reported)
+        why = _why_again(before, inputs[item.student])
         if before is not None and not why and options.figures is not None and before.grade.own:
             paths = [figure_path(options.figures, item, name) for name in before.figures]
             why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
@@ -226,20 +235,20 @@ def _entries(
         # Loaded here, it need not be loaded by each process that is forked from this one.
         from gyrodata import analysis  # noqa: F401
     work = partial(_grade_one, rubric, options.figures is not None)
-    workers = options.workers if len(waiting) >= FEW else min(1, options.workers)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-    with closing(in_workers(work, waiting, workers, options.limit, options.cluster)) as answers:
-        for (item, reported), answer in answers:
-            drawn, before = dict[str, bytes](), known.get(item.student)
+    with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
+        for (item, _), answer in answers:
+            before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
-                grade = not_graded(item, rubric, f"{answer.why}; a person must look")
-                one = Entry(inputs=_inputs_of(replace(item), rubric, reported), grade=grade, lost=answer.why)
-            else:
-                one, drawn = answer
-            one = replace(one, seen=desk.first_seen(one.grade, before.seen if before else {}))
+                lost = answer.why
+                answer = not_graded(item, rubric, f"{lost}; a person must look"), {}
+            grade, drawn = answer
+            figures = {name: words for name, (_, words) in drawn.items()}
+            seen = desk.first_seen(grade, before.seen if before else {})
+            one = Entry(inputs=inputs[item.student], grade=grade, lost=lost, figures=figures, seen=seen)
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
-            for name, data in drawn.items():
+            for name, (data, _) in drawn.items():
                 disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
@@ -247,30 +256,28 @@ def _entries(
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
-    if options.journal and options.keep and (again or damaged or list(known.items()) != list(entries.items())):
-        lines = (f"{to_json(one)}\n".encode() for one in entries.values())
+    lines = [f"{to_json(one)}\n".encode() for one in entries.values()]
+    if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
     return entries, again, damaged
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Entry, dict[str, bytes]]:
-    """Grade one submission, in a worker; return its entry, and its figures by name."""
-    submission, reported = replace(task[0]), task[1]
-    inputs = _inputs_of(submission, rubric, reported)
-    grade = grade_submission(submission, rubric, reported or None)
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Grade, Figures]:
+    """Grade one submission, in a worker."""
+    submission = replace(task[0])
     # Through JSON at once, so that a grade from the journal is the same to the last digit.
-    entry = Entry(inputs=inputs, grade=from_json(to_json(grade), Grade))
+    grade = convert(json.loads(to_json(grade_submission(submission, rubric, task[1] or None))), Grade)
     if not draws or not grade.own:
-        return entry, {}
+        return grade, {}
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
 
     try:
         analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     except GyroError:
-        return entry, {}  # the log has changed since it was graded; the next run sees that
-    figures = plotting.render(analysis, "png")
-    return replace(entry, figures={name: plotting.alt_text(analysis, name) for name in figures}), figures
+        return grade, {}  # the log has changed since it was graded; the next run sees that
+    drawn = plotting.render(analysis, "png").items()
+    return grade, {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:
@@ -334,8 +341,10 @@ class ClassGrades(Struct, frozen=True, dict=True):
 
     @cached_property
     def summary(self) -> str:
-        """The text for a terminal."""
-        return pages.class_text(self)
+        """The text for a terminal: the class, a row for each student, the flags, and what to decide."""
+        offers = [one for one in find_offers(self) if one.flag is None]
+        reasons = grouped((one.reason, self.label(one.student)) for one in offers)
+        return environment().get_template("class.txt.jinja").render(found=self, reasons=reasons)
 
     @cached_property
     def bench(self) -> str:
@@ -370,13 +379,9 @@ class ClassGrades(Struct, frozen=True, dict=True):
         return name if student in name else f"{name} ({student})"
 
     @cached_property
-    def flags_of(self) -> Mapping[str, tuple[Flag, ...]]:
+    def flags_of(self) -> Mapping[str, list[Flag]]:
         """The flags of each flagged student."""
-        found: dict[str, tuple[Flag, ...]] = {}
-        for flag in self.flags:
-            for student in flag.students:
-                found[student] = (*found.get(student, ()), flag)
-        return found
+        return grouped((student, flag) for flag in self.flags for student in flag.students)
 
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""

@@ -22,6 +22,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from gyrodata.fitting import chi2_lower_tail
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
@@ -54,7 +55,6 @@ class Flag(Struct, frozen=True):
     """Probability of this or more in one honest log, or between two; of the strongest pair if there are several."""
     expected: float  # number of equally strong or stronger flags that is expected in an honest class of this size
     previous: tuple[str, ...] = ()  # keys of earlier logs in it, sorted
-    pairs: tuple[tuple[str, str], ...] = ()  # pairs that join all logs, the strongest first
 
 
 def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING) -> tuple[Flag, ...]:
@@ -341,10 +341,8 @@ def similar(logs: Logs) -> Pairs:
     logs of the class to their nearest neighbour; from the log to the middle of the class.
     """
     found: Pairs = {}
-    groups: dict[tuple[int, ...], list[int]] = {}
-    for log, one in enumerate(logs.prints):
-        groups.setdefault(tuple(np.unique(one.torque, return_inverse=True)[1].tolist()), []).append(log)
-    for pattern, members in groups.items():
+    patterns = [tuple(np.unique(one.torque, return_inverse=True)[1].tolist()) for one in logs.prints]
+    for pattern, members in grouped(zip(patterns, range(len(patterns)), strict=True)).items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
@@ -378,13 +376,9 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
     """
     joined = [{*flag.students, *flag.previous} for flag in before]
     named = [(p, i, j) for (i, j), p in pairs.items() if not any({logs.keys[i], logs.keys[j]} <= one for one in joined)]
-    group = list(range(len(logs.keys)))  # the number of one log of the group, for each log
-    joining, ordered = [], sorted(named)
-    for pair in ordered:
-        first, second = group[pair[1]], group[pair[2]]
-        if first != second:
-            joining.append(pair)
-            group = [first if one == second else one for one in group]
+    group, ordered = list(range(len(logs.keys))), sorted(named)  # the number of one log of the group, for each log
+    for _, first, second in ordered:
+        group = [group[first] if one == group[second] else one for one in group]
     flags = []
     for head in dict.fromkeys(group[first] for _, first, _ in ordered):
         found = [pair for pair in ordered if group[pair[1]] == head]
@@ -392,9 +386,8 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
         told += [f"and {len(found) - PAIRS_TOLD} more like these"] if len(found) > PAIRS_TOLD else []
         members = [key for key, one in zip(logs.keys, group, strict=True) if one == head]
         students = tuple(key for key in members if key in logs.keys[: logs.current])
-        p, links = found[0][0], [(logs.keys[i], logs.keys[j]) for _, i, j in joining if group[i] == head]
-        previous = tuple(members[len(students) :])
-        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous, tuple(links)))
+        p, previous = found[0][0], tuple(members[len(students) :])
+        flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous))
     return flags
 
 

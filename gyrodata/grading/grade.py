@@ -11,10 +11,9 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal, TypedDict, TypeVar
+from typing import Annotated, Literal, TypedDict
 
-import msgspec
-from msgspec import Meta, Struct, field
+from msgspec import Meta, Struct, field, to_builtins
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, mistakes
@@ -29,15 +28,12 @@ from gyrodata.grading.submissions.answers import SAYS
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
-from gyrodata.readings import Reported as ReportedValue
 from gyrodata.reporting.values import factor_text, inertia_text
 from gyrodata.results import HandIn
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
 
 WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
-
-Record = TypeVar("Record", bound=Struct)
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
 
@@ -141,17 +137,8 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
 
 
 def to_json(record: Struct) -> str:
-    """Write a record as the journal contains it; `from_json` returns the same record, to the last digit."""
-    return json.dumps(msgspec.to_builtins(record), allow_nan=False, separators=(",", ":"))
-
-
-def from_json(text: str | bytes, kind: type[Record]) -> Record:
-    """Read a record from its JSON; raise ValueError if the text is not such a record."""
-    try:
-        # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
-        return msgspec.convert(json.loads(text), kind)
-    except msgspec.ValidationError as error:
-        raise ValueError(str(error)) from None
+    """Write a record as the journal contains it; read again, it is the same record, to the last digit."""
+    return json.dumps(to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def grade_submission(
@@ -174,9 +161,8 @@ def grade_submission(
         analysis = analyze_readings(yardsticks.corrected(readings, mistake) if mistake else readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
-    except (GyroError, OSError, ArithmeticError, ValueError) as error:
-        found = getattr(error, "diagnostics", ())
-        return not_graded(submission, rubric, _why_not(error), found)
+    except (GyroError, ArithmeticError, ValueError) as error:
+        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
@@ -370,17 +356,13 @@ def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: I
 
 def _why_not(error: Exception) -> str:
     """Say in one sentence why the analysis stopped."""
-    if isinstance(error, OSError):
-        return f"the submission cannot be read: {error.strerror or type(error).__name__}"
     if not isinstance(error, GyroError):
         # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
         return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
-    told = f"the log cannot be {'analysed' if isinstance(error, LogError) else 'read'}"
-    faults = [one for one in error.diagnostics if one.severity == "error"]
-    if faults:
-        where = f"line {faults[0].line}: " if faults[0].line else ""
-        told += f": {where}{faults[0].message}{f', and {len(faults) - 1} more' if len(faults) > 1 else ''}"
-    return told
+    done = "analysed" if isinstance(error, LogError) else "read"
+    first, *more = [one for one in error.diagnostics if one.severity == "error"]
+    where = f"line {first.line}: " if first.line else ""
+    return f"the log cannot be {done}: {where}{first.message}{f', and {len(more)} more' if more else ''}"
 
 
 # --- ``gyro check --hand-in`` -------------------------------------------------------------------------------
@@ -393,7 +375,7 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
         hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
         raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
     readings, answers = submission.read()
-    reported, station = answers.inertia or ReportedValue("inertia", ""), station_of(readings)
+    reported, station = answers.inertia or read_reported("inertia", ""), station_of(readings)
     file, text = answers.file or None, reported.text or None
     one = HandIn(text=text, inertia=reported.value, u=reported.u, file=file, line=reported.line, station=station)
     # The place of the answer is reported once.

@@ -6,14 +6,14 @@ gyro reads the file and never writes it; with a fault in it, no line is used.
 from __future__ import annotations
 
 import csv
-import difflib
 import hashlib
 import io
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import permutations, zip_longest
+from itertools import chain, combinations, permutations, zip_longest
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,10 +24,14 @@ from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
 from gyrodata.toml_table import UnfitError, nearest
+
+if TYPE_CHECKING:
+    from gyrodata.grading.classroom import ClassGrades
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
@@ -43,6 +47,7 @@ CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" 
 OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
 STALE = "resubmitted since"  # first words if a line was written for an earlier submission
+UNGRADED = "no grade:"
 SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
 
 
@@ -51,7 +56,6 @@ class Desk(Struct, frozen=True):
 
     lines: Mapping[str, tuple[Decision, ...]] = {}  # by student, in the order of the file
     left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines with a name but no value
-    waiting: int = 0  # number of the lines with neither: they were only copied
     settled: Mapping[frozenset[str], str] = {}
     """How each flag is settled, by its students; one student alone: all flags of that student."""
     folder: Path = Path()  # folder of the file, and of corrected logs
@@ -66,7 +70,9 @@ class Desk(Struct, frozen=True):
 
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
-        return offer.why.startswith(STALE) or not self.decides(offer.student, offer.what)
+        # A line without a value gives nobody a grade, and a flag is settled by its students.
+        asked = offer.flag or offer.reason.startswith(UNGRADED) or offer.why.startswith(STALE)
+        return bool(asked) or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
@@ -132,7 +138,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     keys of all students with this name. A corrected log is in the folder of the file.
     """
     points = {one.id: one.points for one in rubric.criteria} | {"total": rubric.points}
-    faults, left, waiting, number = list[Diagnostic](), set[tuple[str, str]](), 0, 0
+    faults, left, number = list[Diagnostic](), set[tuple[str, str]](), 0
     lines: dict[str, dict[tuple[str, str], tuple[int, Decision]]] = {}
     settled: dict[frozenset[str], str] = {}
     try:
@@ -141,7 +147,6 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
                 people, one = _decision(dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent)
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
-                    waiting += not one.by
                     continue
                 key = one.what, one.value if one.what in SEVERAL else BETWEEN.join(people)
                 if one.what == FLAG:
@@ -163,7 +168,7 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
-    return Desk(decided, frozenset(left), waiting, settled, path.parent)
+    return Desk(decided, frozenset(left), settled, path.parent)
 
 
 def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tuple[int, dict[str, str]]]:
@@ -203,13 +208,14 @@ def _decision(row: dict[str, str], points: dict[str, float], known: Known, folde
         hint = f"to change the total by this number, write bonus,{short.removeprefix('+')}"
     elif what == "bonus" and read_number(value) is None:
         fault, hint = f"{said} is not a number", "write the points to add, such as 2"
-    elif what == "late" and not is_points(value, most):
-        fault, hint = f"{said} is not a number of points", "write the points to take off, or 0"
     elif what == CORRECTED and not (folder / value).is_file():
         fault = f'there is no file "{short}" in the folder of the grades'
         hint = "write the corrected log there, and its name here"
-    elif what in points and not is_points(value, most):
-        fault, hint = f"{said} is not a number of points from 0 to {most:g}", f"write a number, such as {most / 2:g}"
+    elif what in (*points, "late") and not is_points(value, most):
+        fault, hint = (
+            f"{said} is not a number of points from 0 to {most:g}",
+            f"write a number, such as {most / 2:g}, or 0",
+        )
     elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
         fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
         hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
@@ -228,9 +234,7 @@ def _student(name: str, known: Known) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
     keys = keys_of(name, known)
     if not keys:
-        close = difflib.get_close_matches(name.casefold(), known, n=1)
-        meant = f"did you mean {' or '.join(keys_of(close[0], known))}?" if close else ""
-        hint = meant or "write what grades.csv has under student"
+        hint = nearest(name, known, "write what grades.csv has under student")
         raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
     if len(keys) > 1 and name not in keys:
         message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
@@ -241,14 +245,6 @@ def _student(name: str, known: Known) -> str:
 def keys_of(name: str, known: Known) -> list[str]:
     """Return the keys of all students with a name."""
     return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
-
-
-def grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """Group people by the text in front."""
-    found: dict[str, list[str]] = {}
-    for text, person in pairs:
-        found.setdefault(text, []).append(person)
-    return found
 
 
 def forms_of(name: str) -> list[str]:
@@ -334,6 +330,55 @@ def in_general(why: str) -> str:
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
+
+
+def find_offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()) -> list[Offer]:
+    """List the lines that wait for a person, without those that the desk decides; lines of one reason together.
+
+    `by_hand`: Students with other points in the gradebook, and these.
+    """
+    offers = [one for one in dict.fromkeys(_offers(found, by_hand)) if found.desk.waits(one)]
+    return list(chain.from_iterable(grouped((one.reason, one) for one in offers).values()))
+
+
+def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
+    """Give the lines, the most urgent ones first."""
+    for student, value in by_hand:
+        why = "is in the gradebook"
+        if not is_points(value, found.rubric.points):
+            # The desk would refuse them.
+            value, why = "", f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}"
+        yield Offer(student, "total", value, why, "other points are in the gradebook")
+    for grade in found.grades:
+        if grade.why is not None:
+            what = "reported" if grade.own and grade.reported_inertia is None else "total"
+            yield Offer(grade.student, what, "", grade.why, f"{UNGRADED} {in_general(grade.why)}")
+    for grade in found.grades:
+        yield from (Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look)
+    yield from _open_flags(found)
+    for grade in found.grades:
+        marks = [mark for mark in grade.marks if mark.waits and grade.status in ("so far", "not graded")]
+        yield from (
+            Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}") for one in marks
+        )
+
+
+def _open_flags(found: ClassGrades) -> Iterator[Offer]:
+    """Offer each flag that is not settled for all its students."""
+    desk = found.desk
+    graded = {one for one in found.names if any(desk.value(one, what) is not None for what in SETTLING)}
+    single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
+    every = {*desk.partners, *found.partners, *desk.settled}
+    for flag in found.flags:
+        # Each pair of a flag is settled; or each student, if it is about other logs too.
+        alone = flag.previous or len(flag.students) == 1
+        groups = {frozenset(flag.students)}.intersection(desk.settled) if alone else every
+        if not all(
+            graded.issuperset(part) or single.intersection(part) or any(group.issuperset(part) for group in groups)
+            for part in combinations(flag.students, 1 if alone else 2)
+        ):
+            words = f"flag: {flag.kind}"
+            yield Offer(flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag)
 
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:

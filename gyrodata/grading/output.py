@@ -7,7 +7,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import chain, combinations, count
+from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
 
@@ -18,6 +18,7 @@ from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
+from gyrodata.grading.yardsticks import grouped
 from gyrodata.reporting.values import count_text
 
 FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
@@ -51,54 +52,7 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
 
 
-# --- what waits for a person, and what is written -----------------------------------------------------------
-
-
-def find_offers(found: ClassGrades, filled: Filled | None) -> list[ledger.Offer]:
-    """List the lines that wait for a person, without those that the desk decides; lines of one reason together."""
-    offer, waits, total, most = ledger.Offer, found.desk.waits, exports.TOTAL, found.rubric.points
-    others = list[ledger.Offer]()
-    for student, value in filled.by_hand if filled else ():
-        why, reason = "is in the gradebook", "other points are in the gradebook"
-        if not ledger.is_points(value, most):
-            # The desk would refuse them.
-            value, why = "", f"{value} {why}, and is not a number of points from 0 to {most:g}"
-        others.append(offer(student, total, value, why, reason))
-    ungraded, looks, points = list[ledger.Offer](), list[ledger.Offer](), list[ledger.Offer]()
-    for grade in found.grades:
-        if grade.why is not None:
-            what, reason = total, "a part cannot be judged" if grade.own else "the log cannot be used"
-            if grade.own and grade.reported_inertia is None:
-                what, reason = "reported", "no I_zz is reported"
-            ungraded.append(offer(grade.student, what, "", grade.why, f"no grade: {reason}"))
-        looks += [offer(grade.student, total, "", look, ledger.in_general(look)) for look in grade.look]
-        for mark in grade.marks if grade.status in ("so far", "not graded") else ():
-            if mark.waits:
-                reason = f"points to give: {mark.title}"
-                points.append(offer(grade.student, mark.criterion, "", mark.reason, reason))
-    # A line without a value gives nobody a grade, and a flag is settled by its students.
-    flags = _open_flags(found)
-    offers = [*filter(waits, others), *ungraded, *filter(waits, looks), *flags, *filter(waits, points)]
-    reasons = list(dict.fromkeys(one.reason for one in offers))
-    return sorted(dict.fromkeys(offers), key=lambda one: reasons.index(one.reason))
-
-
-def _open_flags(found: ClassGrades) -> Iterator[ledger.Offer]:
-    """Offer each flag that is not settled for all its students."""
-    desk = found.desk
-    graded = {one for one in found.names if any(desk.value(one, what) is not None for what in ledger.SETTLING)}
-    single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
-    every = {*desk.partners, *found.partners, *desk.settled}
-    for flag in found.flags:
-        # Each pair of a flag is settled; or each student, if it is about other logs too.
-        alone = flag.previous or len(flag.students) == 1
-        groups = {frozenset(flag.students)}.intersection(desk.settled) if alone else every
-        if not all(
-            graded.issuperset(part) or single.intersection(part) or any(group.issuperset(part) for group in groups)
-            for part in combinations(flag.students, 1 if alone else 2)
-        ):
-            words = f"flag: {flag.kind}"
-            yield ledger.Offer(flag.students[0], ledger.FLAG, "", f"{words}: {flag.evidence}", words, flag)
+# --- what is written ---------------------------------------------------------------------------------------
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> Iterator[str]:
@@ -106,19 +60,17 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
     names = feedback_names(found)
     files = {one.student: ", ".join(map(basename, one.beside_log)) for one in found.submissions.items}
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
-    offers = find_offers(found, filled)
+    offers = ledger.find_offers(found, filled.by_hand if filled else ())
     page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
-    texts: dict[str, Iterable[str]] = {
-        ledger.TODO: [ledger.todo_csv(offers, found.names, files)],
-        TABLE: [found.table],
-        "flags.csv": [exports.flags_csv(found.flags)],
-        "class.html": [page],
-        "grades.json": exports.grades_document(found),
+    texts = {
+        ledger.TODO: ledger.todo_csv(offers, found.names, files),
+        TABLE: found.table,
+        "flags.csv": exports.flags_csv(found.flags),
+        "class.html": page,
+        "grades.json": "".join(exports.grades_document(found)),
     }
-    for name, parts in texts.items():
-        write_whole(
-            folder / name, (part.encode("utf-8", "replace") for part in parts), private=True, sync=name == TABLE
-        )
+    for name, text in texts.items():
+        write_whole(folder / name, [text.encode("utf-8", "replace")], private=True, sync=name == TABLE)
     if filled is not None:
         write_whole(folder / filled.file, [filled.data], private=True)
     waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
@@ -199,14 +151,10 @@ def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled
     """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
     message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
     lost = Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)
-    again = ledger.grouped((why, found.names[student]) for student, why in found.again.items())
-    skipped = ledger.grouped((why, who) for who, why in filled.skipped) if filled else {}
-    content = {
-        "again": again,
-        "lost": lost,
-        "changes": changes,
-        "filled": filled,
-        "skipped": skipped,
-        "dry_run": dry_run,
-    }
-    return environment().get_template("run.txt.jinja").render(found=found, **content)
+    again = grouped((why, found.names[student]) for student, why in found.again.items())
+    skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
+    return (
+        environment()
+        .get_template("run.txt.jinja")
+        .render(found=found, again=again, lost=lost, changes=changes, filled=filled, skipped=skipped, dry_run=dry_run)
+    )

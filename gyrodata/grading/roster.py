@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
-from gyrodata.grading.ledger import Known, forms_of, grouped, keys_of, read_list
+from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
-from gyrodata.grading.yardsticks import station_key
+from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
 IDS = (
@@ -60,9 +60,9 @@ class Roster(Struct, frozen=True):
         """
         called = [(one.student, (one.name, *one.ids)) for one in (*self.people.values(), *self.absent)]
         called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
+        pairs = [(student, name) for student, names in called for name in filter(None, names)]
         # Also without the key, which a name has if others have the same name.
-        bare = [(student, tuple(one.removesuffix(f" ({student})") for one in names)) for student, names in called]
-        pairs = [(student, name) for student, names in dict.fromkeys([*called, *bare]) for name in filter(None, names)]
+        pairs += [(student, name.removesuffix(f" ({student})")) for student, name in pairs]
         meant = grouped((form, student) for student, name in pairs for form in forms_of(name)[:2])
         return meant | grouped((student.casefold(), student) for student, _ in called)
 

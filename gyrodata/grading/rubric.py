@@ -302,11 +302,6 @@ def default_rubric_text(kind: str = "full") -> str:
     return files("gyrodata.grading").joinpath(f"rubric-{kind}.toml".replace("-full", "")).read_text("utf-8")
 
 
-def default_rubric() -> Rubric:
-    """Return the built-in rubric."""
-    return read_rubric(default_rubric_text().encode(), "built-in rubric")
-
-
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
     """Read a rubric; raise InputError with its first mistake."""
     hint = "a line is KEY = VALUE, with texts in quotation marks, or a head, [NAME] or [[criterion]]; no key twice"

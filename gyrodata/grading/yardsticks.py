@@ -34,14 +34,14 @@ from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, r
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
 from gyrodata.reporting.values import inertia_text
-from gyrodata.toml_table import UnfitError, unfit
-from gyrodata.toml_table import nearest as nearest_word
+from gyrodata.toml_table import UnfitError, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.submissions import Submission
     from gyrodata.grading.submissions.answers import Answers
     from gyrodata.results import Analysis
 
+Key = TypeVar("Key")
 Log = TypeVar("Log")
 
 TABLES: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8"))
@@ -340,11 +340,16 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
 
 def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str, list[Log]]:
     """Group the logs by stations with at least `enough` logs; "all" contains every log."""
-    groups: dict[str, list[Log]] = {}
-    for station, log in logs:
-        for name in {"all", station or "all"}:
-            groups.setdefault(name, []).append(log)
+    groups = grouped((name, log) for station, log in logs for name in {"all", station or "all"})
     return {name: some for name, some in sorted(groups.items()) if name == "all" or len(some) >= enough}
+
+
+def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
+    """Group people or logs by what is in front."""
+    found: dict[Key, list[Log]] = {}
+    for key, one in pairs:
+        found.setdefault(key, []).append(one)
+    return found
 
 
 # --- the bench: uncertainties and constants that a log does not state ----------------------------------------------
@@ -358,7 +363,7 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest_word(key, BENCH, "take it out"))
+            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest(key, BENCH, "take it out"))
         try:
             read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
         except InputError as error:
@@ -409,8 +414,7 @@ def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]
     `ROUGHEST`, so that a few wrong logs do not change the result for all.
     """
     sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
-    groups: dict[str, list[float]] = {"all": []}
-    groups |= _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
+    groups = _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
     found = {}
     for name, squares in groups.items():
         factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,9 +24,16 @@ def make_folder(root: Path, files: Mapping[str, str | bytes]) -> Path:
     return root
 
 
-def make_zip(path: Path, files: Mapping[str, str | bytes]) -> Path:
-    """Write the same as a zip."""
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+def packed(files: Mapping[str, str | bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """Pack them into a zip."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", method) as archive:
         for name, content in files.items():
             archive.writestr(name, content)
+    return out.getvalue()
+
+
+def make_zip(path: Path, files: Mapping[str, str | bytes]) -> Path:
+    """Write the same as a zip."""
+    path.write_bytes(packed(files))
     return path

@@ -66,8 +66,12 @@ def test_two_answers_that_differ_are_none() -> None:
     assert all(place in (inertia.problem or "") for place in ("report.txt, line 1", "notes.md, line 2"))
 
 
-@pytest.mark.parametrize("below", ["u(I) = 0.05e-3 kg m^2", "u =\t0.05e-3\tkg m^2", "uncertainty: 0.05e-3 kg m^2"])
-def test_uncertainty_in_the_line_below_belongs_to_the_answer(below: str) -> None:
-    found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2\n{below}\n".encode())]).inertia
+BELOW = ("u(I) = 0.05e-3 kg m^2", "u =\t0.05e-3\tkg m^2", "uncertainty: 0.05e-3 kg m^2")
+BESIDE = (", within 1.1 % of theory", " (within 1,1% of the theory)", ", 2 % off")
+
+
+@pytest.mark.parametrize(("behind", "u"), [*((f"\n{one}", 0.05e-3) for one in BELOW), *((one, None) for one in BESIDE)])
+def test_only_an_uncertainty_behind_the_answer_belongs_to_it(behind: str, u: float | None) -> None:
+    found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2{behind}\n".encode())]).inertia
     assert found is not None
-    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
+    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(u))

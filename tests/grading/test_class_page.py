@@ -139,7 +139,7 @@ def test_names_and_reasons_stay_text(full: Lab) -> None:
 def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
     assert {reason: len(lines) for reason, lines in full.groups.items()} == {
         "other points are in the gradebook": 2,
-        "no grade: the log cannot be used": 1,
+        "no grade: lab.csv is empty": 1,
         "no grade: no I_zz is reported": 1,
         "the reported I_zz is … u from the student's own runs": 1,
         "flag: shared rows": 1,

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from grading.reports import RIGHT, SLIPS, STATED, Formula, Sheet, reported_line, sheet
 from hypothesis import example, given, settings
@@ -13,11 +14,12 @@ from hypothesis import strategies as st
 from msgspec import to_builtins
 from msgspec.structs import replace
 
+from gyrodata.grading.exports.pages import feedback_markdown
 from gyrodata.grading.grade import Grade, grade_submission, settle
-from gyrodata.grading.rubric import Rubric, default_rubric, read_rubric
+from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission
 
-BY_CLASS = default_rubric()
+BY_CLASS = read_rubric(default_rubric_text().encode())
 BY_REFERENCE = read_rubric(STATED.encode())
 ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")
@@ -65,7 +67,7 @@ def test_points_fall_with_the_distance_of_the_value() -> None:
     assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
 
 
-@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1.9, 3), (9, 0)])
+@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1, 3), (1.9, 3), (9, 0)])
 def test_uncertainty_too_small_or_too_large_costs_points(times: float, earned: float) -> None:
     us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
     u = times * (max(us) if times > 1 else min(us))
@@ -84,6 +86,12 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
         (says("4.44e-3 ± 0.02e-3"), "units", 1, "has no unit"),
         (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is not a unit of a moment of inertia"),
         (says("4.44213e-3 ± 0.02e-3 kg m^2"), "units", 1, "the value's last digit is finer"),
+        (
+            says("4.4e-3 ± 0.02e-3 kg m^2"),
+            "units",
+            1,
+            "coarser than that of its uncertainty: round both",
+        ),
         (says("4.4423e-3 ± 0.0213e-3 kg m^2"), "units", 1, "the uncertainty has 3 digits"),
         (says("4.442e-3 ± 0.102e-3 kg m^2 (k = 2)"), "units", 2, "has its unit"),
         (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),
@@ -91,13 +99,30 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
         (FEW, "procedure", 2, ""),
         (UNEVEN, "constancy", 0, "more than the usual uncertainties of such readings"),
         (ONE_SPIN, "constancy", 0, "no torque has two runs"),
-        (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, ""),
+        (report(fit="with_constant"), "uncertainty", 3, "agrees with your runs, whose fits give "),
+        (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, "write it after the value: 4.4e-3 ± 0.1e-3 kg m^2"),
     ],
 )
 def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, earned: float, told: str) -> None:
-    got, reason = mark_of(grade(text), criterion)
+    got, reason = mark_of(found := grade(text), criterion)
     assert got == earned
     assert told in reason
+    assert told[1:].replace("_", "\\_") in feedback_markdown(found)
+
+
+def test_scatter_of_single_runs_is_told_from_that_of_their_mean() -> None:
+    by_mean, (value, u) = replace(BY_REFERENCE, accept=("mean_of_ratios",)), RIGHT.inertia(ROWS, "mean_of_ratios")
+    advice = feedback_markdown(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))
+    assert "scatter of single runs; the uncertainty of their mean is √n times smaller" in advice
+
+
+def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    book.active.append(["I_zz", 4.4, 0.02, "g m²"])
+    book.save(tmp_path / "answer.xlsx")
+    (tmp_path / "s1.csv").write_text(ROWS.log(), encoding="utf-8")
+    one = Submission("s1", "s1", {}, tmp_path, log_name="s1.csv", report_names=("answer.xlsx",))
+    assert mark_of(grade_submission(one, BY_REFERENCE), "units")[0] == 2
 
 
 @pytest.mark.parametrize("kind", SLIPS)

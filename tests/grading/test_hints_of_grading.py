@@ -13,7 +13,6 @@ import re
 import shlex
 import subprocess
 import sys
-import tempfile
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +20,7 @@ from typing import Any
 
 import pytest
 from classes.cells import gyro
-from grading.classes import make_folder, make_zip
+from grading.classes import make_folder, packed
 from grading.reports import a_log
 from grading.test_fair_grades import CARRIED_OUT as OF_A_CLASS
 from test_options_hints import CARRIED_OUT as OF_A_LOG
@@ -163,11 +162,6 @@ def grade(words: str) -> tuple[Result, list[str]]:
     return done, [row["total"] for row in rows if row.get("student", "points possible") != "points possible"]
 
 
-def zipped(files: Mapping[str, str]) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        return make_zip(Path(folder) / "class.zip", files).read_bytes()
-
-
 RUBRIC = """schema = 1
 points = 10
 [[criterion]]
@@ -209,7 +203,7 @@ def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str
 # --- what is graded ------------------------------------------------------------------------------------------
 
 
-ZIP = zipped(CLASS)
+ZIP = packed(CLASS)
 FLAT = {f"flat/{student}_lab.csv": text for student, text in PEOPLE.items()}
 DASH = FLAT | {"flat/bob_lab.csv": None, "flat/bob-lab.csv": PEOPLE["bob"]}
 CANVAS = {f"named/{student}_{i}_5432_lab.csv": text for i, (student, text) in enumerate(PEOPLE.items())}
@@ -230,14 +224,14 @@ LATE = RUBRIC + '[late]\n[[late.exception]]\nstudent = "{}"\nextra = "2 days"\n'
 CASES: list[Any] = [
     ("G701", "clas", {}, "check its name", "class", {}),
     ("G702", "c.zip", {"c.zip": ZIP[:-10]}, "download it again", "c.zip", {"c.zip": ZIP}),
-    ("G703", "c.zip", {"c.zip": zipped(CLASS | {"../evil.csv": "x"})}, "take that file out", "c.zip", {"c.zip": ZIP}),
+    ("G703", "c.zip", {"c.zip": packed(CLASS | {"../evil.csv": "x"})}, "take that file out", "c.zip", {"c.zip": ZIP}),
     ("G705", "class --lms canvas", {}, "name them such as doejane_9876_5432_lab.csv", "named --lms canvas", CANVAS),
     ("G706", r"flat --pattern '(\w+)_lab\.csv'", FLAT, PATTERN[5:], PATTERN, {}),
     ("G707", PATTERN, DASH, "change --pattern so that it fits these as well", PATTERN.replace("_", "[-_]"), {}),
     ("G708", "class", {"class/ann/lab-1.csv": PEOPLE["cat"]}, "", "class", {"class/ann/lab-1.csv": None}),
     ("G709", "scope", SCOPE, "students are named by their submission's number", "scope",
      {"scope/submission_metadata.yml": METADATA}, POINTS[:1]),
-    ("G714", "c.zip", {"c.zip": zipped(CLASS | {"class/ann/./lab.csv": PEOPLE["ann"]})}, "take one of the two out",
+    ("G714", "c.zip", {"c.zip": packed(CLASS | {"class/ann/./lab.csv": PEOPLE["ann"]})}, "take one of the two out",
      "c.zip", {"c.zip": ZIP}),
     ("G744", "class --roster r.csv", {"r.csv": "mass [g]\n20\n"}, "first line is student,name,section,station,partner",
      "class --roster r.csv", {"r.csv": "student,name,section,station,partner\nann,Ann,Mon,3,\n"}),
@@ -328,7 +322,7 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     put({"rubric.toml": text.replace('[reference]\nfrom = "class"', "\n".join(lines))})
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
-        patch.setattr("gyrodata.grading.exports.gradescope.distributions", lambda name: ())
+        patch.setattr("importlib.metadata.Distribution.discover", lambda **_: iter(()))
         assert hint_of(gyro(*words), "G768").startswith("install it with python3 -m pip install . in its folder")
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0

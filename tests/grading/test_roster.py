@@ -6,14 +6,12 @@ import json
 from pathlib import Path
 
 import jsonschema
-import openpyxl
 import pytest
 from classes.cells import gyro
 from grading.classes import make_folder
 from grading.reports import a_log
 
 from gyrodata import schema
-from gyrodata.grading.ledger import read_list
 
 CANVAS = """Student,ID,SIS User ID,SIS Login ID,Section,Gyroscope lab (123456)
     Points Possible,,,,,20.00
@@ -77,10 +75,3 @@ def test_rows_of_one_name_are_a_question_unless_the_number_tells(tmp_path: Path)
         rows = grade(make_folder(tmp_path / "class", files), "--roster", tmp_path / "roster.csv")[0]
         assert set(rows) == {"11", "12", "points possible"}
         assert ["whose row" in rows[key]["look"] for key in ("11", "12")] == looks
-
-
-def test_one_cell_far_away_in_a_workbook_costs_little_time() -> None:
-    book, data = openpyxl.Workbook(), io.BytesIO()
-    book.active["A1"], book.active["A2"], book.active["XFD1048576"] = "student", "ann", "far"
-    book.save(data)
-    assert list(read_list(data.getvalue(), "desk.xlsx", "student")) == [(2, {"student": "ann"})]

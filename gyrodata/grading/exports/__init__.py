@@ -6,24 +6,21 @@ JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for ea
 from __future__ import annotations
 
 import csv
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
 
-from gyrodata.errors import DiagnosticJson, GyroError, shown
+from gyrodata.errors import DiagnosticJson, GyroError
 from gyrodata.grading import ledger
 from gyrodata.grading.forensics import Flag
-from gyrodata.grading.grade import Grade, ShownGrade, points_text, two_decimals
+from gyrodata.grading.grade import Grade, ShownGrade, two_decimals
 from gyrodata.grading.yardsticks import BenchScatter, Reference
-from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_cell, csv_lines, json_text
-from gyrodata.reporting.values import count_text, in_columns
 from gyrodata.results import Tool, encode, to_json
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
-    from gyrodata.grading.roster import Person
 
 # --- ``grades.csv``, with the possible points in the first row, and ``flags.csv`` ---------------------------
 
@@ -119,11 +116,11 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     changes = []
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
-        columns = [column for column in {**was, **now} if was.get(column, "") != now.get(column, "")]
         if was != now:
             before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
-            columns = [column for column in columns if was and now and column not in ("name", TOTAL, STATUS)]
-            parts = tuple(CellChange(column, was.get(column, ""), now.get(column, "")) for column in columns)
+            both = {**was, **now} if was and now else {}
+            cells = [CellChange(one, was.get(one, ""), now.get(one, "")) for one in both]
+            parts = tuple(one for one in cells if one.before != one.after and one.column not in ("name", TOTAL, STATUS))
             changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
     return tuple(changes)
 

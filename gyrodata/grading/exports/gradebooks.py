@@ -110,15 +110,14 @@ def fill_book(
                     cells = {}
                 if layout.comment is not None:
                     # A spreadsheet does not read a text that begins with a tag as a formula.
-                    paragraphs = re.split(r"\n\s*\n", html.escape(comment(grade)).strip())
-                    cells[layout.comment] = "".join(
-                        f"<p>{one.strip().replace(chr(10), '<br>')}</p>" for one in paragraphs
-                    )
+                    told = re.sub(r"\s*\n\s*\n\s*", "</p><p>", html.escape(comment(grade)).strip())
+                    cells[layout.comment] = f"<p>{told}</p>".replace("\n", "<br>")
                 for column, text in cells.items():
                     old = sheet.value(row, column)
                     if old != text and not _EMPTY.fullmatch(old) and read_number(old) != points:
                         found.changed.append((student, old, text))
-                    sheet.put(row, column, text)
+                    sheet.rows[row] += [""] * (column + 1 - len(sheet.rows[row]))
+                    sheet.rows[row][column] = text
                 if student not in found.filled[-1:]:
                     found.filled.append(student)
     found.skipped += [(label, "has no submission") for label in others.values()]
@@ -168,11 +167,10 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
     points = {at: "" if special is None else sheet.value(special, at) for at in range(len(sheet.head))}
     pattern = re.compile(book.assignment, re.DOTALL | re.IGNORECASE)
     matches = {at: pattern.fullmatch(f"{sheet.head[at]}\n{most}") for at, most in points.items()}
-    found = titles = {at: match for at, match in matches.items() if match}
-    if assignment is not None:
-        names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
-        wanted = assignment.strip().casefold()
-        found = {at: titles[at] for at in titles if wanted in map(str.casefold, names[at])}
+    titles = {at: match for at, match in matches.items() if match}
+    wanted = None if assignment is None else assignment.strip().casefold()
+    names = {at: (sheet.head[at], match["title"], match["number"]) for at, match in titles.items()}
+    found = {at: titles[at] for at in titles if wanted is None or wanted in map(str.casefold, names[at])}
     if len(found) != 1:
         shown = listing([sheet.head[at] for at in titles]) or "none with a number after its title"
         asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
@@ -230,8 +228,7 @@ class Sheet(Struct):
     rows: list[list[str]]  # all rows, blank ones too
     head: list[str]  # the first row, without spaces around the cells
     delimiter: str  # character between cells
-    mark: bytes  # byte-order mark
-    encoding: str  # of the rest of the file
+    encoding: str
     quoted: bool  # True: every cell is in quotation marks; False: only cells that need them
 
     def value(self, row: int, column: int | None) -> str:
@@ -239,28 +236,20 @@ class Sheet(Struct):
         cells = self.rows[row]
         return "" if column is None or column >= len(cells) else cells[column].strip()
 
-    def put(self, row: int, column: int, value: str) -> None:
-        """Write a cell; a row that is too short becomes longer."""
-        cells = self.rows[row]
-        cells += [""] * (column + 1 - len(cells))
-        cells[column] = value
-
     def to_bytes(self) -> bytes:
         """Return the whole file, with line ends of RFC 4180."""
         out = io.StringIO()
         writer = csv.writer(out, delimiter=self.delimiter, quoting=csv.QUOTE_ALL if self.quoted else csv.QUOTE_MINIMAL)
         writer.writerows(self.rows)
-        return self.mark + out.getvalue().encode(self.encoding, "surrogateescape")
-
-
-_MARKS = ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"))
+        return out.getvalue().encode(self.encoding, "surrogateescape")
 
 
 def read_sheet(data: bytes, name: str) -> Sheet:
     """Read a sheet with commas, semicolons or tabs: the most common of them in the first lines."""
-    mark, encoding = next((pair for pair in _MARKS if data.startswith(pair[0])), (b"", "utf-8"))
+    encoding = "utf-8-sig" if data[:3] == b"\xef\xbb\xbf" else "utf-8"
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else encoding
     try:
-        text = data[len(mark) :].decode(encoding, "surrogateescape" if encoding == "utf-8" else "strict")
+        text = data.decode(encoding, "strict" if encoding == "utf-16" else "surrogateescape")
         if not text.strip() or "\x00" in text:
             raise ValueError("is no text" if text.strip() else "is empty")
         head = re.sub(r'"[^"]*"', "", "\n".join(text[:100_000].splitlines()[:3]))
@@ -268,11 +257,10 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:
         why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
-        hint = "give the CSV file that the gradebook exports, not a workbook"
-        hint = "export the gradebook again" if why == "is empty" else hint
+        hint = "give the CSV file that the gradebook exports, not a workbook; if it is that file, export it again"
         raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
     quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
-    return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, mark, encoding, quoted)
+    return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, encoding, quoted)
 
 
 def refusal(code: str, name: str, message: str, hint: str) -> InputError:

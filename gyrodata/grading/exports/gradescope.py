@@ -10,18 +10,13 @@ through the size of the points: a mark that compares with the right value shows 
 
 from __future__ import annotations
 
-import io
 import json
-from base64 import urlsafe_b64encode
-from hashlib import sha256
-from importlib.metadata import distributions
-from importlib.resources import files
+from importlib.metadata import PackageNotFoundError, requires
 from pathlib import Path
 from typing import Any
 
 import gyrodata
 from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
-from gyrodata.disk import write_zip
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import ASKS, Mark
 from gyrodata.grading.exports.pages import environment
@@ -36,39 +31,21 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
     if compared:
-        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees one student: '
-        message += f"nobody could earn its {compared[0].points:g} points"
-        hint = (
-            "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference] "
-        )
-        hint += 'and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
+        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees only one student'
+        hint = "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference]"
+        hint += ' and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
         raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
-    name, wheel = _wheel()
-    scripts = files("gyrodata.grading").joinpath("autograder")
-    parts = {one: scripts.joinpath(one).read_bytes() for one in ("setup.sh", "run_autograder")}
-    parts["setup.sh"] = parts["setup.sh"].replace(b"{wheel}", name.encode())
-    return {**parts, "rubric.toml": text.encode(), name: wheel}
-
-
-def _wheel() -> tuple[str, bytes]:
-    """Pack the installed package: pip could only build it from its sources, with tools that it has to download."""
-    version = gyrodata.__version__
-    installed = next(iter(distributions(name="gyrodata")), None)
-    if installed is None or installed.version != version:
-        message = f"gyro {version} runs from its folder and is not installed, so it cannot be packed"
+    try:
+        needed = [f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one]
+    except PackageNotFoundError:
+        message = f"gyro {gyrodata.__version__} runs from its folder and is not installed: what it needs is not known"
         hint = "install it with python3 -m pip install . in its folder, and run the installed gyro"
-        raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint)
-    home, about = Path(gyrodata.__file__).parent, f"gyrodata-{version}.dist-info"
+        raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint) from None
+    home = Path(gyrodata.__file__).parent
     paths = [path for path in sorted(home.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
-    parts = {f"gyrodata/{path.relative_to(home).as_posix()}": path.read_bytes() for path in paths}
-    for name in ("METADATA", "WHEEL", "entry_points.txt"):
-        parts[f"{about}/{name}"] = (installed.read_text(name) or "").encode()
-    digests = {name: urlsafe_b64encode(sha256(data).digest()).decode().rstrip("=") for name, data in parts.items()}
-    lines = [f"{name},sha256={digest},{len(parts[name])}\n" for name, digest in digests.items()]
-    parts[f"{about}/RECORD"] = "".join([*lines, f"{about}/RECORD,,\n"]).encode()
-    packed = io.BytesIO()
-    write_zip(packed, parts.items())
-    return f"gyrodata-{version}-py3-none-any.whl", packed.getvalue()
+    package = {path.relative_to(home.parent).as_posix(): path.read_bytes() for path in paths}
+    scripts = {one: package[f"gyrodata/grading/autograder/{one}"] for one in ("setup.sh", "run_autograder")}
+    return {**scripts, "rubric.toml": text.encode(), "requirements.txt": "".join(needed).encode(), **package}
 
 
 def grade_autograder(root: Path, rubric: Rubric) -> str:

@@ -24,7 +24,7 @@ from msgspec.structs import replace
 from gyrodata import __version__
 from gyrodata.errors import shown
 from gyrodata.grading.grade import Grade, points_text
-from gyrodata.grading.ledger import Offer, grouped, in_general
+from gyrodata.grading.ledger import Offer
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
@@ -117,30 +117,17 @@ def _content(grade: Grade) -> dict[str, Any]:
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
     words: Any = environment().get_template("words.jinja").module
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
-    costs = [one.detail["slip_cost"] for one in grade.marks if grade.slips and "slip_cost" in one.detail]
     return {
         "grade": grade,
         "short": short,
-        "slip_cost": costs[0] if costs else None,
+        "slip_cost": next((one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail), None),
         "lead": words.lead(grade, short).strip(),
         "verdict": words.verdict(grade).strip(),
         "hands": [line for line in words.hands(grade).split("\n") if line],
     }
 
 
-# --- a class, for a terminal, and as a page --------------------------------------------------------------
-
-
-def class_text(found: ClassGrades) -> str:
-    """Write a class for people: a line about the class, a row for each student, the flags, and what to decide."""
-    waiting: list[tuple[str, str]] = []
-    for grade in found.grades:
-        reasons = [f"no grade: {in_general(grade.why)}"] if grade.why is not None else []
-        offers = [Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look]
-        reasons += [offer.reason for offer in offers if found.desk.waits(offer)]
-        reasons += [f"points to give: {one.title}" for one in grade.marks if grade.status == "so far" and one.waits]
-        waiting += [(reason, found.label(grade.student)) for reason in reasons]
-    return environment().get_template("class.txt.jinja").render(found=found, reasons=grouped(waiting))
+# --- a class as a page ------------------------------------------------------------------------------------
 
 
 def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:

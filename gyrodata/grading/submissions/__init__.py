@@ -58,7 +58,7 @@ def find_submissions(
         # An autograder of Gradescope that runs has one submission next to its metadata.
         one = Submission("submission", "submission", {}, root / "submission", feedback_stem="submission")
         files, seen, described = list_files(one.source), "gradescope", names.LIVE
-        named: names.Named = {**{name: replace(one, log_file=name) for name in files.sizes}, "submission/": one}
+        named: names.Named = {**{name: replace(one, log_file=name) for name in files.names}, "submission/": one}
     else:
         files = _without_reports(list_files(root))
         seen, named = names.name_all(files, lms, pattern)
@@ -86,18 +86,21 @@ def find_submissions(
     items = []
     for student in sorted(people):
         parts = people[student]
-        stamps = sorted({(part.submitted or "", part.attempt) for name, part in parts.items() if name in files.sizes})
-        stamp = (stamps or [("", 1)])[0 if attempts == "oldest" else -1]
-        parts = {name: part for name, part in parts.items() if (part.submitted or "", part.attempt) == stamp} or parts
+        stamps = sorted({part.submitted or "" for name, part in parts.items() if name[-1] != "/"})
+        stamp = (stamps or [""])[0 if attempts == "oldest" else -1]
+        parts = {name: part for name, part in parts.items() if (part.submitted or "") == stamp} or parts
         made, choice = _joined(files, parts, attempts)
         if len(stamps) > 1:
-            made = replace(made, attempt=max(made.attempt, stamps.index(stamp) + 1))
             notes.append(note("newest_of_attempts", name=made.name, count=len(stamps), which=attempts))
         if choice:
             notes.append(note("one_of_logs", choice=f"{made.name}: {choice}"))
         items.append(made)
     if not items:
-        raise _nothing_found(files, lms, pattern)
+        message = "pattern_fits_nothing" if pattern is not None else "no_submission"
+        by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
+        first, sample = shown(next(iter(files.names), "")), names.PLATFORMS[known].sample
+        values = {"root": root.name, "one": first, "pattern": pattern, "lms": by, "sample": sample}
+        raise Faults(root.name).refuse(message if files.names else "class_empty", **values)
     # Students may share a name; in anonymous submissions all do.
     counts = Counter(item.name for item in items)
     items = [replace(one, name=f"{one.name} ({one.student})") if counts[one.name] > 1 else one for one in items]
@@ -111,14 +114,14 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
         if len(paths) > 1:
             raise Faults("").refuse("not_all_files", count=len(paths))
         files = _without_reports(list_files(first))
-        own = {name: shown(name) for name in files.sizes}
+        own = {name: shown(name) for name in files.names}
     else:
         for path in paths:
             if not path.is_file():
                 raise Faults("").refuse("file_not_found", path=str(path), hint="check its name and its folder")
         # An absolute name is found below any folder.
         own = {str(path.resolve()): shown(path.name) for path in paths}
-        files = Listing(Path.cwd(), {name: Path(name).stat().st_size for name in own})
+        files = Listing(Path.cwd(), tuple(own))
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
     made, choice = _joined(files, {"/": one} | {name: replace(one, log_file=file) for name, file in own.items()})
     notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
@@ -127,21 +130,13 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
 
 def _without_reports(files: Listing) -> Listing:
     """Leave out the folders that ``gyro analyze`` wrote: their runs.csv reads as a log."""
-    reports = tuple(one for one in files.folders if {f"{one}results.json", f"{one}runs.csv"} <= files.sizes.keys())
+    reports = tuple(one for one in files.folders if {f"{one}results.json", f"{one}runs.csv"} <= {*files.names})
     if not reports:
         return files
     note = Faults(files.root.name).message("report_left_aside", names=listing([shown(one) for one in reports], 5))
-    sizes = {name: size for name, size in files.sizes.items() if not name.startswith(reports)}
+    left = tuple(name for name in files.names if not name.startswith(reports))
     folders = tuple(one for one in files.folders if not one.startswith(reports))
-    return Listing(files.root, sizes, folders, (*files.diagnostics, note))
-
-
-def _nothing_found(files: Listing, lms: str, pattern: str | None) -> InputError:
-    message = "pattern_fits_nothing" if pattern is not None else "no_submission"
-    root, one = files.root.name, shown(min(files.sizes, default=""))
-    by, known = ("a platform", "folder") if lms == "auto" else (lms, lms)
-    values = {"root": root, "one": one, "pattern": pattern, "lms": by, "sample": names.PLATFORMS[known].sample}
-    return Faults(root).refuse(message if files.sizes else "class_empty", **values)
+    return Listing(files.root, left, folders, (*files.diagnostics, note))
 
 
 def _joined(
@@ -150,19 +145,20 @@ def _joined(
     """Join the files of one attempt into a submission; also return a note on the choice of the log."""
     first = next(iter(parts.values()))
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
-    sizes, damaged = dict(files.sizes), ""
+    damaged = ""
     for name, file in list(own.items()):
         if ending(file) == ".zip":
             try:
-                inner = list_inner(files.root, name)
-                sizes |= inner
-                own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
+                own |= {
+                    whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}"
+                    for whole in list_inner(files.root, name)
+                }
             except InputError as error:
                 damaged = error.diagnostics[0].message
-    log, words = submission.choose_log(own, sizes, partial(read_file, files.root), attempts)
+    log, words = submission.choose_log(own, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name in sizes and ending(own.get(name, ".txt")) in TEXTS}
+    texts = {name for name in {**parts, **own} if name[-1] != "/" and ending(own.get(name, ".txt")) in TEXTS}
     late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
     seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
     problem = None if log else f"{words}; {damaged}" if damaged else words

@@ -15,7 +15,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import islice, zip_longest
+from itertools import islice, takewhile, zip_longest
 from pathlib import Path
 
 from msgspec import Struct
@@ -68,9 +68,8 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     chosen = max(equal, key=lambda one: one.read.step or 0.0)
     read, others = chosen.read, [one for one in equal if not _agree(chosen.read, one.read)]
     if others:
-        problem = (
-            f'two values are found: "{read.text}" in {chosen.place} and "{others[0].read.text}" in {others[0].place}'
-        )
+        first, second = (f'"{one.read.text}" in {one.place}' for one in (chosen, others[0]))
+        problem = f"two values are found: {first} and {second}"
         read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
     note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
     return Answers(read, (note,), chosen.place.rpartition(", line ")[0])
@@ -138,10 +137,15 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             # A column of I_zz with a value for each run is not the answer.
             alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
             line, missing = "", [""] * (len(cells) - len(titles))
-            for title, cell in zip_longest([*missing, *titles], cells, fillvalue=""):
+            columns = list(zip_longest([*missing, *titles], cells, fillvalue=""))
+            # A unit goes behind the numbers.
+            ahead = [one for one in takewhile(lambda one: not _is_number(one[1]), columns) if _is_unit(one[1])]
+            columns = [*(one for one in columns if one not in ahead), *ahead]
+            unsure = "" if titles else _plain_u([cell for _, cell in columns])
+            for title, cell in columns:
                 number = _is_number(cell)
                 cell = cell if not number or re.search(_UNIT, cell) else f"{cell} {_unit_behind(title)}".rstrip()
-                if number and line and _is_unsure(title):
+                if number and line and (_is_unsure(title) or cell == unsure):
                     line += f" ± {cell}{' %' * ('%' in title)}"
                 elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
                     line += f" {cell}"
@@ -154,6 +158,17 @@ def _is_number(text: str) -> bool:
     return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
 
 
+def _is_unit(text: str) -> bool:
+    return "inertia" in units.kinds_of(text)
+
+
+def _plain_u(cells: Sequence[str]) -> str:
+    """Return the second of two numbers in front of a unit, if it is an uncertainty: a small part of the first."""
+    numbers = list(filter(_is_number, cells))
+    both = read_reported("inertia", f"{' ± '.join(numbers)} {cells[-1]}")
+    return numbers[1] if numbers[1:] and both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0) else ""
+
+
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
     return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(SAYS["unsure"], text) is not None
@@ -163,7 +178,7 @@ def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
     power, unit = found.groups("") if found else ("", "")
-    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in units.kinds_of(unit) else ""
+    return power.lstrip(" x×·*") + unit if (power and not unit) or _is_unit(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------

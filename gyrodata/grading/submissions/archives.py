@@ -15,7 +15,6 @@ import stat
 import struct
 import zipfile
 import zlib
-from collections.abc import Mapping
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -28,7 +27,6 @@ from gyrodata.reporting.values import size_text
 
 MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
 MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and bytes of each
-MOST_DIRECTORY_BYTES = 32_000_000  # of the table of contents of a zip; an entry has about a hundred
 
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
@@ -41,7 +39,7 @@ class Listing(Struct, frozen=True):
     """The files of a class."""
 
     root: Path  # the folder or zip
-    sizes: Mapping[str, int]  # name below `root`, parts joined by ``/``, to stated size [byte]; sorted by name
+    names: tuple[str, ...]  # below `root`, parts joined by ``/``, sorted
     folders: tuple[str, ...] = ()  # names below `root`, each with a ``/`` at its end; sorted
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out
 
@@ -59,11 +57,6 @@ def _refusal(root: Path, message: str, **values: str) -> InputError:
     return Faults(root.name).refuse(message, root=root.name, **values)
 
 
-def _check_number(root: Path, number: int) -> None:
-    if number > MOST_FILES:
-        raise _refusal(root, "class_too_large", most=str(MOST_FILES))
-
-
 def list_files(root: Path) -> Listing:
     """List the files of a class, without files that operating systems add. Raises InputError."""
     try:
@@ -75,7 +68,7 @@ def list_files(root: Path) -> Listing:
             near = root.relative_to(Path.cwd()) if root.is_relative_to(Path.cwd()) else root
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         if zipfile.is_zipfile(root):
-            return _opened(*_identity(root))[2]
+            return _opened(root)[2]
         with root.open("rb") as file:
             cut = file.read(4) == b"PK\x03\x04"
         raise _refusal(root, "zip_damaged", why="its end is missing") if cut else _refusal(root, "class_is_no_zip")
@@ -89,7 +82,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     plain = root / name
     try:
         if outer or (root.is_file() and not Path(name).is_absolute()):
-            archive, members, _ = _contents(root, outer) if outer else _opened(*_identity(root))
+            archive, members, _ = _opened(root, outer)
             member = members.get(inner)
             # Other ways than these two unpack a whole block at a time, however large.
             if member and (member.flag_bits & 0x1 or member.compress_type not in _PACKED):
@@ -113,7 +106,7 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
 
 
 def _list_folder(root: Path) -> Listing:
-    sizes: dict[str, int] = {}
+    found: list[str] = []
     folders: list[str] = []
     left_out: list[Diagnostic] = []
     errors: list[OSError] = []
@@ -128,55 +121,47 @@ def _list_folder(root: Path) -> Listing:
                 # It may lead to the files of another student, or of the grader.
                 left_out.append(faults.message("link_left_out", name=name))
             elif stat.S_ISREG(state.st_mode):
-                sizes[name] = state.st_size
-        _check_number(root, len(folders) + len(sizes))
+                found.append(name)
+        if len(folders) + len(found) > MOST_FILES:
+            raise _refusal(root, "class_too_large", most=str(MOST_FILES))
     for error in errors:
         if Path(error.filename) == root:
             raise error
         folder = Path(error.filename).relative_to(root).as_posix()
         left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
     notes = sorted(left_out, key=lambda note: note.message)
-    return Listing(root, dict(sorted(sizes.items())), tuple(sorted(folders)[1:]), tuple(notes))
-
-
-def _identity(root: Path) -> tuple[Path, int, int, int]:
-    """Identify an archive for `_opened`; processes must not share one open file."""
-    state = root.stat()
-    return root, state.st_mtime_ns, state.st_size, os.getpid()
+    return Listing(root, tuple(sorted(found)), tuple(sorted(folders)[1:]), tuple(notes))
 
 
 _PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _Contents = tuple[zipfile.ZipFile, dict[str, zipfile.ZipInfo], Listing]
 
 
-@lru_cache(maxsize=2)
-def _opened(root: Path, changed: int, size: int, process: int) -> _Contents:
-    """Open a zip with a safe table of contents, and list it."""
-    with root.open("rb") as file:
-        file.seek(max(0, size - MOST_DIRECTORY_BYTES))
-        # The entries are counted before anything is built from them.
-        _check_number(root, file.read().count(b"PK\x01\x02"))
-    return _contents(root)
+def _opened(root: Path, name: str = "") -> _Contents:
+    """Open the zip of a class, or a zip in the class, and list it."""
+    state = (root if root.is_file() else root / name.partition("//")[0]).stat()
+    # Opened again if the file changes; processes must not share one open file.
+    return _contents(root, name, state.st_mtime_ns, state.st_size, os.getpid())
 
 
-def list_inner(root: Path, name: str, depth: int = 1) -> dict[str, int]:
+def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
     """List the files of a zip in a submission, and of zips in it, by names for `read_file`. Raises InputError."""
-    found: dict[str, int] = {}
-    for inner, size in _contents(root, name)[2].sizes.items():
-        whole = f"{name}//{inner}"
-        packed = inner.lower().endswith(".zip") and depth < MOST_LEVELS
-        found |= list_inner(root, whole, depth + 1) if packed else {whole: size}
+    found = list[str]()
+    for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
+        packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
+        found += list_inner(root, whole, depth + 1) if packed else [whole]
     return found
 
 
-def _contents(root: Path, name: str = "") -> _Contents:
-    """Open the zip of a class, or a zip in the class, and list it."""
+@lru_cache(maxsize=2)
+def _contents(root: Path, name: str, *_: int) -> _Contents:
     source, place = (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name)) if name else (root, root)
     try:
         archive = zipfile.ZipFile(source)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
         raise _refusal(place, "zip_damaged", why=str(error)) from None
-    _check_number(place, len(archive.infolist()))
+    if len(archive.infolist()) > MOST_FILES:
+        raise _refusal(place, "class_too_large", most=str(MOST_FILES))
     files: dict[str, zipfile.ZipInfo] = {}
     folders, twice = set(), set()
     for info in archive.infolist():
@@ -189,8 +174,7 @@ def _contents(root: Path, name: str = "") -> _Contents:
             twice |= {inner} & files.keys()
             files[inner] = info
     notes = [Faults(root.name).message("file_twice_in_zip", name=inner) for inner in sorted(twice)]
-    sizes = {inner: info.file_size for inner, info in sorted(files.items())}
-    return archive, files, Listing(root, sizes, tuple(sorted(folders)), tuple(notes))
+    return archive, files, Listing(root, tuple(sorted(files)), tuple(sorted(folders)), tuple(notes))
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

@@ -69,8 +69,6 @@ NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.names)
 Named = dict[str, Submission | None]
 """By the name of each file, what it says of the submission; None for a file of no student."""
 
-_MOST_RECEIPT = 200_000  # bytes
-
 _IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
 
 _NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
@@ -83,7 +81,7 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     `lms` is a platform or "auto", `pattern` a regular expression of the user instead. The names that are returned
     include folders in which a student has no file.
     """
-    names = list(files.sizes)
+    names = files.names
     if pattern is not None:
         own = _read_pattern(pattern)
         return "pattern", {name: _take_apart(own.search(name), files.root) for name in names}
@@ -138,16 +136,13 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     file, person = match.string.rpartition("/")[2], shown(groups.get("name", ""))
     # Without its ending, both of "lab.csv.gz".
     stem = re.sub(r"(?i)(?:\.[^.]+)(?:\.gz)?$", "", file) or file
-    number = groups.get("attempt", "")
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
         with suppress(ValueError):
             stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
     # In anonymous submissions, Moodle calls everybody so.
     person = f"{person} {key}" if person == "Participant" else person or key
-    time = groups.get("submitted") or stamp or None
-    attempt = int(number) if number.isascii() and number.isdigit() else 1
-    one = Submission(key, person, ids, root, late="late" in groups, submitted=time, attempt=attempt)
+    one = Submission(key, person, ids, root, late="late" in groups, submitted=groups.get("submitted") or stamp or None)
     if kind == "student":
         return replace(one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_"))
     return replace(one, log_file=groups.get("file"), feedback_stem=printable(groups.get("stem") or stem))
@@ -185,7 +180,7 @@ def _with_user_names(named: Named, root: Path) -> Named:
     for name, owner in owners.items():
         part = named[name]
         with suppress(InputError):
-            data = b"" if part is None or part.log_file else read_file(root, name, _MOST_RECEIPT)
+            data = b"" if part is None or part.log_file else read_file(root, name)
             line = _FIRST_LINE.match(data.decode("utf-8-sig", "replace").replace("\r", "\n"))
             # Anybody can write such a text: the user name must be the one in the name of the file.
             if line and owner.endswith(f"_{line[2]}"):
@@ -214,7 +209,6 @@ class _Entry(Struct):
     id: str | int = ""
     users: list[_Person] = []
     assignment: dict[str, Any] | None = None
-    previous_submissions: list[dict[str, Any]] = []
 
     def about(self, folder: str, number: str) -> dict[str, Any]:
         """Give what is said of the submission; a student is known by number, else by address or name."""
@@ -269,8 +263,7 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
 def read_live(data: bytes) -> dict[str, dict[str, Any]]:
     """Read ``submission_metadata.json`` of a running autograder; ValueError if it is not such a file.
 
-    Lateness follows from the time of submission and the due date of the student, never from the clock. An earlier
-    submission that failed on the side of the platform (``autograder_error``) is not an attempt.
+    Lateness follows from the time of submission and the due date of the student, never from the clock.
     """
     try:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
@@ -280,5 +273,4 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
-    attempt = 1 + sum(not one.get("autograder_error") for one in live.previous_submissions)
-    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late, "attempt": attempt}}
+    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late}}

@@ -19,7 +19,6 @@ from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.answers import SAYS, Answers, as_log, read_answers
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
-from gyrodata.reporting.values import size_text
 
 _MOST_REPORT = 30_000_000  # bytes
 
@@ -42,7 +41,6 @@ class Submission(Struct, frozen=True, dict=True):
     late: bool = False  # marked late by the platform, or submitted after its due date
     late_seconds: float | None = None  # time after the due date [s]; None if it is not known
     submitted: str | None = None  # ISO 8601; from marks and metadata, never from the clock
-    attempt: int = 1  # 1 for the first
     members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
     feedback_stem: str = ""  # file (without ending) or folder under which the platform accepts feedback
@@ -104,10 +102,9 @@ class Submission(Struct, frozen=True, dict=True):
             data = self.log()
         except GyroError as error:
             data = str(error).encode("utf-8", "replace")
-        digest = hashlib.sha256(about.encode("utf-8", "replace") + hashlib.sha256(data).digest())
-        for name, data in self.reports():
-            digest.update(name.encode("utf-8", "replace") + hashlib.sha256(data).digest())
-        return digest.hexdigest()
+        parts = [(about, data), *self.reports()]
+        named = (name.encode("utf-8", "replace") + hashlib.sha256(data).digest() for name, data in parts)
+        return hashlib.sha256(b"".join(named)).hexdigest()
 
 
 class Submissions(Struct, frozen=True):
@@ -128,19 +125,15 @@ Logs = Mapping[str, readings.Readings]
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
 
 
-def choose_log(
-    files: Mapping[str, str], sizes: Mapping[str, int], read: Callable[[str], bytes], attempts: Attempts
-) -> tuple[str | None, str]:
+def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts: Attempts) -> tuple[str | None, str]:
     """Choose the log among the files of one student.
 
     Parameters
     ----------
     files : mapping
         The names that the student gave, by the names below the class.
-    sizes : mapping
-        Stated sizes [byte].
     read : callable
-        Reads a file; it is only called if several files may be the log.
+        Reads a file.
     attempts : {"newest", "oldest"}
         Which of several versions of a file is the log.
 
@@ -182,13 +175,12 @@ def choose_log(
     if not chosen:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"
-    size, name, most = sizes[chosen], logs[chosen].rpartition("/")[2], readings.MAX_BYTES
-    if size > most:
-        return None, f"{name} is {size_text(size)}; a log of more than {size_text(most)} is not read"
-    if size == 0:
-        return None, f"{name} is empty"
-    if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(read(chosen))):
-        return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
+    name = logs[chosen].rpartition("/")[2]
+    with suppress(InputError):  # why it cannot be read is told when it is graded
+        if not (data := read(chosen)):
+            return None, f"{name} is empty"
+        if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
+            return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
     others = sorted(own for name, own in left.items() if name != chosen)
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
 

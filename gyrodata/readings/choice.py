@@ -117,7 +117,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             several.append(column)
         elif header.text or any(texts):
             choice.unplaced.append(column.cell)
-    _serve_stating(stating, table, choice, faults)
+    if stating or mapped:
+        _serve_stating(stating, table, choice, faults)
     times = choice.used.get("time", [])
     of_one_turn = times and all(_PERIOD_SYMBOL.match(one.cell.text) and one.number and not one.turns for one in times)
     if of_one_turn and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) and not _told_of_parts(table):

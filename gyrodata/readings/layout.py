@@ -11,7 +11,7 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Collection, Iterator
 from decimal import Decimal, DecimalException
-from itertools import accumulate, pairwise, takewhile
+from itertools import accumulate, pairwise
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -19,12 +19,13 @@ from msgspec.structs import replace
 from gyrodata import diagnostics, quantities, vocabulary
 from gyrodata.errors import InputError
 from gyrodata.readings import roles, source
-from gyrodata.readings.lablog import BLANKS, Fall, Faults, Text, listing
+from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
-from gyrodata.units import UnitError, kinds_of
+from gyrodata.units import kinds_of
 
-_TITLES_LOOKED_AT = 60
+_UNUSUAL = rf"[0-9]|{vocabulary.pattern('weights')}"
+TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
 
 
@@ -42,7 +43,7 @@ class Layout(Struct, frozen=True):
 
 
 _Column = tuple[Text, Header]
-_Given = dict[str, tuple[str, int]]
+Given = dict[str, tuple[str, int]]
 """Content of captions: text and number of the cell by role."""
 
 
@@ -54,21 +55,19 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
     try:
         if not grid.rows:
             raise faults.refuse("no_table")
-        grid = _uncrossed(grid, faults)
-        _weigh(grid, faults)
-        if not any(map(_is_head, grid.rows)):
-            grid = _turned_into_table(grid, faults)
-        rows = grid.rows[:_TITLES_LOOKED_AT]
+        if not any(map(is_head, grid.rows)) and max(len(row.texts) for row in grid.rows) == 1:
+            raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
+        rows = grid.rows[:TITLES_LOOKED_AT]
         # If no header is known by its names, it is the first row as wide as most rows.
-        widths = Counter(len(row.texts) for row in rows if len(_filled(row)) > 1).most_common(1)
-        head = next(filter(_is_head, rows), None)
+        widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1).most_common(1)
+        head = next(filter(is_head, rows), None)
         head = head or next((row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0])
-        if 2 * _numbers(head) >= max(1, len(_filled(head))):
+        if 2 * _numbers(head) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
-        if early := next((row for row in rows[: rows.index(head)] if sum(map(_is_bare, row.texts)) > 2), None):
+        if early := next((row for row in rows[: rows.index(head)] if sum(map(is_bare, row.texts)) > 2), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
         _move_units(grid.rows, head)
-        heads = [row for row in grid.rows if _is_head(row)] or [head]
+        heads = [row for row in grid.rows if is_head(row)] or [head]
         if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
             # A line behind # may give a quantity without a column: "# each time is for one full turn".
             said = [(f"# {text.text}", text) for text in grid.comments]
@@ -76,7 +75,7 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
             captions = sorted((Row(text.place.line, [words]) for words, text in said), key=lambda row: row.line)
             there = {row.line for row in grid.rows}
             captions = _paragraphs([row for row in captions if row.line not in there])
-            captions = [row for row in captions if lacking.intersection(_said(row))]
+            captions = [row for row in captions if lacking.intersection(said_in(row))]
             grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
         if len(faults.sheets) > 1:
             grid = _without_other_sheets(grid, lacking, faults)
@@ -91,6 +90,13 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         return None
 
 
+def is_usual(grid: Grid) -> bool:
+    """Return whether a table has one row of names, without numbers and without a count of weights, above its runs."""
+    named = [row for row in grid.rows if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))]
+    heads = list(filter(is_head, named))
+    return len(heads) == len(named) == 1 and not any(re.search(_UNUSUAL, text) for text in heads[0].texts)
+
+
 def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid:
     """Leave out the sheets of a workbook that have neither a header nor runs, such as the numbers of a plot."""
     above = [line for line, _ in faults.sheets]
@@ -99,7 +105,7 @@ def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid
         by_sheet.setdefault(bisect(above, row.line), []).append(row)
 
     def is_log(rows: list[Row]) -> bool:
-        heads = ({role for text in row.texts for role in parse_header(text).roles} for row in rows if _is_head(row))
+        heads = ({role for text in row.texts for role in parse_header(text).roles} for row in rows if is_head(row))
         return any(len(found.intersection(roles.ROLES).difference(roles.TEXTS)) > 1 for found in heads)
 
     of_log = {number for number, rows in by_sheet.items() if is_log(rows)}
@@ -111,118 +117,8 @@ def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid
         filled = next((row for row in rows if row.line not in above), rows[0])
         faults.add("other_sheet", grid.cell(filled, 0), sheet=faults.sheets[number - 1][1] if number else "")
     # A sheet of constants gives what the runs lack.
-    dropped = {id(row) for rows in others.values() for row in rows if lacking.isdisjoint(_said(row))}
+    dropped = {id(row) for rows in others.values() for row in rows if lacking.isdisjoint(said_in(row))}
     return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
-
-
-def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
-    """Make a table of sentences, or of a table whose names are at the side; a single value is valid for all runs."""
-    if sentences := _rows_of_sentences(grid):
-        return replace(grid, rows=sentences)
-    width = max(len(row.texts) for row in grid.rows)
-    said = [row for row in grid.rows if len(_filled(row)) == 1 and (_said(row) or " " in " ".join(row.texts).strip())]
-    of_table = [row for row in grid.rows if row not in said]
-    side = min((_filled(row)[0] for row in of_table), default=0)
-    names = Row(0, [row.texts[side] for row in of_table])
-    if not _is_head(names):
-        if width == 1:
-            raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
-        return grid
-    faults.add("turned", grid.cell(of_table[0], side), names=listing(names.texts, 3))
-    rows = []
-    units = [row.texts[side + 1] if len(row.texts) > side + 2 else "" for row in of_table]
-    if sum(bool(kinds_of(unit)) for unit in units) > 1 and not any(map(is_number, units)):
-        # A column of units behind the names.
-        joined = (f"{name} [{unit}]" if kinds_of(unit) else name for name, unit in zip(names.texts, units, strict=True))
-        rows = [Row(of_table[0].line, list(joined), tuple(row.spot(side) for row in of_table))]
-    for at in range(side + 2 if rows else side, width):
-        places = [(row, side + 1 if at > side and len(row.texts) == side + 2 < width else at) for row in of_table]
-        texts = ["".join(row.texts[k : k + 1]) for row, k in places]
-        rows.append(Row(of_table[0].line, texts, tuple(row.spot(k) for row, k in places)))
-    return replace(grid, rows=[*said, *rows])
-
-
-_ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
-_MASS = rf"({quantities.NUMBER}\s*k?g)\b"
-_MASS_OF_ONE = (
-    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
-    rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
-)
-_IN_HEADER = re.compile(
-    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
-    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
-    re.IGNORECASE,
-)
-"""A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
-_CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
-"""Marks between the names of rows and columns in the corner of a table."""
-
-
-def _uncrossed(grid: Grid, faults: Faults) -> Grid:
-    """Make a row of each cell of a table of times whose header contains a quantity of each run.
-
-    Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass (g)", or behind it.
-    """
-    for index, head in enumerate(grid.rows[:_TITLES_LOOKED_AT]):
-        groups: dict[tuple[str, str], dict[int, str]] = {}
-        for at in _filled(head):
-            match = _IN_HEADER.search(head.texts[at])
-            role = next((role for kind, role in _SAID_KINDS.items() if match and kind in kinds_of(match[2])), "")
-            if match and role:
-                name = f"{head.texts[at][: match.start()].strip()} {head.texts[at][match.end() :].strip()}".strip()
-                groups.setdefault((role, name), {})[at] = f"{match[1]} {match[2]}"
-        bare = {at: head.texts[at] for at in _filled(head)[1:] if _is_bare(head.texts[at])}
-        above = [text for text in grid.rows[index - 1].texts if text] if index else []
-        above = re.split(_CORNER, head.texts[0])[1:] or above
-        if len(bare) > 1 and not groups and len(above) == 1 and parse_header(above[0]).unit:
-            groups = {(role, above[0]): bare for role in parse_header(above[0]).roles}
-        if len(groups) != 1 or len(set(*map(dict.values, groups.values()))) < 2:
-            continue
-        [((role, name), cells)] = groups.items()
-        below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
-        texts = [text for row in (*grid.rows[index::-1], *grid.rows[index + 1 + len(below) :]) for text in row.texts]
-        texts = [name, *(text.text for text in grid.comments), *texts]
-        parts = [part for text in texts for part in (text, *re.split(r"[,;:.]\s+", text))]
-        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
-        time = next(timed, "")
-        # The label of a row may contain its quantities: "200 rpm".
-        labels = [_said(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if not head.texts[0]]
-        of_label = list(labels[0]) if labels else []
-        others = [at for at in _filled(head) if at not in cells]
-        names = [*of_label, *(re.split(_CORNER, head.texts[at])[0] for at in others)]
-        named = {found for text in names for found in parse_header(text).roles}
-        if not time or role in named or named.isdisjoint(roles.ROLES) or any(list(one) != of_label for one in labels):
-            continue
-        spots = tuple(map(head.spot, (*[0] * len(of_label), *others, min(cells), min(cells))))
-        rows = [Row(head.line, [*names, name if cells is bare else role, time], spots)]
-        for number, row in enumerate(below):
-            texts = [*row.texts, *[""] * (max(cells) + 1 - len(row.texts))]
-            label = [text for text, _ in labels[number].values()] if labels else []
-            for at, quantity in cells.items() if any(texts[at] for at in cells) else ():
-                spots = (*[row.spot(0)] * len(label), *map(row.spot, others), head.spot(at), row.spot(at))
-                rows.append(Row(row.line, [*label, *(texts[other] for other in others), quantity, texts[at]], spots))
-        faults.add("crossed", grid.cell(head, min(cells)), line=[head.line], role=role, time=time)
-        start = index - (cells is bare and above[0] in grid.rows[index - 1].texts)
-        rest = grid.rows[index + 1 + len(below) :]
-        return _uncrossed(replace(grid, rows=[*grid.rows[:start], *rows, *rest]), faults)
-    return grid
-
-
-def _weigh(grid: Grid, faults: Faults) -> None:
-    """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
-    heads = [row for row in grid.rows if _is_head(row)]
-    counting = [
-        (head, at) for head in heads for at in _filled(head) if roles.counts_weights(parse_header(head.texts[at]))
-    ]
-    texts = [*(text.text for text in grid.comments), *(" ".join(row.texts) for row in grid.rows)]
-    masses = {match[1] or match[2] for text in texts if counting for match in re.finditer(_MASS_OF_ONE, text)}
-    for head, at in counting if len(masses) == 1 else ():
-        cells = [row for row in grid.rows if row is not head and row.texts[at : at + 1] and row.texts[at].isdecimal()]
-        said = f"1 of {head.texts[at]} is {min(masses)}"
-        faults.add("name_explained", grid.cell(head, at), said=said)
-        head.texts[at] = "mass"
-        for row in cells:
-            row.texts[at] = f"{row.texts[at]} x {min(masses)}" if row.texts[at] != "0" else "0 g"
 
 
 def _move_units(rows: list[Row], head: Row) -> None:
@@ -237,83 +133,6 @@ def _move_units(rows: list[Row], head: Row) -> None:
                     row.texts[at:] = ["", *row.texts[at + 1 :]] if row.texts[at + 1 :] else []
 
 
-_SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
-
-
-def _rows_of_sentences(grid: Grid) -> list[Row]:
-    """Make a table of lines such as "20.1 g, 400 rpm: one turn took 12.3 s", or of one line for each quantity.
-
-    A line with a spin and a time is a run. Other lines are captions of the runs below them.
-    """
-    parts: list[tuple[int, str, _Given]] = []
-    block: list[tuple[int, str, _Given]] = []
-    for index in range(grid.rows[0].line - 1, grid.rows[-1].line + 1):
-        line = grid.lines[index] if index < len(grid.lines) else ""
-        said = _said(Row(index + 1, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
-        if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
-            continue  # a run that was taken out
-        if said:
-            block.append((index + 1, line, said))
-            continue
-        names = [name for *_, one in block for name in one]
-        if len(set(names)) == len(names) and {"spin", "time"} <= set(names):
-            block = [(block[0][0], "", {name: item for *_, one in block for name, item in one.items()})]
-        parts += [*block, (index + 1, line, {})] if line.strip() else block
-        block = []
-    runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
-    there = [role for role in _SENTENCE_ROLES if any(role in said for said in runs)]
-    rows: list[Row] = []
-    for number, text, said in parts if len(runs) > 1 else ():
-        if not {"spin", "time"} <= said.keys():
-            rows.append(Row(number, [text.strip()]))
-            continue
-        if not rows or len(rows[-1].texts) == 1:
-            rows.append(Row(number, list(there)))
-        spots = (number * source.MAX_COLUMNS,) * len(there)
-        rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
-    return rows
-
-
-def split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
-    """Take a table of time and spin, with at least three rows, out of a log that contains another table as well.
-
-    Returns
-    -------
-    Grid
-        The other rows.
-    tuple of Fall
-        Empty if there is no such table.
-    """
-    heads = [at for at, row in enumerate(grid.rows) if len(_filled(row)) > 1 and not any(map(is_number, row.texts))]
-    for at in heads:
-        headers = {place: parse_header(grid.rows[at].texts[place]) for place in _filled(grid.rows[at])}
-        columns = {header.roles: (place, header.unit) for place, header in headers.items()}
-        if len(heads) < 2 or len(headers) != 2 or set(columns) != {("time",), ("spin",)}:
-            continue
-        last = at + 1
-        while last < len(grid.rows) and _filled(grid.rows[last]) == list(headers) and last not in heads:
-            last += 1
-        if last < at + 4:
-            continue
-        try:
-            times, spins = (
-                [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
-                for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
-            )
-        except UnitError:
-            continue
-        # In a table of runs with one weight, a faster spin has a longer time.
-        if sorted(set(times)) != times or spins[-1] >= spins[0]:
-            continue
-        # Three long falls: the noise of the readings then does not matter.
-        ends = [*range(0, len(times) - 1, -(-(len(times) - 1) // 3)), len(times) - 1]
-        falls = [(spins[a], spins[b], times[b] - times[a]) for a, b in pairwise(ends)]
-        # A title of one cell, or the name of a sheet, belongs to the table.
-        first = at - 1 if at and len(_filled(grid.rows[at - 1])) == 1 else at
-        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), tuple(falls)
-    return grid, ()
-
-
 # What a row is ----------------------------------------------------------------------------------------------------
 
 
@@ -322,11 +141,13 @@ def is_number(text: str) -> bool:
     return text[:1].isdecimal() or (text[:1] in "+-−.,(" and text[1:2].isdecimal())
 
 
-def _is_bare(text: str) -> bool:
+def is_bare(text: str) -> bool:
+    """Return whether a cell is a number and nothing else."""
     return bool(quantities.PLAIN.fullmatch(quantities.fold_number(text)))
 
 
-def _filled(row: Row) -> list[int]:
+def filled_at(row: Row) -> list[int]:
+    """Return the places of the cells of a row that are not blank."""
     return [at for at, text in enumerate(row.texts) if text]
 
 
@@ -338,7 +159,7 @@ _SIGNS = str.maketrans("", "", ".,/+-− ")
 """The signs of a number."""
 
 
-def _is_head(row: Row) -> bool:
+def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
     if sum(not text.translate(_SIGNS).isdigit() for text in row.texts if text) < 2:
         return False  # the rows of a long log
@@ -369,10 +190,10 @@ _SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
 
 def _is_text(row: Row, headers: list[Header]) -> bool:
     """Return whether a row is a title or a note, but not a remark on a run; or quantities without a column."""
-    filled = _filled(row)
+    filled = filled_at(row)
     numbers = {at for at in filled if is_number(row.texts[at]) and not re.search(_SENTENCE, row.texts[at])}
     if numbers:
-        said = _said(row) if len(numbers) < 4 else {}
+        said = said_in(row) if len(numbers) < 4 else {}
         places = {at for *_, at in said.values()}
         # "Part B: mass 40.3 g, r = 15.0 cm, 1/3 turn" is not a run of the table above.
         return bool(said) and numbers <= places and (numbers < places or _lacking(headers).issuperset(said))
@@ -395,7 +216,7 @@ _UNIT = r"[^\W\d_][\w/^*·]*"
 _QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
-_SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
+SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(vocabulary.pattern, ("sphere", "weight_added", "not_timed"))
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
@@ -447,9 +268,9 @@ _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
 
 
-def _said(row: Row, with_time: bool = False) -> _Given:
+def said_in(row: Row, with_time: bool = False) -> Given:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
-    filled = _filled(row)
+    filled = filled_at(row)
     # "x = 15,5 cm" above a table with commas between the cells is one number.
     whole = "\0".join(row.texts[at] for at in filled)
     whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
@@ -485,7 +306,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         number, unit = match[1] or match[4], match[2] or match[3]
         if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
             continue  # "Position 15,5 cm" may be split at its decimal comma
-        kinds = _SAID_KINDS | ({"time": "time"} if with_time else {})
+        kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
         if role == "position" and (roles.origin_in(whole) or squeeze(after).lower() in roles.DIMENSION_WORDS):
             continue
@@ -522,7 +343,7 @@ def _stated_units(text: str) -> dict[str, str]:
             continue
         forms = {word.removesuffix(end) for word in words for end in ("", "s", "es", "n", "en")}
         named = {roles.kind_of_role(role) for form in forms for role in roles.name_roles(form)[0]}
-        kinds = kinds_of(unit) & {*_SAID_KINDS, "time"}
+        kinds = kinds_of(unit) & {*SAID_KINDS, "time"}
         if len(kinds) == 1 and (kinds & (named | forms) or (listed and not words)):
             found[min(kinds)] = unit
     return found
@@ -560,7 +381,7 @@ class _Sheet:
         self.grid, self.decided, self.faults = grid, decided, faults
         self.columns: list[_Column] = []
         """Columns of all tables."""
-        self.runs: list[tuple[Row, list[int], _Given]] = []
+        self.runs: list[tuple[Row, list[int], Given]] = []
         """Each run with the columns of its cells, and what its caption gives."""
         self.tables: list[int] = []
         """Number of the first run of each table."""
@@ -568,9 +389,9 @@ class _Sheet:
         """Rows of text above the next run."""
         self.left_out: dict[str, list[tuple[Row, int]]] = {name: [] for name in ("title", "taken_out", "summary")}
         """Rows that are not runs, with the cell that shows it."""
-        self.general: _Given = {}
+        self.general: Given = {}
         """What captions say of all tables."""
-        self.arm: _Given = {}
+        self.arm: Given = {}
         """The position that a caption gave last: it is valid until another is given."""
         self.said: list[tuple[Text, str, str]] = []
         """Each caption, whether its runs are below or above it, and what was read of it."""
@@ -583,18 +404,18 @@ class _Sheet:
         for row, below in pairwise([*grid.rows, Row(0, ["0"])]):
             # The row above numbers is the header itself.
             if not any(map(is_number, row.texts + below.texts)):
-                notes += [(grid.cell(row, at), row.texts[at]) for at in _filled(row)]
+                notes += [(grid.cell(row, at), row.texts[at]) for at in filled_at(row)]
         self.units: dict[str, str] = {}
         """Unit of each kind of quantity that a text states for all columns."""
         told: dict[int, tuple[Text, list[str]]] = {}
         for cell, note in notes:
             stated = _stated_units(note)
             self.units |= stated
-            said = [f"{_SAID_KINDS.get(kind, kind)} in {unit}" for kind, unit in stated.items()]
+            said = [f"{SAID_KINDS.get(kind, kind)} in {unit}" for kind, unit in stated.items()]
             if said:
                 told.setdefault(cell.place.line, (cell, []))[1].extend(said)
         self.said += [(cell, "below", ", ".join(said)) for cell, said in told.values()]
-        names = [name for row in grid.rows if _is_head(row) for name in row.texts]
+        names = [name for row in grid.rows if is_head(row) for name in row.texts]
         found = {role for name in names for role in parse_header(name).roles}
         self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(map(turns_in, names))
         self.only_means = False
@@ -620,7 +441,7 @@ class _Sheet:
                 self.here[at] = replace(cell, text=f"u({left.text})"), header
         self.fresh, self.skipped = True, False
         self.places: list[int] = []
-        self.given: _Given = dict(self.general)
+        self.given: Given = dict(self.general)
 
     def _fits(self, header: Header, with_unit: Header) -> bool:
         """Return whether a unit that a text states is that of a column, by its role; "trial 2" is a time."""
@@ -632,11 +453,11 @@ class _Sheet:
     def take(self, row: Row) -> None:
         """Read the next row."""
         headers = [header for _, header in self.here]
-        first = _filled(row)[0]
+        first = filled_at(row)[0]
         # A row of means, deviations or sums begins with such a word, which is not a note on a run.
         start = re.split(r"[\s_:,;(=]+", row.texts[first])[0], re.sub(r"[()=:]", "", row.texts[first])
         is_note = first < len(headers) and "note" in headers[first].roles
-        if _is_head(row):
+        if is_head(row):
             if self.fresh and not self.words:
                 self._leave_out("title", self.head)  # a row of names above the header
             self.begin(row)
@@ -646,7 +467,11 @@ class _Sheet:
                     # Minutes and seconds are below one "time".
                     text = (header if header.text or not at else headers[at - 1]).text
                     self.here[at] = self.here[at][0], replace(parse_header(f"{text} [{unit}]"), text=text)
-        elif self.fresh and (below := self._names_below(row)):
+        elif (
+            self.fresh
+            and (len(row.texts) > len(headers) or "" in self.head.texts)
+            and (below := self._names_below(row))
+        ):
             self.here = below
         elif row.texts[0] == "#":
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
@@ -663,7 +488,7 @@ class _Sheet:
 
     def _is_result(self, row: Row) -> bool:
         """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
-        filled = _filled(row)
+        filled = filled_at(row)
         text, written = row.texts[filled[0]], quantities.take_apart(row.texts[filled[0]])
         timed = (at for at, (_, header) in enumerate(self.here) if set(header.roles).intersection(roles.TIMINGS))
         untimed = not any(row.texts[at : at + 1] > [""] for at in timed)
@@ -674,15 +499,14 @@ class _Sheet:
         )
 
     def _leave_out(self, why: str, row: Row) -> None:
-        self.left_out[why].append((row, _filled(row)[0]))
+        self.left_out[why].append((row, filled_at(row)[0]))
 
     def _names_below(self, row: Row) -> list[_Column]:
         """Read a second row of names below merged cells: "Time (s)" over 1, 2, 3; none if it is not such a row."""
         # A header merged over the last columns leaves its row shorter.
         more = len(row.texts) - len(self.here)
-        is_run = any(_is_bare(text) and re.search("[.,][0-9]|[0-9]{3}", text) for text in row.texts)
-        if is_run or (more <= 0 and all(cell.text for cell, _ in self.here)):
-            return []
+        if any(is_bare(text) and re.search("[.,][0-9]|[0-9]{3}", text) for text in row.texts):
+            return []  # a run
         named = [*self.here, *[(replace(self.here[-1][0], text=""), parse_header(""))] * more]
         over = ""
         for at, text in enumerate(row.texts):
@@ -763,16 +587,16 @@ class _Sheet:
                 raise self.faults.refuse("other_unit", cell, line=[cell.place.line], first=self.columns[place][0].text)
             self.places.append(place)
 
-    def _read_captions(self, lacking: set[str], where: str = "below") -> _Given:
+    def _read_captions(self, lacking: set[str], where: str = "below") -> Given:
         """Return what the rows of text above a run say of what is lacking in it.
 
         Above the first table the last row that says something is of this table; those before it are of all tables.
         """
-        found: _Given = {}
+        found: Given = {}
         lacking = lacking & _lacking([], self.grid)
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
-            of_row = _said(row)
+            of_row = said_in(row)
             for cell, header in self.here if "turns" not in self.decided else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
                 if (
@@ -781,11 +605,16 @@ class _Sheet:
                     and not roles.is_of_the_spin(cell.text)
                     and header.roles != ("turns",)
                 ):
-                    values = {"header": cell.text, "turns": stated, "other": row.texts[_filled(row)[0]], "says": turns}
+                    values = {
+                        "header": cell.text,
+                        "turns": stated,
+                        "other": row.texts[filled_at(row)[0]],
+                        "says": turns,
+                    }
                     self.faults.add("turns_contradict_header", cell, **values)
             if said := {role: (text, row.spot(at)) for role, (text, at) in of_row.items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
-                self.said.append((self.grid.cell(row, _filled(row)[0]), where, told))
+                self.said.append((self.grid.cell(row, filled_at(row)[0]), where, told))
                 if not self.runs and found:
                     self.general = dict(found)
                 found |= said
@@ -798,7 +627,7 @@ class _Sheet:
 
     def finish(self) -> Layout:
         """Return all runs as one table, and add notes on what was left out and what was read of captions."""
-        below: _Given = {}
+        below: Given = {}
         if self.words:
             lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
             below = self._read_captions(lacking, "above")
@@ -822,8 +651,8 @@ class _Sheet:
             joined.append(Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled)))
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
-            fewest = min((len(_filled(row)) for row in part[:-1]), default=0)
-            if len(part) > 2 and len(_filled(part[-1])) < fewest and _ends_with_means(part, headers):
+            fewest = min((len(filled_at(row)) for row in part[:-1]), default=0)
+            if len(part) > 2 and len(filled_at(part[-1])) < fewest and _ends_with_means(part, headers):
                 self._leave_out("summary", part.pop())
         told_in = {cell.place.line for cell, *_ in self.said}
         for why, rows_left in self.left_out.items():
@@ -842,7 +671,7 @@ class _Sheet:
         for part in parts:
             rows = [tuple(row.texts[: len(self.runs[0][1])]) for row in part]
             if sum(one in seen for one in rows) > 1:
-                cell = self.grid.cell(part[0], _filled(part[0])[0])
+                cell = self.grid.cell(part[0], filled_at(part[0])[0])
                 raise self.faults.refuse("repeated_table", cell, line=[part[0].line])
             seen.update(rows)
         if len(parts) > 1:
@@ -889,7 +718,7 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     blocks = []
     last = max((at for at, row in enumerate(rows) if any(map(is_number, row.texts))), default=first)
     rows, notes = rows[: last + 1], rows[last + 1 :]
-    for start, end in pairwise([*_filled(head)[:: len(names_of_one)], len(head.texts)]):
+    for start, end in pairwise([*filled_at(head)[:: len(names_of_one)], len(head.texts)]):
         cut = [Row(row.line, row.texts[start:end], tuple(map(row.spot, range(start, end)))) for row in rows]
         words, below = ([row for row in part if any(row.texts)] for part in (cut[:first], cut[first + 1 :]))
         blocks.append((words, replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts]), below))

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
-from gyrodata.readings import lablog, layout, roles
+from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
 from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, choose, missing_roles
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
@@ -86,7 +86,7 @@ def read_log(
     ask = sources.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
     given.origin = read_notes(grid, faults)
-    grid, falls = layout.split_spin_down(grid)
+    grid, falls = (grid, ()) if layout.is_usual(grid) or not grid.rows else shapes.reshape(grid, faults)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = Readings(faults.name, grid.sha256, source_text="\n".join(faults.lines), sheets=faults.sheets, **given.fields)
     log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)

@@ -1,0 +1,225 @@
+"""Make one row for each run of tables in other shapes: transposed, crossed, in sentences, with counted weights."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise, takewhile
+
+from msgspec.structs import replace
+
+from gyrodata import quantities, vocabulary
+from gyrodata.readings import layout, roles, source
+from gyrodata.readings.lablog import Fall, Faults, listing
+from gyrodata.readings.layout import SAID_KINDS, filled_at, is_bare, is_head, is_number, said_in
+from gyrodata.readings.roles import parse_header
+from gyrodata.readings.source import Grid, Row
+from gyrodata.units import UnitError, kinds_of
+
+
+def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
+    """Return the table with one row for each run, if its shape is another one.
+
+    Parameters
+    ----------
+    grid : Grid
+        What was read. The function replaces counts of weights by masses in place.
+    faults : Faults
+        Receives a note on each change.
+
+    Returns
+    -------
+    Grid
+        The same one if the table has the usual shape.
+    tuple of Fall
+        What a second table, of time and spin, says of the spin-down; empty if there is none.
+    """
+    grid = _uncrossed(grid, faults)
+    _weigh(grid, faults)
+    return _split_spin_down(grid if any(map(is_head, grid.rows)) else _turned_into_table(grid, faults))
+
+
+_ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
+_MASS = rf"({quantities.NUMBER}\s*k?g)\b"
+_MASS_OF_ONE = (
+    rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
+    rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
+)
+_IN_HEADER = re.compile(
+    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
+    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
+    re.IGNORECASE,
+)
+"""A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
+_CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
+"""Marks between the names of rows and columns in the corner of a table."""
+
+
+def _uncrossed(grid: Grid, faults: Faults) -> Grid:
+    """Make a row of each cell of a table of times whose header contains a quantity of each run.
+
+    Such headers are "20 g" and "40 g"; "time (s) with 20 g"; or 20 and 40 below "mass (g)", or behind it.
+    """
+    for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
+        groups: dict[tuple[str, str], dict[int, str]] = {}
+        for at in filled_at(head):
+            match = _IN_HEADER.search(head.texts[at])
+            role = next((role for kind, role in SAID_KINDS.items() if match and kind in kinds_of(match[2])), "")
+            if match and role:
+                name = f"{head.texts[at][: match.start()].strip()} {head.texts[at][match.end() :].strip()}".strip()
+                groups.setdefault((role, name), {})[at] = f"{match[1]} {match[2]}"
+        bare = {at: head.texts[at] for at in filled_at(head)[1:] if is_bare(head.texts[at])}
+        above = [text for text in grid.rows[index - 1].texts if text] if index else []
+        above = re.split(_CORNER, head.texts[0])[1:] or above
+        if len(bare) > 1 and not groups and len(above) == 1 and parse_header(above[0]).unit:
+            groups = {(role, above[0]): bare for role in parse_header(above[0]).roles}
+        if len(groups) != 1 or len(set(*map(dict.values, groups.values()))) < 2:
+            continue
+        [((role, name), cells)] = groups.items()
+        below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
+        texts = [text for row in (*grid.rows[index::-1], *grid.rows[index + 1 + len(below) :]) for text in row.texts]
+        texts = [name, *(text.text for text in grid.comments), *texts]
+        parts = [part for text in texts for part in (text, *re.split(r"[,;:.]\s+", text))]
+        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
+        time = next(timed, "")
+        # The label of a row may contain its quantities: "200 rpm".
+        labels = [said_in(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if not head.texts[0]]
+        of_label = list(labels[0]) if labels else []
+        others = [at for at in filled_at(head) if at not in cells]
+        names = [*of_label, *(re.split(_CORNER, head.texts[at])[0] for at in others)]
+        named = {found for text in names for found in parse_header(text).roles}
+        if not time or role in named or named.isdisjoint(roles.ROLES) or any(list(one) != of_label for one in labels):
+            continue
+        spots = tuple(map(head.spot, (*[0] * len(of_label), *others, min(cells), min(cells))))
+        rows = [Row(head.line, [*names, name if cells is bare else role, time], spots)]
+        for number, row in enumerate(below):
+            texts = [*row.texts, *[""] * (max(cells) + 1 - len(row.texts))]
+            label = [text for text, _ in labels[number].values()] if labels else []
+            for at, quantity in cells.items() if any(texts[at] for at in cells) else ():
+                spots = (*[row.spot(0)] * len(label), *map(row.spot, others), head.spot(at), row.spot(at))
+                rows.append(Row(row.line, [*label, *(texts[other] for other in others), quantity, texts[at]], spots))
+        faults.add("crossed", grid.cell(head, min(cells)), line=[head.line], role=role, time=time)
+        start = index - (cells is bare and above[0] in grid.rows[index - 1].texts)
+        rest = grid.rows[index + 1 + len(below) :]
+        return _uncrossed(replace(grid, rows=[*grid.rows[:start], *rows, *rest]), faults)
+    return grid
+
+
+def _weigh(grid: Grid, faults: Faults) -> None:
+    """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
+    heads = [row for row in grid.rows if is_head(row)]
+    counting = [
+        (head, at) for head in heads for at in filled_at(head) if roles.counts_weights(parse_header(head.texts[at]))
+    ]
+    texts = [*(text.text for text in grid.comments), *(" ".join(row.texts) for row in grid.rows)]
+    masses = {match[1] or match[2] for text in texts if counting for match in re.finditer(_MASS_OF_ONE, text)}
+    for head, at in counting if len(masses) == 1 else ():
+        cells = [row for row in grid.rows if row is not head and row.texts[at : at + 1] and row.texts[at].isdecimal()]
+        said = f"1 of {head.texts[at]} is {min(masses)}"
+        faults.add("name_explained", grid.cell(head, at), said=said)
+        head.texts[at] = "mass"
+        for row in cells:
+            row.texts[at] = f"{row.texts[at]} x {min(masses)}" if row.texts[at] != "0" else "0 g"
+
+
+def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
+    """Make a table of sentences, or of a table whose names are at the side; a single value is valid for all runs."""
+    if sentences := _rows_of_sentences(grid):
+        return replace(grid, rows=sentences)
+    width = max(len(row.texts) for row in grid.rows)
+    said = [
+        row for row in grid.rows if len(filled_at(row)) == 1 and (said_in(row) or " " in " ".join(row.texts).strip())
+    ]
+    of_table = [row for row in grid.rows if row not in said]
+    side = min((filled_at(row)[0] for row in of_table), default=0)
+    names = Row(0, [row.texts[side] for row in of_table])
+    if not is_head(names):
+        return grid
+    faults.add("turned", grid.cell(of_table[0], side), names=listing(names.texts, 3))
+    rows = []
+    units = [row.texts[side + 1] if len(row.texts) > side + 2 else "" for row in of_table]
+    if sum(bool(kinds_of(unit)) for unit in units) > 1 and not any(map(is_number, units)):
+        # A column of units behind the names.
+        joined = (f"{name} [{unit}]" if kinds_of(unit) else name for name, unit in zip(names.texts, units, strict=True))
+        rows = [Row(of_table[0].line, list(joined), tuple(row.spot(side) for row in of_table))]
+    for at in range(side + 2 if rows else side, width):
+        places = [(row, side + 1 if at > side and len(row.texts) == side + 2 < width else at) for row in of_table]
+        texts = ["".join(row.texts[k : k + 1]) for row, k in places]
+        rows.append(Row(of_table[0].line, texts, tuple(row.spot(k) for row, k in places)))
+    return replace(grid, rows=[*said, *rows])
+
+
+_SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")
+
+
+def _rows_of_sentences(grid: Grid) -> list[Row]:
+    """Make a table of lines such as "20.1 g, 400 rpm: one turn took 12.3 s", or of one line for each quantity.
+
+    A line with a spin and a time is a run. Other lines are captions of the runs below them.
+    """
+    parts: list[tuple[int, str, layout.Given]] = []
+    block: list[tuple[int, str, layout.Given]] = []
+    for index in range(grid.rows[0].line - 1, grid.rows[-1].line + 1):
+        line = grid.lines[index] if index < len(grid.lines) else ""
+        said = said_in(Row(index + 1, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
+        if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
+            continue  # a run that was taken out
+        if said:
+            block.append((index + 1, line, said))
+            continue
+        names = [name for *_, one in block for name in one]
+        if len(set(names)) == len(names) and {"spin", "time"} <= set(names):
+            block = [(block[0][0], "", {name: item for *_, one in block for name, item in one.items()})]
+        parts += [*block, (index + 1, line, {})] if line.strip() else block
+        block = []
+    runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
+    there = [role for role in _SENTENCE_ROLES if any(role in said for said in runs)]
+    rows: list[Row] = []
+    for number, text, said in parts if len(runs) > 1 else ():
+        if not {"spin", "time"} <= said.keys():
+            rows.append(Row(number, [text.strip()]))
+            continue
+        if not rows or len(rows[-1].texts) == 1:
+            rows.append(Row(number, list(there)))
+        spots = (number * source.MAX_COLUMNS,) * len(there)
+        rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
+    return rows
+
+
+def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
+    """Take a table of time and spin, with at least three rows, out of a log that contains another table as well.
+
+    Returns
+    -------
+    Grid
+        The other rows.
+    tuple of Fall
+        Empty if there is no such table.
+    """
+    heads = [at for at, row in enumerate(grid.rows) if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))]
+    for at in heads:
+        headers = {place: parse_header(grid.rows[at].texts[place]) for place in filled_at(grid.rows[at])}
+        columns = {header.roles: (place, header.unit) for place, header in headers.items()}
+        if len(heads) < 2 or len(headers) != 2 or set(columns) != {("time",), ("spin",)}:
+            continue
+        last = at + 1
+        while last < len(grid.rows) and filled_at(grid.rows[last]) == list(headers) and last not in heads:
+            last += 1
+        if last < at + 4:
+            continue
+        try:
+            times, spins = (
+                [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
+                for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
+            )
+        except UnitError:
+            continue
+        # In a table of runs with one weight, a faster spin has a longer time.
+        if sorted(set(times)) != times or spins[-1] >= spins[0]:
+            continue
+        # Three long falls: the noise of the readings then does not matter.
+        ends = [*range(0, len(times) - 1, -(-(len(times) - 1) // 3)), len(times) - 1]
+        falls = [(spins[a], spins[b], times[b] - times[a]) for a, b in pairwise(ends)]
+        # A title of one cell, or the name of a sheet, belongs to the table.
+        first = at - 1 if at and len(filled_at(grid.rows[at - 1])) == 1 else at
+        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), tuple(falls)
+    return grid, ()

@@ -24,6 +24,8 @@ from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
 
+_NOT_USED = vocabulary.pattern("not_used")
+"""Words of a note on a run that is not valid."""
 _UNUSUAL = rf"[0-9]|{vocabulary.pattern('weights')}"
 TITLES_LOOKED_AT = 60
 """Rows in which the header is looked for."""
@@ -174,7 +176,9 @@ def is_head(row: Row) -> bool:
 def _units(row: Row) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
     units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
-    bare = [unit.split()[0] if roles.from_centre(unit) else unit for unit in units]  # "cm from centre"
+    # "cm from centre", and "s, one turn"
+    more = [" " in unit and not kinds_of(unit) and (roles.from_centre(unit) or turns_in(unit)) for unit in units]
+    bare = [re.split(r"[\s,]+", unit)[0] if with_words else unit for unit, with_words in zip(units, more, strict=True)]
     is_unit = [one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one)) for one in bare]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
     is_row = all(unit in BLANKS or unit != text for unit, text in others)
@@ -238,7 +242,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     Such a clause names a time, or a mass of a run, or it contains hardly anything else.
     """
     turns, parts = turns_in(clause), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
-    if not turns or len(parts) > 1 or re.search(_DEFINITION, whole):
+    if not turns or len(parts) > 1 or re.search(_DEFINITION, clause):
         return ""
     words = {word for word in roles.squeezed_words(re.sub(_QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
@@ -273,6 +277,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     filled = filled_at(row)
     # "x = 15,5 cm" above a table with commas between the cells is one number.
     whole = "\0".join(row.texts[at] for at in filled)
+    whole = whole.replace("**", "  ")
     whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     found: dict[str, dict[str, int]] = {}
@@ -371,7 +376,8 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 # From row to row ---------------------------------------------------------------------------------------------------
 
 
-_LEGEND = re.compile(r"\W*([^\W\d_]\w?)\s*[=:]\s*([^\W\d].{3,80})")
+_LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
+_LEGEND = re.compile(r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|[=:])\s*([^\W\d].{3,90}))")
 
 
 class _Sheet:
@@ -391,13 +397,17 @@ class _Sheet:
         """Rows that are not runs, with the cell that shows it."""
         self.general: Given = {}
         """What captions say of all tables."""
-        self.arm: Given = {}
-        """The position that a caption gave last: it is valid until another is given."""
+        self.earlier: Given = {}
+        """What captions gave last: a position or turns are valid until others are given."""
         self.said: list[tuple[Text, str, str]] = []
         """Each caption, whether its runs are below or above it, and what was read of it."""
-        texts = [*("".join(row.texts) for row in grid.rows), *(comment.text for comment in grid.comments)]
-        legend = filter(None, map(_LEGEND.fullmatch, texts))
-        self.legend = {squeeze(one[1]): one[2] for one in legend if parse_header(one[2]).unit}
+        texts = [(": " if len(filled_at(row)) == 2 else " ").join(filter(None, row.texts)) for row in grid.rows]
+        texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
+        self.legend = {}
+        for one in filter(None, (_LEGEND.fullmatch(part) for text in texts for part in re.split(_LEGENDS, text))):
+            words = f"{one[1] or ''} {one[3]}".strip()
+            if parse_header(words).unit:
+                self.legend[squeeze(one[2])] = words
         """What a line such as "d = distance from centre in cm" says of a short header."""
         notes = [(text, text.text) for text in grid.comments]
         notes += [(text, f"{key}: {text.text}") for key, text in grid.metadata if not roles.is_key(key)]
@@ -466,14 +476,17 @@ class _Sheet:
                 if unit not in BLANKS and header.unit is None:
                     # Minutes and seconds are below one "time".
                     text = (header if header.text or not at else headers[at - 1]).text
-                    self.here[at] = self.here[at][0], replace(parse_header(f"{text} [{unit}]"), text=text)
+                    unit, *words = [unit] if kinds_of(unit) else re.split(r"[\s,]+", unit, maxsplit=1)
+                    text = " ".join([text, *words])
+                    cell = replace(self.here[at][0], text=text) if words else self.here[at][0]
+                    self.here[at] = cell, replace(parse_header(f"{text} [{unit}]"), text=text)
         elif (
             self.fresh
             and (len(row.texts) > len(headers) or "" in self.head.texts)
             and (below := self._names_below(row))
         ):
             self.here = below
-        elif row.texts[0] == "#":
+        elif row.texts[0] == "#" or any(re.search(_NOT_USED, text) for text in row.texts if not is_number(text)):
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
         elif not is_note and not roles.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in start):
             self._leave_out("summary", row)
@@ -537,8 +550,10 @@ class _Sheet:
             if any(roles.are_turns(header, [text]) for header, text in typed):
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
-        if "position" in self.given:
-            self.arm = {"position": self.given["position"]}
+            new = self.given.keys() - self.general.keys()
+            kept = self.earlier.keys() & lacking if new & {"mass", "position", "spin"} else {"turns"} & self.earlier.keys() & lacking
+            self.given = {role: self.earlier[role] for role in kept} | self.given
+        self.earlier |= self.given
         if self.skipped:
             return
         remarks = [at for at in range(len(self.places), len(row.texts)) if row.texts[at]]
@@ -546,8 +561,8 @@ class _Sheet:
             self.left_out["title"].append((row, remarks[0]))
             row = Row(row.line, row.texts[: len(self.places)], row.origin)
         if is_first:
-            if "position" in _lacking([header for _, header in self.here]):
-                self.given = self.arm | self.given
+            lacking = _lacking([header for _, header in self.here]) & {"position", "turns"}
+            self.given = {role: one for role, one in self.earlier.items() if role in lacking} | self.given
             there |= set(self.given)
             if not self.tables:
                 self.told = there & {*roles.FILLED_DOWN, *roles.TIMINGS} - {"torque"}

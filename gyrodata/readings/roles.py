@@ -243,6 +243,7 @@ _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
+_IN_UNIT = r"(.+?)\s+(?:in|en|em|w|в)\s+(\S+)\s+(.+)"
 _TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')}|for|für|pour)\s+(.+)"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
@@ -266,6 +267,7 @@ def parse_header(text: str) -> Header:
         spread = f"{match[1]} {match[2].strip()}".strip()
         rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
     name, unit = split_unit(rest)
+    name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
     if unit is None and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
     if unit and re.fullmatch(_CLOCK_FORM, unit):
@@ -362,8 +364,12 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if (match := re.fullmatch(_TIME_PER, text)) and kinds_of(match[1]) == {"time"} and re.search(_TURN, match[2]):
         owner = "precession" if re.search(PRECESSION, match[2]) else "spin" if re.search(SPINNING, match[2]) else ""
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
-    if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(s|min)", text):
+    if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
+    if (match := re.fullmatch(_IN_UNIT, text)) and len(kinds_of(match[2])) == 1 and "length" in kinds_of(match[2]):
+        return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
+    if (match := re.fullmatch(r"([^\W\d_]{1,3})/(\w{1,2})", text)) and kinds_of(match[2]) and not kinds_of(text):
+        return match[1], match[2]  # "a/mm"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]) or (unit == "s" and turns_in(name)):
         return name, unit  # "period s" is not "periods"; and "half_turn_s" is a time
@@ -371,6 +377,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     tokens = [token for token in text.split() if token not in small]
+    if "_" in text and kinds_of(text.partition("_")[0]) == {"rate"}:
+        return split_unit(text.replace("_", " "))  # "rpm_start"
     if len(tokens) > 1 and any(kinds_of(token) == {"rate"} for token in tokens):
         tokens = [token for token in tokens if not re.search(SPINNING, token)]  # "RPM ball"
     rest = " ".join(tokens)
@@ -521,6 +529,8 @@ def turns_in(header: str) -> str:
         return ""  # "time [s]" and "revolutions", before the long patterns below are compiled
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     plain = re.sub(r"(?i)\ba?round (\w+) times\b", r"\1 turns", plain)
+    plain = re.sub(r"(?i)\ba?round (once|twice)\b", lambda times: f"{1 + (times[1][0] in 'tT')} turns", plain)
+    plain = re.sub(r"(?i)\bhalf ?way a?round\b", "half a turn", plain)
     plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
     if unit and "time" in kinds_of(unit):
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
@@ -626,6 +636,7 @@ def origin_in(header: str) -> str:
 
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
+    to_weight = bool(re.search(f"(?i){_OF_WEIGHT}", note))
     note = re.sub(f"(?i){_OF_WEIGHT}", "", note)
     if re.search(_SURFACE_NOTE, note) and not re.search(_CENTRE, note):
         return "surface"
@@ -634,8 +645,8 @@ def noted_origin(note: str) -> str:
     if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(symbol[1])[0]:
         return origin  # "x: surface of the ball to the middle of the weight"
     names = re.findall(r"[^\W\d_]+", note)
-    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en"))
-    is_position = any("position" in name_roles(one)[0] for one in named)
+    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e"))
+    is_position = to_weight or any("position" in name_roles(one)[0] for one in named)
     return origin if is_position and any(origin_in(found[1]) for found in re.finditer(_FROM, note)) else ""
 
 

@@ -82,9 +82,10 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
         time = next(timed, "")
         # The label of a row may contain its quantities: "200 rpm".
-        labels = [said_in(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if not head.texts[0]]
+        cornered = not head.texts[0] or head.texts[0] == time
+        labels = [said_in(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if cornered]
         of_label = list(labels[0]) if labels else []
-        others = [at for at in filled_at(head) if at not in cells]
+        others = [at for at in filled_at(head) if at not in cells and not (at == 0 and cornered)]
         names = [*of_label, *(re.split(_CORNER, head.texts[at])[0] for at in others)]
         named = {found for text in names for found in parse_header(text).roles}
         if not time or role in named or named.isdisjoint(roles.ROLES) or any(list(one) != of_label for one in labels):

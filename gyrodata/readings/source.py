@@ -359,7 +359,7 @@ def _grid(
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
-        if re.match(r'[ "\t]*#(?!\s*[;,\t]|\s?of\b)', line):
+        if re.match(r'[ "\t]*#(?!\s*[;,\t]|\s?of\b|\s{2,}\S.*?\S\s{2,})', line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
             content = line[start:].rstrip(" \t,;")
@@ -440,7 +440,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     shares = _shares(bare)
     for gap, least, others in ((r"\s{2,}", 2, without_decimals), (r"\s+", 4, shares)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
-        if usual >= least and often > max(others.values()) * len(body):
+        rival = max(others.values())
+        if usual >= least and often > rival * len(body) and (least < 4 or rival < 0.5):
             widest = max((lines[i] for i in body), key=lambda line: len(re.split(gap, line.strip())))
             starts = [match.start() for match in re.finditer(r"\S+(?: \S+)*", widest)]
             for i in body:

@@ -515,6 +515,8 @@ class TableReader:
             return 0.0
         named = "" if position.header.startswith(("#", "--")) else position.header
         origin = stated or roles.origin_in(named) or ("" if roles.from_centre(named) else self.settings.origin)
+        if self.settings.origin == "surface" and roles.from_centre(named) and not stated:
+            self.faults.add("two_origins", position.place(0), header=named)
         if origin in ("", "centre"):
             return 0.0
         self.settings.fields["position_from"] = origin

@@ -9,7 +9,7 @@ from fractions import Fraction
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import units, vocabulary
+from gyrodata import quantities, units, vocabulary
 from gyrodata.quantities import PLAIN, fold_number, to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.lablog import Faults, Settings, Text, listing
@@ -96,6 +96,13 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
             column = replace(column, header=replace(header, roles=found))
+        if header.unit is None and header.roles in ((), ("run",)):
+            written = [quantities.take_apart(text) for text in texts if text]
+            own = {one.unit if one else "" for one in written}
+            if len(own) == 1 and (unit := own.pop()) and kinds_of(unit):  # "trial 1" above "18.9 s"
+                column = replace(
+                    column, header=replace(roles.parse_header(f"{header.text} [{unit}]"), text=header.text)
+                )
         found = column.header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"

@@ -467,6 +467,8 @@ class _Sheet:
         # A row of means, deviations or sums begins with such a word, which is not a note on a run.
         start = re.split(r"[\s_:,;(=]+", row.texts[first])[0], re.sub(r"[()=:]", "", row.texts[first])
         is_note = first < len(headers) and "note" in headers[first].roles
+        # "R2" in a full row is a label.
+        is_note |= bool(re.fullmatch(r"[A-Z][0-9]", row.texts[first])) and len(filled_at(row)) >= len(headers)
         if is_head(row):
             if self.fresh and not self.words:
                 self._leave_out("title", self.head)  # a row of names above the header
@@ -551,7 +553,11 @@ class _Sheet:
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
             new = self.given.keys() - self.general.keys()
-            kept = self.earlier.keys() & lacking if new & {"mass", "position", "spin"} else {"turns"} & self.earlier.keys() & lacking
+            kept = (
+                self.earlier.keys() & lacking
+                if new & {"mass", "position", "spin"}
+                else {"turns"} & self.earlier.keys() & lacking
+            )
             self.given = {role: self.earlier[role] for role in kept} | self.given
         self.earlier |= self.given
         if self.skipped:

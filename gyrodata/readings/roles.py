@@ -350,6 +350,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         parted, own = ("", None) if is_unit else split_unit(name)
         if own and not own.isdigit() and kinds_of(own):
             return f"{parted} {inside}", own  # "r [cm] (from centre)"
+        if not is_unit and kinds_of(name) == {"rate"}:
+            return "spin", name  # "turns per second (tachometer)"
         if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
             return name, None  # "Position (from the centre)"
         said = name_roles(text)[0] or turns_in(inside) if name_roles(name)[0] else not kinds_of(inside)

@@ -96,10 +96,15 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
             column = replace(column, header=replace(header, roles=found))
-        if header.unit is None and header.roles in ((), ("run",)):
+        if header.unit is None and header.roles in ((), ("run",), ("turns",)):
             written = [quantities.take_apart(text) for text in texts if text]
             own = {one.unit if one else "" for one in written}
-            if len(own) == 1 and (unit := own.pop()) and kinds_of(unit):  # "trial 1" above "18.9 s"
+            if (
+                len(own) == 1
+                and (unit := own.pop())
+                and kinds_of(unit)
+                and (header.roles != ("turns",) or kinds_of(unit) == {"time"})
+            ):  # "trial 1" above "18.9 s"
                 column = replace(
                     column, header=replace(roles.parse_header(f"{header.text} [{unit}]"), text=header.text)
                 )

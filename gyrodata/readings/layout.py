@@ -222,6 +222,8 @@ _QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_U
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(vocabulary.pattern, ("sphere", "weight_added", "not_timed"))
+_ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
+"""Where a weight is: such words say that a mass is not that of the rod."""
 _SAYS_NOTHING = re.compile(
     rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
 )
@@ -299,6 +301,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     """Yield role, text and place of each quantity of a sentence whose cells have these ends."""
     found: list[tuple[str, str, int]] = []
     end = 0
+    whole = re.sub(_ON_ROD, lambda words: " " * len(words[0]), whole)
     scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
     for match in re.finditer(_QUANTITY, scanned):
         after = re.split(r"[\s,;:.()=]+", whole[match.end() :].lstrip())[0]
@@ -313,7 +316,11 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
             continue  # "Position 15,5 cm" may be split at its decimal comma
         kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
-        if role == "position" and (roles.origin_in(whole) or squeeze(after).lower() in roles.DIMENSION_WORDS):
+        if role == "position" and squeeze(after).lower() in roles.DIMENSION_WORDS:
+            continue
+        if role == "position" and roles.origin_in(whole):
+            if roles.noted_origin(whole) and not re.search(roles.DIAMETER, clause):
+                found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
             continue
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
@@ -405,8 +412,8 @@ class _Sheet:
         texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
         self.legend = {}
         for one in filter(None, (_LEGEND.fullmatch(part) for text in texts for part in re.split(_LEGENDS, text))):
-            words = f"{one[1] or ''} {one[3]}".strip()
-            if parse_header(words).unit:
+            words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0]
+            if parse_header(words).unit or turns_in(words):
                 self.legend[squeeze(one[2])] = words
         """What a line such as "d = distance from centre in cm" says of a short header."""
         notes = [(text, text.text) for text in grid.comments]
@@ -437,8 +444,13 @@ class _Sheet:
         self.head = head
         self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
         for at, (cell, header) in enumerate(self.here):
-            if header.unit is None and (words := self.legend.get(squeeze(cell.text))):
-                self.here[at] = replace(cell, text=words), parse_header(words)
+            words = self.legend.get(squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text), "")
+            if words and (explained := parse_header(words)) and header.unit is None and explained.unit:
+                self.here[at] = replace(cell, text=words), explained
+            elif words and "time" in kinds_of(header.unit or "") and turns_in(words) and not turns_in(cell.text):
+                explained = parse_header(f"{words} [{header.unit}]")
+                if "time" in explained.roles:
+                    self.here[at] = replace(cell, text=words), explained
         for at, (cell, header) in enumerate(self.here if self.units else ()):
             own = {unit: parse_header(f"{cell.text} [{unit}]") for unit in self.units.values() if header.unit is None}
             fit = [replace(one, text=cell.text) for unit, one in own.items() if self._fits(header, one)]
@@ -638,7 +650,9 @@ class _Sheet:
                 self.said.append((self.grid.cell(row, filled_at(row)[0]), where, told))
                 if not self.runs and found:
                     self.general = dict(found)
-                found |= said
+                two = [role for role, one in said.items() if where == "above" and found.get(role, one)[0] != one[0]]
+                found = {role: one for role, one in (found | said).items() if role not in two}
+                lacking = lacking.difference(two)
                 told_in |= {row.spot(at) // source.MAX_COLUMNS for at in range(len(row.texts))}
         for row in self.words:
             if row.line not in told_in and not row.texts[0].startswith("#"):

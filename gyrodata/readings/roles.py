@@ -267,6 +267,7 @@ def parse_header(text: str) -> Header:
         spread = f"{match[1]} {match[2].strip()}".strip()
         rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
     name, unit = split_unit(rest)
+    name = re.sub(r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name)  # "mean of 5 trials"
     name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
     if unit is None and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
@@ -368,7 +369,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
-    if (match := re.fullmatch(_IN_UNIT, text)) and len(kinds_of(match[2])) == 1 and "length" in kinds_of(match[2]):
+    if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
     if (match := re.fullmatch(r"([^\W\d_]{1,3})/(\w{1,2})", text)) and kinds_of(match[2]) and not kinds_of(text):
         return match[1], match[2]  # "a/mm"
@@ -533,6 +534,7 @@ def turns_in(header: str) -> str:
     plain = re.sub(r"(?i)\ba?round (\w+) times\b", r"\1 turns", plain)
     plain = re.sub(r"(?i)\ba?round (once|twice)\b", lambda times: f"{1 + (times[1][0] in 'tT')} turns", plain)
     plain = re.sub(r"(?i)\bhalf ?way a?round\b", "half a turn", plain)
+    plain = re.sub(r"(?i)\bonce (?:all the way )?a?round\b", "1 turn", plain)
     plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
     if unit and "time" in kinds_of(unit):
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
@@ -648,19 +650,30 @@ def noted_origin(note: str) -> str:
         return origin  # "x: surface of the ball to the middle of the weight"
     names = re.findall(r"[^\W\d_]+", note)
     named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e"))
-    is_position = to_weight or any("position" in name_roles(one)[0] for one in named)
+    is_position = to_weight or any({"position", "mass"}.intersection(name_roles(one)[0]) for one in named)
     return origin if is_position and any(origin_in(found[1]) for found in re.finditer(_FROM, note)) else ""
+
+
+def noted_centre(note: str) -> bool:
+    """Return whether a note says that positions count from the centre of the ball."""
+    names = re.findall(r"[^\W\d_]+", note)
+    is_position = any("position" in name_roles(name)[0] for name in names) and not re.search("[0-9]", note)
+    return is_position and from_centre(note) and bool(re.search(_FROM, note))
 
 
 _WIDE = vocabulary.pattern("diameter")
 _LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
-_DIAMETER = rf"(?:{_WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{_WIDE}"
+DIAMETER = rf"(?:{_WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{_WIDE}"
 
 
 def diameter_in(sentence: str) -> str:
     """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
-    match = re.search(_DIAMETER, sentence) if re.search(vocabulary.pattern("sphere"), sentence) else None
-    return (match[1] or match[2]) if match else ""
+    if not re.search(vocabulary.pattern("sphere"), sentence):
+        return ""
+    if match := re.search(DIAMETER, sentence):
+        return match[1] or match[2]
+    match = re.search(rf"{vocabulary.pattern('radius')}[^0-9;]{{0,30}}?{_LONG}", sentence)
+    return f"2 x {match[1]}" if match else ""
 
 
 def from_centre(header: str) -> bool:

@@ -78,7 +78,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
         texts = [text for row in (*grid.rows[index::-1], *grid.rows[index + 1 + len(below) :]) for text in row.texts]
         texts = [name, *(text.text for text in grid.comments), *texts]
-        parts = [part for text in texts for part in (text, *re.split(r"[,;:.]\s+", text))]
+        parts = [part for text in texts for part in (*re.split(r"[,;:.]\s+", text), text)]
         timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
         time = next(timed, "")
         # The label of a row may contain its quantities: "200 rpm".

@@ -441,7 +441,7 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     for gap, least, others in ((r"\s{2,}", 2, without_decimals), (r"\s+", 4, shares)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
         rival = max(others.values())
-        if usual >= least and often > rival * len(body) and (least < 4 or rival < 0.5):
+        if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
             widest = max((lines[i] for i in body), key=lambda line: len(re.split(gap, line.strip())))
             starts = [match.start() for match in re.finditer(r"\S+(?: \S+)*", widest)]
             for i in body:
@@ -476,6 +476,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
         if (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
             grid.lines[index] = bare
+        if re.fullmatch(r'\s*" [^"]*', grid.lines[index]):
+            grid.lines[index] = grid.lines[index].replace('"', " ")  # '" = same as above'
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))

@@ -514,9 +514,12 @@ class TableReader:
         if position is None:
             return 0.0
         named = "" if position.header.startswith(("#", "--")) else position.header
-        origin = stated or roles.origin_in(named) or ("" if roles.from_centre(named) else self.settings.origin)
-        if self.settings.origin == "surface" and roles.from_centre(named) and not stated:
-            self.faults.add("two_origins", position.place(0), header=named)
+        of_header = roles.origin_in(named) or ("centre" if roles.from_centre(named) else "")
+        noted = self.settings.origin
+        if not stated and (noted, of_header) in (("both", ""), ("surface", "centre")):
+            self.faults.add("two_origins", position.place(0), header=named or "a note")
+            return 0.0
+        origin = stated or of_header or noted
         if origin in ("", "centre"):
             return 0.0
         self.settings.fields["position_from"] = origin
@@ -546,9 +549,11 @@ class TableReader:
         cells = [self.grid.cell(row, at) for row in self.grid.rows for at, text in enumerate(row.texts) if " " in text]
         for cell in (*self.grid.comments, *cells, *(text for _, text in self.grid.metadata)):
             found = [one for part in re.split(layout.SENTENCE_END, cell.text) if (one := roles.diameter_in(part))]
-            written = quantities.take_apart(found[0]) if found else None
-            if written and kinds_of(written.unit or "") == {"length"}:
-                quantity = quantities.in_si(written, "length")
+            try:
+                quantity = read_cell(found[0], "length", None) if found else None
+            except UnitError:
+                quantity = None
+            if quantity:
                 self.settings.constants["ball_diameter"] = quantity.value
                 self.settings.steps["ball_diameter"] = quantity.step or 0.0
                 line = [cell.place.line]
@@ -704,11 +709,12 @@ def read_notes(grid: sources.Grid, faults: Faults) -> str:
     for key, text in grid.metadata:
         if key.lower() in TEXTS or not roles.is_key(key):
             notes[f"{key}: {text.text}"] = text
-    origins = list(map(roles.noted_origin, notes))
+    origins, texts = list(map(roles.noted_origin, notes)), list(notes)
     for row in grid.rows:
         words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
         if words and not any(map(layout.is_number, row.texts)):
             origins.append(roles.noted_origin(", ".join(row.texts)))
+            texts += [", ".join(row.texts)] if not layout.is_head(row) else []
         words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
@@ -716,4 +722,5 @@ def read_notes(grid: sources.Grid, faults: Faults) -> str:
     for note, cell in notes.items():
         if role := roles.altered_role(note).replace("_", " "):
             faults.add("note", cell, note=note, role=role)
-    return next(filter(None, origins), "")
+    origin = next(filter(None, origins), "")
+    return "both" if origin == "surface" and any(map(roles.noted_centre, texts)) else origin

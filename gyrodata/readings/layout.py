@@ -176,9 +176,11 @@ def is_head(row: Row) -> bool:
 def _units(row: Row) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
     units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
-    # "cm from centre", and "s, one turn"
-    more = [" " in unit and not kinds_of(unit) and (roles.from_centre(unit) or turns_in(unit)) for unit in units]
-    bare = [re.split(r"[\s,]+", unit)[0] if with_words else unit for unit, with_words in zip(units, more, strict=True)]
+    bare = []
+    for unit in units:
+        first = re.split(r"[\s,]+", unit)[0]  # "cm from centre", and "s, one turn"
+        with_words = first != unit and kinds_of(first) and not kinds_of(unit)
+        bare.append(first if with_words and (roles.from_centre(unit) or turns_in(unit)) else unit)
     is_unit = [one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one)) for one in bare]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
     is_row = all(unit in BLANKS or unit != text for unit, text in others)

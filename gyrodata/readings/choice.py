@@ -115,7 +115,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             found = ("turns",)  # "1/3 rev" below "precession"
         elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
-        if column.at in letters and len(texts) > 3 and texts == [str(number) for number, _ in enumerate(texts, 1)]:
+        first_of_all = column.at == 0 and found == ("turns",) and any(turns_in(cell.text) for cell in table.cells)
+        if (
+            (column.at in letters or first_of_all)
+            and len(texts) > 3
+            and texts == [str(number) for number, _ in enumerate(texts, 1)]
+        ):
             choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif is_time and turns_in(header.text):
             stating.append(column)
@@ -252,6 +257,8 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
         if bases != found and used[0].header.roles == bases and used[0].role in bases:
             return [f"u_{used[0].role}"]
     open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
+    if not there.isdisjoint(roles.TIMINGS) and "spin" in open_roles:
+        open_roles = [role for role in open_roles if role not in roles.TIMINGS]  # a rotation beside a period
     # A quantity that follows from the readings is not needed, if the header can be another one.
     return [role for role in open_roles if role not in roles.derived_roles(there)] or open_roles
 
@@ -302,7 +309,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             if role == "position":  # "length is from the centre" says it
                 name = roles.split_unit(text)[0].strip()
                 other &= not any(
-                    roles.from_centre(note) and re.search(rf"\b{re.escape(name)}\b", note) for note in _notes(table)
+                    roles.from_centre(note) and re.search(rf"(?i)\b{re.escape(name)}\b", note) for note in _notes(table)
                 )
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))

@@ -493,7 +493,12 @@ def read_settings(
             answers.append((key, text))
         elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
             answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
-        elif known not in roles.KEYS or known in roles.TEXTS or not text.text or (known == "time" and ":" in text.text):
+        elif (
+            known not in roles.KEYS
+            or known in roles.TEXTS
+            or not text.text
+            or (known == "time" and (":" in text.text or roles.turns_in(text.text)))
+        ):
             # The time may be the hour of the day; a line of a template may be blank.
             settings.metadata[key] = text.text
             if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:

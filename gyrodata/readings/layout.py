@@ -59,6 +59,8 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
             raise faults.refuse("no_table")
         if not any(map(is_head, grid.rows)) and max(len(row.texts) for row in grid.rows) == 1:
             raise faults.refuse("no_delimiter", grid.cell(grid.rows[0], 0))
+        if not any(map(is_head, grid.rows)):
+            grid = _with_commented_header(grid)
         rows = grid.rows[:TITLES_LOOKED_AT]
         # If no header is known by its names, it is the first row as wide as most rows.
         widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1).most_common(1)
@@ -90,6 +92,17 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         return sheet.finish()
     except InputError:
         return None
+
+
+def _with_commented_header(grid: Grid) -> Grid:
+    """Add the header that a program wrote behind #, if it has as many names as the rows have cells."""
+    width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
+    for text in (*grid.comments, *(text for _, text in grid.metadata)):
+        cells = re.split(r"\s+" if grid.delimiter == "\t" else re.escape(grid.delimiter), text.text)
+        row = Row(text.place.line, [cell.strip() for cell in cells])
+        if len(row.texts) == width and is_head(row):
+            return replace(grid, rows=sorted([*grid.rows, row], key=lambda row: row.line))
+    return grid
 
 
 def is_usual(grid: Grid) -> bool:
@@ -218,7 +231,7 @@ def is_of_means(header: str) -> bool:
 
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
-_UNIT = r"[^\W\d_][\w/^*·]*"
+_UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
 _QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
@@ -327,15 +340,19 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
-    parts = (whole, *re.split(_CLAUSE_END, whole))
-    if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
-        found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
+    named = {role for role, *_ in found}
+    for part in (*re.split(_CLAUSE_END, whole), whole):
+        if not re.search(_NOT_TIMED, part) and (turns := _turns_stated(part, whole, named)):
+            found.append(("turns", turns, len(whole)))
+            break
     if not _SAYS_NOTHING.search(whole):
         no_mass = _SEVERAL_WEIGHTS.search(whole)
         for one in found:
             of_centre = one[0] == "position" and roles.from_centre(whole)
-            if (not only_position or of_centre) and not (no_mass and (one[0] != "position" or not of_centre)):
+            if (not only_position or of_centre or one[0] == "turns") and not (
+                no_mass and (one[0] != "position" or not of_centre)
+            ):
                 yield one
 
 
@@ -386,7 +403,9 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
-_LEGEND = re.compile(r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|[=:])\s*([^\W\d].{3,90}))")
+_LEGEND = re.compile(
+    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|(?:[=:]|(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
+)
 
 
 class _Sheet:
@@ -414,13 +433,13 @@ class _Sheet:
         texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
         self.legend = {}
         for one in filter(None, (_LEGEND.fullmatch(part) for text in texts for part in re.split(_LEGENDS, text))):
-            words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0]
+            words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0].rstrip(" )")
             if parse_header(words).unit or turns_in(words):
                 self.legend[squeeze(one[2])] = words
         """What a line such as "d = distance from centre in cm" says of a short header."""
         notes = [(text, text.text) for text in grid.comments]
         notes += [(text, f"{key}: {text.text}") for key, text in grid.metadata if not roles.is_key(key)]
-        for row, below in pairwise([*grid.rows, Row(0, ["0"])]):
+        for row, below in pairwise([*grid.rows, Row(0, [""])]):
             # The row above numbers is the header itself.
             if not any(map(is_number, row.texts + below.texts)):
                 notes += [(grid.cell(row, at), row.texts[at]) for at in filled_at(row)]
@@ -470,8 +489,9 @@ class _Sheet:
     def _fits(self, header: Header, with_unit: Header) -> bool:
         """Return whether a unit that a text states is that of a column, by its role; "trial 2" is a time."""
         if header.roles in ((), ("run",)):
-            return with_unit.roles == ("time",) and with_unit.number is not None
-        kinds = {roles.kind_of_role(role) for role in with_unit.roles if role in header.roles}
+            return with_unit.roles == ("time",) and (with_unit.number is not None or bool(turns_in(header.text)))
+        is_symbol = len(squeeze(header.text)) == 1
+        kinds = {roles.kind_of_role(role) for role in with_unit.roles if role in header.roles or is_symbol}
         return not kinds.isdisjoint(kinds_of(with_unit.unit or ""))
 
     def take(self, row: Row) -> None:

@@ -364,6 +364,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         is_unit = any(_is_unit_of(one, match[2]) for one in (match[1], name))
         if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
             return name, match[2]
+    if kinds_of(text) == {"rate"} and len(text.partition("/")[0].strip()) > 2:
+        return "spin", text  # "toeren/min"
     if (match := re.fullmatch(_TIME_PER, text)) and kinds_of(match[1]) == {"time"} and re.search(_TURN, match[2]):
         owner = "precession" if re.search(PRECESSION, match[2]) else "spin" if re.search(SPINNING, match[2]) else ""
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
@@ -371,7 +373,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1], f"{match[2]}/{match[3]}"
     if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
-    if (match := re.fullmatch(r"([^\W\d_]{1,3})/(\w{1,2})", text)) and kinds_of(match[2]) and not kinds_of(text):
+    if (match := re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)) and kinds_of(match[2]) and not kinds_of(text):
         return match[1], match[2]  # "a/mm"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
     if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]) or (unit == "s" and turns_in(name)):

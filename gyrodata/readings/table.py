@@ -546,7 +546,8 @@ class TableReader:
 
     def _read_diameter(self) -> None:
         """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
-        cells = [self.grid.cell(row, at) for row in self.grid.rows for at, text in enumerate(row.texts) if " " in text]
+        rows = [(self.grid.cell(row, layout.filled_at(row)[0]), " ".join(row.texts)) for row in self.grid.rows]
+        cells = [replace(cell, text=text) for cell, text in rows if " " in text]
         for cell in (*self.grid.comments, *cells, *(text for _, text in self.grid.metadata)):
             found = [one for part in re.split(layout.SENTENCE_END, cell.text) if (one := roles.diameter_in(part))]
             try:

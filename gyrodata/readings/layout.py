@@ -346,7 +346,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         if not re.search(_NOT_TIMED, part) and (turns := _turns_stated(part, whole, named)):
             found.append(("turns", turns, len(whole)))
             break
-    if not _SAYS_NOTHING.search(whole):
+    if not _SAYS_NOTHING.search(whole) and "?" not in whole:
         no_mass = _SEVERAL_WEIGHTS.search(whole)
         for one in found:
             of_centre = one[0] == "position" and roles.from_centre(whole)

@@ -134,6 +134,8 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
         if name != "position_zero":
             name = "applied_torque" if name == "torque" else name
             reading = measured.given_torque if name == "applied_torque" else getattr(measured, name)
+            if not reading[run]:
+                continue  # an error of a position of 0 cm cannot be given as a share of it
             of, unit = load_words(measured, run), source.relative[run] + unit / abs(reading[run])
         extra.append(_Extra(name, of, rows[:, 3 + column], float(unit), float(adjusted.shared[column])))
     return [one for one in extra if np.count_nonzero(one.column)]

@@ -227,8 +227,10 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     for group in groups:
         if len(group) > 1 and np.ptp(spin[group]) >= 0.02:
             weight = 1 / np.maximum(measured.own_relative[group], 1e-12) ** 2
-            away = weight * (spin[group] - np.average(spin[group], weights=weight))
-            sums += [away @ spin[group], away @ period[group], away @ (1 / measured.time[group])]
+            # Measured from the run of the largest weight: without an error, its rounding would outweigh all other runs.
+            at = spin[group] - spin[group[weight.argmax()]]
+            away = weight * (at - np.average(at, weights=weight))
+            sums += [away @ at, away @ period[group], away @ (1 / measured.time[group])]
             torques += 1
     if not torques:
         return None

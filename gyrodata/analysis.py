@@ -19,7 +19,6 @@ from gyrodata.changes import Lab
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, checks, measure
-from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
 
@@ -120,7 +119,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for effect in listed:
         if effect.effect == "release":
             lab = replace(lab, release=effect.size)
-    patterns = look_for_patterns(measured, fit)
+    patterns = findings.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
         **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,

@@ -20,7 +20,6 @@ from gyrodata.changes import Lab
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.measurements.checks import other_units
-from gyrodata.patterns import exchanged_digits
 from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS
@@ -198,6 +197,16 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
     for unit, times in other_units(column) if column.unit and not shifted else ():
         there = value * times
         yield Cell(2, f"{there / factor:.5g}", f" would fit, not {{old}} (is it in {unit}?)", there)
+
+
+def exchanged_digits(number: str) -> Iterator[str]:
+    """List a number with each two neighbouring digits exchanged, except numbers that begin with 0."""
+    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
+    for one, other in pairwise(digits):
+        signs = [*number]
+        signs[one], signs[other] = number[other], number[one]
+        if signs[digits[0]] != "0" and signs != [*number]:
+            yield "".join(signs)
 
 
 def _that_fits(column: Column, index: int, value: float) -> Iterator[Cell]:

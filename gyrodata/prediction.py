@@ -295,10 +295,8 @@ def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles:
     The spin is positive if it is counterclockwise, seen from the right hand.
     """
     rate = math.pi / time
-    # Eq. (4) for the axle along e3, which turns about e2. I across the axle has no effect at a steady rate.
-    body, frame = np.array([0.0, rate, wheel_spin]), np.array([0.0, rate, 0.0])
-    change = physics.momentum_change(body, np.zeros(3), frame, wheel_inertia, wheel_inertia)
-    torque = float(np.linalg.norm(change))
+    # Eq. (4) for an axle that turns at a steady rate: Ω × H. I across the axle has no effect.
+    torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
     return Twist(
         why=_say("twist", "turns" if wheel_spin else "no_spin"),

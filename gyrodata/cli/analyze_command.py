@@ -148,7 +148,6 @@ def analyze(
             write_out(header + done.text)
             header = ""
         complain(done.diagnostics, quiet)
-        complain(done.not_written)
         if done.report and not quiet:
             tell(f"report: {done.report}")
         if done.report and opened:
@@ -316,9 +315,7 @@ class _Outcome(Struct, frozen=True):
     """Text for standard output."""
     diagnostics: Sequence[Diagnostic]
     report: Path | None = None
-    """The report that was written."""
-    not_written: Sequence[Diagnostic] = ()
-    """The reason if the report could not be written."""
+    """The report, if one was written."""
 
 
 def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Path | None) -> _Outcome:
@@ -345,7 +342,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         with telling(folder, diagnostics.REPORT_CANNOT_BE_WRITTEN):
             write_folder(folder, files)
     except GyroError as error:
-        return _Outcome(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
+        return _Outcome(error.exit_code, text, (*analysis.diagnostics, *error.diagnostics))
     return _Outcome(0, text, analysis.diagnostics, report=folder / (document or "report.html"))
 
 

@@ -140,6 +140,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for kind in DOUBTS if whole else ():
         told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
         doubts += [Doubt(kind, one.message, one.hint) for one in told]
+    torques = tables.torque_table(measured, fit, groups, without)
     # Advice for another measurement is only valid for runs without doubts.
     advice = tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
     return Analysis(
@@ -164,9 +165,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         effects=listed,
         power_law=tables.power_laws(measured, groups) if whole else (),
         exponent=exponent,
-        constancy=tables.constancy(measured, groups) if whole else None,
+        constancy=tables.constancy(measured, torques, groups) if whole else None,
         ball=ball if whole else None,
-        torques=tables.torque_table(measured, fit, groups, without),
+        torques=torques,
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=patterns,
         advice=advice or (findings.list_advice(lab) if whole else ()),
@@ -209,7 +210,8 @@ def fit_runs(
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    shared = sum([source.shared_count for source in measured.sources])
+    # The errors that several runs have in common; runs without an error are in group -1.
+    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in measured.sources])
     if shared * len(measured.runs) > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):

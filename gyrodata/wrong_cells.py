@@ -20,6 +20,7 @@ from gyrodata.changes import Lab
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.measurements.checks import other_units
+from gyrodata.measurements.sources import load_role
 from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS
@@ -103,8 +104,8 @@ def _changes(
         return
     timing = next(role for role in TIMINGS if role in readings.columns)
     spins = [column.role for column in spin_columns(readings)]
-    loads = [role for role in ("mass", "force", "torque") if role in readings.columns][:1]
-    loads = [*loads, *(["position"] if loads != ["torque"] else [])] if torque else []
+    load = load_role(readings.columns)
+    loads = [load, *["position"] * (load != "torque")] if torque else []
     for role in (timing, *spins, *loads):
         column = readings.columns[role]
         old, spot = column.values[index], column.spots[index]

@@ -116,9 +116,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and changes.release_may_matter(lab))
     listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
-    for effect in listed:
-        if effect.effect == "release":
-            lab = replace(lab, release=effect.size)
+    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
     patterns = findings.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
@@ -128,12 +126,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for check in findings.CHECKS:
         found += check(seen)
     changed = changes.answers(lab, "sensitivity") if whole else []
-    without, balanced = {}, fit.inertia if measured.balanced else None
-    for change, one in changed:
-        if change.torque is not None and one.inertia:
-            without[change.torque] = one.inertia
-        if one.name == "balanced":
-            balanced = one.inertia
+    without = {change.torque: one.inertia for change, one in changed if change.torque is not None and one.inertia}
+    if_stated = fit.inertia if measured.balanced else None
+    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), if_stated)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []

@@ -350,12 +350,12 @@ def _without_answer(
     name: str, readings: Readings | None, request: _Request, code: int, found: Sequence[Diagnostic]
 ) -> _Outcome:
     """Describe a log without an answer; programs get an object or a row for it too."""
-    from gyrodata.reporting.data import json_text, unanswered_row
+    from gyrodata.reporting.data import json_text, log_row
     from gyrodata.results import AnalysisDocument, Input, to_json
 
     text = ""
     if request.form == "csv" and request.table == "logs":
-        text = unanswered_row(name, found)
+        text = log_row(name, {}, found)
     elif request.form in ("json", "ndjson"):
         log = Input(name, readings.sha256, len(readings.runs)) if readings else Input(name, None, None)
         told = tuple(one.to_dict() for one in found)

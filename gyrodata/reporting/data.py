@@ -76,15 +76,11 @@ def table_rows(analysis: Analysis, table: str) -> str:
         low, high = quantity.get("interval_95") or (None, None)
         row |= {f"{name}_{part}": quantity.get(part) for part in ("value", "u", "unit")}
         row |= {f"{name}_interval_95_low": low, f"{name}_interval_95_high": high}
-    return _log_row(analysis.name, row, analysis.diagnostics)
+    return log_row(analysis.name, row, analysis.diagnostics)
 
 
-def unanswered_row(name: str, diagnostics: Iterable[Diagnostic]) -> str:
-    """Write the row of a log without an answer, for the table of logs."""
-    return _log_row(name, {}, diagnostics)
-
-
-def _log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
+def log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
+    """Write the row of a log in the table of logs; `row` is empty for a log without an answer."""
     codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
     row = {**row, "log": name, "diagnostics": codes}
     return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])

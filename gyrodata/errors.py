@@ -29,6 +29,11 @@ def printable(name: str) -> str:
     return name.encode("utf-8", "replace").decode("utf-8")
 
 
+def count_text(count: int, noun: str) -> str:
+    """Write a count with its noun: "1 run", "9 runs"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def shown(text: object) -> str:
     """Return a text that can be printed: one line, composed letters, no control characters."""
     line = " ".join(printable(str(text)).split())

@@ -167,10 +167,7 @@ class TrialPanel(Struct, frozen=True):
 
     scene: LabScene
     trials: tuple[Trial, ...]
-
-    def of(self, estimator: str) -> Trial:
-        """Return the trial of one fit."""
-        return next(trial for trial in self.trials if trial.estimator == estimator)
+    """In the order of `ESTIMATORS`."""
 
 
 def run_trials(effort: Effort, clock: Clock, seed: int = 1) -> list[TrialPanel]:

@@ -44,11 +44,6 @@ def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
     return json.dumps(document, indent=indent, allow_nan=False) + "\n"
 
 
-def runs_csv(analysis: Analysis) -> str:
-    """Write one row for each run, with a header: SI units and every digit as in the JSON, and the spin in rpm too."""
-    return table_header("runs") + table_rows(analysis, "runs")
-
-
 def table_header(table: str) -> str:
     """Write the header of a table of `table_rows`; several logs can share it."""
     if table == "logs":
@@ -58,7 +53,10 @@ def table_header(table: str) -> str:
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
-    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log."""
+    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log.
+
+    Values are in SI units with every digit as in the JSON; the spin of a run is in rpm too.
+    """
     if table == "runs":
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -59,15 +60,26 @@ def _load(name: str) -> Any:
     return command
 
 
+class _OnDemand(Mapping[str, Any]):
+    """The commands by name. Each is loaded when it is used, so that the start is fast."""
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in _COMMANDS:
+            raise KeyError(name)
+        return _load(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_COMMANDS)
+
+    def __len__(self) -> int:
+        return len(_COMMANDS)
+
+
 class _Gyro(Door):
-    """The command ``gyro``. Each of its commands is loaded when it is used, so that the start is fast."""
+    """The command ``gyro``."""
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes | {"commands": dict.fromkeys(_COMMANDS)})
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Load a command; None for an unknown name."""
-        return _load(cmd_name) if cmd_name in _COMMANDS else None
+        super().__init__(**attributes | {"commands": _OnDemand()})
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""

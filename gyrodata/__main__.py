@@ -10,14 +10,7 @@ from contextlib import suppress
 
 
 def main() -> None:
-    """Run the command line; ``gyro --version`` answers before anything is loaded."""
-    if sys.argv[1:] in (["--version"], ["-V"]) and sys.stdout is not None:
-        from gyrodata import __version__
-
-        # If standard output cannot be written, the command line below reports it.
-        with suppress(OSError):
-            print(f"gyro {__version__}", flush=True)
-            return
+    """Run the command line."""
     # A log has a few dozen rows: more threads only slow down the start.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")

@@ -19,7 +19,6 @@ from gyrodata.changes import Lab
 from gyrodata.errors import LogError, insist_on_choice, insist_on_type
 from gyrodata.fitting import Estimate, Model, NoFit, Outlier
 from gyrodata.measurements import Measurements, checks, measure
-from gyrodata.patterns import look_for_patterns
 from gyrodata.readings import Readings, read_log, value_text
 from gyrodata.results import DOUBTS, Analysis, Doubt, Options, Result
 
@@ -117,10 +116,8 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and changes.release_may_matter(lab))
     listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
-    for effect in listed:
-        if effect.effect == "release":
-            lab = replace(lab, release=effect.size)
-    patterns = look_for_patterns(measured, fit)
+    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
+    patterns = findings.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
         **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
@@ -129,18 +126,16 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for check in findings.CHECKS:
         found += check(seen)
     changed = changes.answers(lab, "sensitivity") if whole else []
-    without, balanced = {}, fit.inertia if measured.balanced else None
-    for change, one in changed:
-        if change.torque is not None and one.inertia:
-            without[change.torque] = one.inertia
-        if one.name == "balanced":
-            balanced = one.inertia
+    without = {change.torque: one.inertia for change, one in changed if change.torque is not None and one.inertia}
+    if_stated = fit.inertia if measured.balanced else None
+    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), if_stated)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []
     for kind in DOUBTS if whole else ():
         told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
         doubts += [Doubt(kind, one.message, one.hint) for one in told]
+    torques = tables.torque_table(measured, fit, groups, without)
     # Advice for another measurement is only valid for runs without doubts.
     advice = tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
     return Analysis(
@@ -165,9 +160,9 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         effects=listed,
         power_law=tables.power_laws(measured, groups) if whole else (),
         exponent=exponent,
-        constancy=tables.constancy(measured, groups) if whole else None,
+        constancy=tables.constancy(measured, torques, groups) if whole else None,
         ball=ball if whole else None,
-        torques=tables.torque_table(measured, fit, groups, without),
+        torques=torques,
         run_table=tables.run_table(measured, fit, outliers, lab.left_out),
         patterns=patterns,
         advice=advice or (findings.list_advice(lab) if whole else ()),
@@ -210,7 +205,8 @@ def fit_runs(
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    shared = sum([source.shared_count for source in measured.sources])
+    # The errors that several runs have in common; runs without an error are in group -1.
+    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in measured.sources])
     if shared * len(measured.runs) > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from operator import attrgetter
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -32,8 +32,8 @@ from gyrodata.tables import load_words
 WATCHED = 180.0
 """Duration of a run without a weight [s]."""
 
-DRIFT = (math.radians(5.0), 60.0, 400 * physics.RPM)
-"""A balance test that is easy to pass: 5° [rad] in a minute [s] at 400 rpm [rad/s]."""
+EASY_TEST = 400 * physics.RPM * math.radians(5.0) / 60.0
+"""u of M0 over I_zz [rad²/s²] after a balance test that is easy to pass: 5° in a minute at 400 rpm."""
 
 LATE = 0.1
 """How late or early the hand is in the changes "hand_late" and "hand_early" [s]."""
@@ -212,12 +212,10 @@ def _sensitivity(lab: Lab) -> Iterator[Change]:
 
 def _scaled(measured: Measurements, name: str, factor: float) -> tuple[Source, ...]:
     """Return the sources with the errors of one of them `factor` times as large."""
-    sources = []
-    for one in measured.sources:
-        if one.name == name:
-            one = replace(one, absolute=factor * one.absolute, relative=factor * one.relative)
-        sources.append(one)
-    return tuple(sources)
+    return tuple(
+        replace(one, absolute=factor * one.absolute, relative=factor * one.relative) if one.name == name else one
+        for one in measured.sources
+    )
 
 
 # --- advice: what would make the next lab better ----------------------------------------------------------------------
@@ -251,12 +249,6 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
     yield lab.change("unloaded_run", words, measured=replace(more, **names))
 
 
-def balance_test(inertia: float) -> float:
-    """Standard uncertainty of M0 [N*m] after a balance test with no more drift than `DRIFT`."""
-    angle, seconds, spin = DRIFT
-    return inertia * spin * angle / seconds
-
-
 def _advice(lab: Lab) -> Iterator[Change]:
     """List what the next lab can do: another run, better readings, a balance test, more turns."""
     yield from _unloaded_run(lab)
@@ -273,19 +265,19 @@ def _advice(lab: Lab) -> Iterator[Change]:
             yield lab.change("half_the_error", SOURCES[share.source].better, changed)
     # Only if the ball can pass it, by what the runs say of M0.
     m0 = fit.residual_torque
-    limit = 2 * math.hypot(m0.u or 0.0, balance_test(fit.inertia.value))
+    limit = 2 * math.hypot(m0.u or 0.0, EASY_TEST * fit.inertia.value)
     if measured.balance_test is None and abs(m0.value) < limit:
         words = 'a balance test in the log, "# balance_drift: 5 deg in 60 s at 400 rpm" or better'
-        yield lab.change("balance_test", words, {"balance_test": balance_test})
+        yield lab.change("balance_test", words, {"balance_test": lambda inertia: EASY_TEST * inertia})
     if measured.timed:
         off, turns = fit.timing_bias.value + (measured.time - fit.fitted_time), 3 * measured.turns
         # Whole turns end where they began: no mark has to be sighted.
-        part, sources = np.abs(turns - np.round(turns)) > WHOLE, []
-        for one in measured.sources:
-            if one.name == "angle" and one.default:
-                one = replace(one, absolute=np.where(part, one.absolute, 0.0))
-            sources.append(one)
-        changed = {"time": 3 * (measured.time - off) + off, "turns": turns, "sources": tuple(sources)}
+        part = np.abs(turns - np.round(turns)) > WHOLE
+        sources = tuple(
+            replace(one, absolute=np.where(part, one.absolute, 0.0)) if one.name == "angle" and one.default else one
+            for one in measured.sources
+        )
+        changed = {"time": 3 * (measured.time - off) + off, "turns": turns, "sources": sources}
         yield lab.change("three_times", "time three times as many turns of the rod in every run", changed)
 
 
@@ -297,11 +289,9 @@ def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
 
     Both are ratios of standard uncertainties [1].
     """
-    column, part, source = lab.readings.columns.get(role) if lab.readings is not None else None, None, None
-    for share in lab.fit.budget:
-        part = share.u_inertia if share.source == role else part
-    for one in lab.measured.sources:
-        source = one if one.name == role else source
+    column = lab.readings.columns.get(role) if lab.readings is not None else None
+    part = next((share.u_inertia for share in lab.fit.budget if share.source == role), None)
+    source = next((one for one in lab.measured.sources if one.name == role), None)
     if part is None or source is None or column is None or not source.default:
         return None
     touched = source.groups >= 0
@@ -435,16 +425,11 @@ def release_may_matter(lab: Lab) -> bool:
 
 def _release_size(lab: Lab) -> float:
     """Estimate the size of the release for a level rod, without a fit, in standard uncertainties of I_zz [1]."""
-    u = fitting.relative_u(lab.fit.inertia)
-    # Runs that scatter more than stated may do so because of the release, which then widens u.
-    size = abs(float(lab.fit.response @ _release_bias(lab.measured, lab.fit))) * max(1.0, lab.fit.widths.scatter)
-    return size / u if u else math.inf
-
-
-def _release_bias(measured: Measurements, fit: FitResult) -> Floats:
-    """Compute the relative excess of each run's I_zz if a level rod was released, and is treated as steady."""
+    measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
     total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
-    return cast(Floats, physics.release_bias(total, measured.spin, fit.inertia.value, across))
+    biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
+    # Runs that scatter more than stated may do so because of the release, which then widens u.
+    return abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u if u else math.inf
 
 
 # --- answers ----------------------------------------------------------------------------------------------------------
@@ -585,9 +570,11 @@ def _seen_in_scatter(measured: Measurements, fit: FitResult, name: str) -> bool:
     """Return whether an effect that cancels in I_zz, as of a rod tilted up and down, is visible in the single runs."""
     if name not in ("tilt", "release"):
         return False
+    across = fitting.transverse_inertia(measured)
     if name == "release":
-        biases = _release_bias(measured, fit)
+        total = measured.torque + fit.residual_torque.value
+        biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
     else:
-        rate, across = fit.sense * 2 * np.pi * measured.turns / measured.time, fitting.transverse_inertia(measured)
+        rate = fit.sense * 2 * np.pi * measured.turns / measured.time
         biases = physics.tilt_bias(rate, measured.spin, measured.pitch, fit.inertia.value, across)
     return float(np.sqrt(np.mean((biases * measured.time / fit.time_u) ** 2))) > DROP_ALL

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Collection, Iterable
-from functools import lru_cache
 from types import UnionType
 from typing import Any, TypedDict
 
@@ -30,15 +29,14 @@ def printable(name: str) -> str:
     return name.encode("utf-8", "replace").decode("utf-8")
 
 
+def count_text(count: int, noun: str) -> str:
+    """Write a count with its noun: "1 run", "9 runs"."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
 def shown(text: object) -> str:
     """Return a text that can be printed: one line, composed letters, no control characters."""
-    return _shown(str(text))
-
-
-# The titles of a rubric are on the page of every student.
-@lru_cache(maxsize=512)
-def _shown(text: str) -> str:
-    line = " ".join(printable(text).split())
+    line = " ".join(printable(str(text)).split())
     if line.isprintable() and unicodedata.is_normalized("NFC", line):
         return line
     # Some scripts need the two joiners.

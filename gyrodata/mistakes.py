@@ -7,8 +7,10 @@ and `gyro analyze` looks for one in the log itself, if the log describes the bal
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,10 +54,7 @@ COUNTS = {"1": 1.0, "1/3": 1 / 3, "2/3": 2 / 3}
 @cache
 def known_mistakes() -> dict[str, Mistake]:
     """Read the table of mistakes, by kind. Most logs do not need it, so it is read when it is used."""
-    import tomllib
-    from importlib.resources import files
-
-    text = files("gyrodata").joinpath("mistakes.toml").read_text("utf-8")
+    text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
     return {one.kind: one for one in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])}
 
 

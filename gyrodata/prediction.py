@@ -11,7 +11,6 @@ import string
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -42,14 +41,13 @@ class Prediction(Struct, frozen=True, kw_only=True):
     """Names of the values that are null, with the cause."""
 
 
-@cache
-def _texts() -> dict[str, dict[str, str]]:
-    return tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+TEXTS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+"""The words of each prediction, by case, and its text."""
 
 
 def _say(question: str, case: str, **parts: str) -> str:
     """Return the words for a case of a question, in one line."""
-    return " ".join(_texts()[question][case].format(**parts).split())
+    return " ".join(TEXTS[question][case].format(**parts).split())
 
 
 def _finite(value: Any) -> float | None:
@@ -295,10 +293,8 @@ def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles:
     The spin is positive if it is counterclockwise, seen from the right hand.
     """
     rate = math.pi / time
-    # Eq. (4) for the axle along e3, which turns about e2. I across the axle has no effect at a steady rate.
-    body, frame = np.array([0.0, rate, wheel_spin]), np.array([0.0, rate, 0.0])
-    change = physics.momentum_change(body, np.zeros(3), frame, wheel_inertia, wheel_inertia)
-    torque = float(np.linalg.norm(change))
+    # Eq. (4) for an axle that turns at a steady rate: Ω × H. I across the axle has no effect.
+    torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
     return Twist(
         why=_say("twist", "turns" if wheel_spin else "no_spin"),
@@ -408,7 +404,7 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     values = {**answer.options, **asdict(answer)}
     values["why"] = textwrap.fill(answer.why, 76, initial_indent="  ", subsequent_indent="  ")
     values["table"] = _earth_table(answer) if isinstance(answer, Earth) else None
-    for line in _texts()[answer.prediction]["text"].splitlines():
+    for line in TEXTS[answer.prediction]["text"].splitlines():
         fields = [name for _, name, _, _ in quantities.parse(line) if name]
         if all(quantities.get_field(name, (), values)[0] not in (None, "") for name in fields):
             lines.append(quantities.vformat(line, (), values))

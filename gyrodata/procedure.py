@@ -12,7 +12,7 @@ import numpy as np
 
 from gyrodata import changes, physics
 from gyrodata.analysis import analyze_readings
-from gyrodata.errors import Diagnostic, LogError
+from gyrodata.errors import Diagnostic, LogError, count_text
 from gyrodata.findings import WORTH
 from gyrodata.fitting import relative_u
 from gyrodata.measurements import Measurements, measure
@@ -70,7 +70,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
         torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
         one = len(groups) == 1
         why = "one point does not determine a line" if one else "a line through two points always fits"
-        yield readings.say("too_few_weights", torques=_counted(len(groups), "torque"), values=torques, why=why)
+        yield readings.say("too_few_weights", torques=count_text(len(groups), "torque"), values=torques, why=why)
     for group in groups:
         name, place = load_words(measured, group[0]), readings.place(group[-1])
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
@@ -79,7 +79,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
             # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
             wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
-            runs = {"runs": _counted(len(group), "run"), "lacking": _counted(lacking, "run")}
+            runs = {"runs": count_text(len(group), "run"), "lacking": count_text(lacking, "run")}
             wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
             yield readings.say("too_few_runs", place, load=name, **runs, spins=wanted_rpm)
         elif spins[-1] < SPREAD * spins[0]:
@@ -105,7 +105,7 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
     if measured.timed and len(short):
         worst = int(short[np.argmin(measured.time[short])])
         time = measured.time[worst]
-        times, runs = _counted(len(short), "time"), _named(measured, short)
+        times, runs = count_text(len(short), "time"), _named(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
         yield readings.say("times_too_short", readings.place(worst), times=times, runs=runs, **values)
     if measured.spin_start is None or measured.spin_end is None:
@@ -124,7 +124,3 @@ def _named(measured: Measurements, indices: Integers) -> str:
     """Return the names of runs: "runs 2, 5"."""
     names = ", ".join(measured.runs[i] for i in indices[:8]) + (", …" if len(indices) > 8 else "")
     return f"run{'s' if len(indices) > 1 else ''} {names}"
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

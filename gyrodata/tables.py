@@ -12,7 +12,6 @@ from msgspec.structs import replace
 from gyrodata import fitting, physics
 from gyrodata.fitting import Estimate, FitResult, Outlier
 from gyrodata.measurements import Measurements
-from gyrodata.physics import Floats
 from gyrodata.quantities import as_read
 from gyrodata.units import Uncertainty
 
@@ -68,11 +67,6 @@ def run_table(
     return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), flagged.tolist(), out.tolist(), reasons))
 
 
-def or_none(value: Floats | float) -> float | None:
-    """Return None for NaN, which means that nothing was read."""
-    return None if math.isnan(value) else float(value)
-
-
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
     """Return why a run looks odd: the corrections that fit, or its distance from the prediction."""
     if outlier.cells:
@@ -87,9 +81,8 @@ def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
 def load_words(measured: Measurements, index: int) -> str:
     """Return the load of a run with the digits of the log: "20.00 g at 15.0 cm"."""
     if not np.isnan(measured.mass[index]):
-        of_mass, of_position = measured.steps_of_load(index)
-        mass = as_read(1e3 * measured.mass[index], 1e3 * of_mass)
-        return f"{mass} g at {as_read(1e2 * measured.position[index], 1e2 * of_position)} cm"
+        mass = as_read(1e3 * measured.mass[index], 1e3 * measured.mass_step[index])
+        return f"{mass} g at {as_read(1e2 * measured.position[index], 1e2 * measured.position_step[index])} cm"
     return f"{1e3 * measured.torque[index]:.3g} mN·m"
 
 
@@ -137,36 +130,30 @@ def torque_table(
     measured: Measurements, fit: FitResult, groups: list[list[int]], without: Mapping[int, Estimate]
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    scale, torques = 0.0, []
-    for source in measured.sources:
-        if source.name == "spin_scale":
-            scale = float(source.relative[0])
+    scale = next((float(one.relative[0]) for one in measured.sources if one.name == "spin_scale"), 0.0)
+    torques = []
     for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
         i, runs = group[0], used or group
-        size, weight, mean, chi2 = _about_mean(measured, runs)
+        # The weighted mean of |φ̇ψ̇|, and the scatter about it.
+        values = np.abs(measured.product[runs])
+        size = measured.own_relative[runs] * values
+        weight = 1 / np.maximum(size, 1e-12) ** 2
+        mean = float(np.average(values, weights=weight))
+        several = len(runs) > 1
+        chi2 = float(np.sum(((values - mean) / size) ** 2)) if several and size.all() else None
         alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
         # A late or early hand changes all runs in the same direction, each by b/T.
         each_second = float(np.average(measured.product[runs] / measured.time[runs], weights=weight))
         mean_u = math.hypot(alone, measured.timing_bias_u * each_second, scale * mean)
-        several = len(runs) > 1
-        spread = float(np.std(np.abs(measured.product[runs]), ddof=1)) if several else None
-        p = fitting.chi2_tail(chi2, len(runs) - 1) if several and chi2 is not None else None
-        sign = float(fit.sense[i])
-        product = MeanProduct(sign * mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2 if several else None)
+        spread = float(np.std(values, ddof=1)) if several else None
+        p = None if chi2 is None else fitting.chi2_tail(chi2, len(runs) - 1)
+        product = MeanProduct(float(fit.sense[i]) * mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
         slope = 2 * math.pi / mean
         per_spin = Estimate(slope, slope * mean_u / mean, "s^2/rad")
-        load = or_none(measured.mass[i]), or_none(measured.position[i]), float(measured.torque[i])
-        torques.append(Torque(*load, len(runs), without.get(k), product, per_spin))
+        # NaN means that nothing was read.
+        mass, position = (None if np.isnan(x[i]) else float(x[i]) for x in (measured.mass, measured.position))
+        torques.append(Torque(mass, position, float(measured.torque[i]), len(runs), without.get(k), product, per_spin))
     return tuple(torques)
-
-
-def _about_mean(measured: Measurements, runs: list[int]) -> tuple[Floats, Floats, float, float | None]:
-    """Compute the mean of |φ̇ψ̇| of some runs: u of each run's own, their weights, the mean, and χ², None if u is 0."""
-    product = np.abs(measured.product[runs])
-    size = measured.own_relative[runs] * product
-    weight = 1 / np.maximum(size, 1e-12) ** 2
-    mean = float(np.average(product, weights=weight))
-    return size, weight, mean, float(np.sum(((product - mean) / size) ** 2)) if size.all() else None
 
 
 # --- the laws ---------------------------------------------------------------------------------------------------
@@ -240,7 +227,7 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
 
 
-def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | None:
+def constancy(measured: Measurements, torques: tuple[Torque, ...], groups: list[list[int]]) -> Constancy | None:
     """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
@@ -250,12 +237,11 @@ def constancy(measured: Measurements, groups: list[list[int]]) -> Constancy | No
     if not measured.own_relative.all() or not dof:
         return None
     total, scatter, expected = 0.0, 0.0, 0.0
-    for group in groups:
+    for torque, group in zip(torques, groups, strict=True):
         if len(group) < 2:
             continue
-        _, _, mean, chi2 = _about_mean(measured, group)
-        total += chi2 or 0.0
-        scatter += float(np.sum((np.abs(measured.product[group]) / mean - 1) ** 2)) / dof
+        total += torque.product.chi2 or 0.0
+        scatter += float(np.sum((np.abs(measured.product[group] / torque.product.value) - 1) ** 2)) / dof
         expected += float(np.sum(measured.own_relative[group] ** 2)) / count
     return Constancy(math.sqrt(scatter), math.sqrt(expected), total, dof, fitting.chi2_tail(total, dof))
 
@@ -291,7 +277,8 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
     found = [NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)]
     for name, words in (("through_origin", "without an intercept"), ("with_constant", "with an intercept")):
         intercept = name == "with_constant"
-        slope, u, constant, u_constant = map(or_none, fitting.ordinary_line(product, torque, intercept))
+        line = fitting.ordinary_line(product, torque, intercept)
+        slope, u, constant, u_constant = (None if np.isnan(one) else float(one) for one in line)
         if slope is None or (intercept and not fitting.torques_differ(torque)):
             note = (
                 "not possible: all torques are equal, so a slope and an intercept cannot be separated; "

@@ -20,7 +20,7 @@ from gyrodata.changes import Lab
 from gyrodata.fitting import FitResult, Outlier
 from gyrodata.measurements import Measurements, as_spin, mean_spin, measure, spin_columns
 from gyrodata.measurements.checks import other_units
-from gyrodata.patterns import exchanged_digits
+from gyrodata.measurements.sources import load_role
 from gyrodata.quantities import PLAIN
 from gyrodata.readings import Column, Readings, kind_of_role
 from gyrodata.readings.roles import TIMINGS
@@ -104,8 +104,8 @@ def _changes(
         return
     timing = next(role for role in TIMINGS if role in readings.columns)
     spins = [column.role for column in spin_columns(readings)]
-    loads = [role for role in ("mass", "force", "torque") if role in readings.columns][:1]
-    loads = [*loads, *(["position"] if loads != ["torque"] else [])] if torque else []
+    load = load_role(readings.columns)
+    loads = [load, *["position"] * (load != "torque")] if torque else []
     for role in (timing, *spins, *loads):
         column = readings.columns[role]
         old, spot = column.values[index], column.spots[index]
@@ -198,6 +198,16 @@ def _of_slips(column: Column, index: int, origin: str | None) -> Iterator[Cell]:
     for unit, times in other_units(column) if column.unit and not shifted else ():
         there = value * times
         yield Cell(2, f"{there / factor:.5g}", f" would fit, not {{old}} (is it in {unit}?)", there)
+
+
+def exchanged_digits(number: str) -> Iterator[str]:
+    """List a number with each two neighbouring digits exchanged, except numbers that begin with 0."""
+    digits = [at for at, sign in enumerate(number) if sign.isdigit()]
+    for one, other in pairwise(digits):
+        signs = [*number]
+        signs[one], signs[other] = number[other], number[one]
+        if signs[digits[0]] != "0" and signs != [*number]:
+            yield "".join(signs)
 
 
 def _that_fits(column: Column, index: int, value: float) -> Iterator[Cell]:

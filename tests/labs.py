@@ -51,6 +51,7 @@ def lab(
         force=nothing, given_torque=nothing, torque=weighed * measured_position * G, sense=np.sign(total),
         pitch=zeros, transverse_inertia=None, spin_start=None, spin_end=None, g=G, timed=True,
         timing_bias_u=0.05, balance_test=None, balance_test_from="", diagnostics=(),
+        mass_step=zeros, position_step=zeros,
         sources=(
             Source("time", "time", own, u_time * ones, zeros, "", True, ""),
             Source("spin", "spin", own, zeros, u_spin * ones, "", True, ""),

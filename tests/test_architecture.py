@@ -17,7 +17,7 @@ from gyrodata import diagnostics
 TESTS = Path(__file__).parent
 PACKAGE = TESTS.parent / "gyrodata"
 ROOMS = """diagnostics docs vocabulary; errors units; disk toml_table workers quantities physics error_sources;
-    motion readings; measurements; fitting; tables simulation mistakes; patterns changes; wrong_cells;
+    motion readings; measurements; fitting; tables simulation mistakes; changes; wrong_cells;
     findings refusals; results; benchmark analysis coverage prediction; plotting procedure python_api; reporting;
     grading; schema; cli; __main__"""
 SHELVES = {room: shelf for shelf, rooms in enumerate(ROOMS.split(";")) for room in rooms.split()}

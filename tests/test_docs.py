@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import kinematics
 import numpy as np
 import pytest
 from documents import DOCUMENTS, PAGES, ROOT, blocks, cells
@@ -64,16 +65,16 @@ INERTIA, ACROSS = 4.44e-3, 6.5e-3
 def any_state() -> dict[str, Any]:
     """A top that does everything at once, with names as the page has them."""
     theta, angle_rate, rate, spin = 1.1, 0.3, 0.7, 40.0
-    turn = physics.frame_rotation(angle_rate, rate, theta)
-    body = physics.body_rotation(angle_rate, rate, spin, theta)
+    turn = kinematics.frame_rotation(angle_rate, rate, theta)
+    body = kinematics.body_rotation(angle_rate, rate, spin, theta)
     change = np.array([0.2, -0.4, 0.6])
     names = {"θ̇": angle_rate, "φ̇": rate, "ψ̇": spin, "sinθ": math.sin(theta), "cosθ": math.cos(theta)}
     names |= {f"e{i + 1}": np.eye(3)[i].view(Vector) for i in range(3)}
     names |= {f"ω{i + 1}": body[i] for i in range(3)} | {f"ω̇{i + 1}": change[i] for i in range(3)}
     names |= {"Ω": turn.view(Vector), "Ω3": turn[2], "I": ACROSS, "I_zz": INERTIA, "h": 0.15, "m": 0.06, "g": 9.803}
     names["ω"] = body
-    names["H"] = physics.angular_momentum(body, INERTIA, ACROSS).view(Vector)
-    names["Ḣ"] = physics.momentum_change(body, change, turn, INERTIA, ACROSS)
+    names["H"] = kinematics.angular_momentum(body, INERTIA, ACROSS).view(Vector)
+    names["Ḣ"] = kinematics.momentum_change(body, change, turn, INERTIA, ACROSS)
     return names
 
 

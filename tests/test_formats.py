@@ -24,7 +24,7 @@ from typer.testing import CliRunner, Result
 
 from gyrodata import analyze, plotting
 from gyrodata.cli import app
-from gyrodata.reporting.data import runs_csv
+from gyrodata.reporting.data import table_header, table_rows
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.reporting.text import summary
@@ -203,7 +203,7 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
 @settings(derandomize=True, deadline=None, max_examples=100)
 def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> None:
     analysis = with_texts(text)
-    table = runs_csv(analysis)
+    table = table_header("runs") + table_rows(analysis, "runs")
     head, *rows = csv.reader(io.StringIO(table, newline=""))
     assert [len(row) for row in rows] == [len(head)] * len(analysis.run_table)
     # Where ; or a tab parts cells, quotes in the middle of a cell mean nothing.

@@ -44,16 +44,10 @@ def textbook(measured: Measurements, name: str) -> Answer:
     return value, value - half, value + half
 
 
-def york(measured: Measurements) -> Answer:
-    """Fit a line with independent errors in both variables (York)."""
-    product, torque = (np.diag(covariance) for covariance in covariances(measured))
-    line = fitting.fit_line(measured.product, measured.torque, product, torque)
-    return line.slope, line.slope - K_95 * line.u_slope, line.slope + K_95 * line.u_slope
-
-
-def full_covariance(measured: Measurements) -> Answer:
-    """Fit a line with errors in both variables and all covariances (ISO/TS 28037)."""
-    line = fitting.fit_line(measured.product, measured.torque, *covariances(measured))
+def line_with_errors(measured: Measurements, independent: bool) -> Answer:
+    """Fit a line with errors in both variables: independent (York), or with all covariances (ISO/TS 28037)."""
+    of_product, of_torque = (np.diag(one) if independent else one for one in covariances(measured))
+    line = fitting.fit_line(measured.product, measured.torque, of_product, of_torque)
     return line.slope, line.slope - K_95 * line.u_slope, line.slope + K_95 * line.u_slope
 
 
@@ -87,8 +81,8 @@ ESTIMATORS: Mapping[str, Callable[[Measurements], Answer]] = {
     "mean of ratios": partial(textbook, name="mean_of_ratios"),
     "line through the origin": partial(textbook, name="through_origin"),
     "line with intercept": partial(textbook, name="with_constant"),
-    "York's line": york,
-    "line, full covariance": full_covariance,
+    "York's line": partial(line_with_errors, independent=True),
+    "line, full covariance": partial(line_with_errors, independent=False),
     "recommended fit": recommended,
 }
 """The fits by their names in the charts."""
@@ -173,10 +167,7 @@ class TrialPanel(Struct, frozen=True):
 
     scene: LabScene
     trials: tuple[Trial, ...]
-
-    def of(self, estimator: str) -> Trial:
-        """Return the trial of one fit."""
-        return next(trial for trial in self.trials if trial.estimator == estimator)
+    """In the order of `ESTIMATORS`."""
 
 
 def run_trials(effort: Effort, clock: Clock, seed: int = 1) -> list[TrialPanel]:

@@ -148,7 +148,6 @@ def analyze(
             write_out(header + done.text)
             header = ""
         complain(done.diagnostics, quiet)
-        complain(done.not_written)
         if done.report and not quiet:
             tell(f"report: {done.report}")
         if done.report and opened:
@@ -316,9 +315,7 @@ class _Outcome(Struct, frozen=True):
     """Text for standard output."""
     diagnostics: Sequence[Diagnostic]
     report: Path | None = None
-    """The report that was written."""
-    not_written: Sequence[Diagnostic] = ()
-    """The reason if the report could not be written."""
+    """The report, if one was written."""
 
 
 def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Path | None) -> _Outcome:
@@ -345,7 +342,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         with telling(folder, diagnostics.REPORT_CANNOT_BE_WRITTEN):
             write_folder(folder, files)
     except GyroError as error:
-        return _Outcome(error.exit_code, text, analysis.diagnostics, not_written=error.diagnostics)
+        return _Outcome(error.exit_code, text, (*analysis.diagnostics, *error.diagnostics))
     return _Outcome(0, text, analysis.diagnostics, report=folder / (document or "report.html"))
 
 
@@ -353,12 +350,12 @@ def _without_answer(
     name: str, readings: Readings | None, request: _Request, code: int, found: Sequence[Diagnostic]
 ) -> _Outcome:
     """Describe a log without an answer; programs get an object or a row for it too."""
-    from gyrodata.reporting.data import json_text, unanswered_row
+    from gyrodata.reporting.data import json_text, log_row
     from gyrodata.results import AnalysisDocument, Input, to_json
 
     text = ""
     if request.form == "csv" and request.table == "logs":
-        text = unanswered_row(name, found)
+        text = log_row(name, {}, found)
     elif request.form in ("json", "ndjson"):
         log = Input(name, readings.sha256, len(readings.runs)) if readings else Input(name, None, None)
         told = tuple(one.to_dict() for one in found)

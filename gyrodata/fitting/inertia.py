@@ -133,8 +133,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The answer as a mixture; None for a fit at fixed widths."""
 
     @cached_property
-    def _predicted(self) -> tuple[Floats, Floats]:
-        """Predict each run's time from its other readings, and the scatter about it [s]."""
+    def fitted_time(self) -> Floats:
+        """Time that the fit predicts for each run from its other readings [s], shape (n,)."""
         end = self.adjusted
         at = end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
         inertia, residual_torque, bias = end.unknowns.tolist()
@@ -143,19 +143,16 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
         with np.errstate(divide="ignore"):
-            # The condition is the time multiplied by the total torque.
-            u = np.sqrt(end.independent_variance) / np.abs(torque)
-            return 2 * np.pi * values[TURNS] / rate + bias, u
+            return cast(Floats, 2 * np.pi * values[TURNS] / rate + bias)
 
-    @property
-    def fitted_time(self) -> Floats:
-        """Time that the fit predicts for each run [s], shape (n,)."""
-        return self._predicted[0]
-
-    @property
+    @cached_property
     def time_u(self) -> Floats:
         """Standard uncertainty of each run's time about the fit, from the errors of this run alone [s], shape (n,)."""
-        return self._predicted[1]
+        end = self.adjusted
+        at = end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
+        with np.errstate(divide="ignore"):
+            # The condition is the time multiplied by the total torque.
+            return cast(Floats, np.sqrt(end.independent_variance) / np.abs(at.torque + end.unknowns[1]))
 
     @property
     def log_evidence(self) -> float:
@@ -347,10 +344,7 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
 
 def times_stated(measured: Measurements) -> bool:
     """Return whether the log states the uncertainty of its times."""
-    stated = True
-    for source in measured.sources:
-        stated &= source.quantity != "time" or not source.default
-    return stated
+    return not any(source.quantity == "time" and source.default for source in measured.sources)
 
 
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
@@ -372,20 +366,18 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     owners[problem.to_column] = problem.from_source
     np.add.at(variances, owners, gain[count + 2 :] ** 2)
     shared = set(owners.tolist())
-    parts = []
-    for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True)):
-        parts.append((math.sqrt(variance), source.name, s in shared, source.shared_by))
+    parts = [
+        (math.sqrt(variance), source.name, s in shared, source.shared_by)
+        for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
+    ]
     for row, name, words in (0, "residual_torque", "all runs"), (1, "time_bias", SOURCES["time_bias"].shared_by):
         parts.append((abs(float(gain[count + row])), name, True, words))
     parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
     sizes, *_ = zip(*parts, strict=True)
     total = math.fsum(np.square(sizes).tolist())
-    factor, shares = u / math.sqrt(total or 1.0), []
-    for own, name, several, by in parts:
-        if own:
-            shares.append(Share(name, several, by, factor * own, own**2 / total))
-    return tuple(shares)
+    factor = u / math.sqrt(total or 1.0)
+    return tuple(Share(name, several, by, factor * own, own**2 / total) for own, name, several, by in parts if own)
 
 
 # --- corrections for the model of the motion --------------------------------------------------------------------

@@ -65,6 +65,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """Prior width of the residual torque M0 [N*m] for a given I_zz [kg*m^2], from a balance test; None: no test."""
     balance_test_from: str
     """The key of the log from which that prior comes."""
+    mass_step: Floats
+    """One step of the last digit of each mass [kg]; 0 if unknown."""
+    position_step: Floats
+    """One step of the last digit of each position [m]; 0 if unknown."""
     sources: tuple[Source, ...]
     diagnostics: tuple[Diagnostic, ...]
     spin_readings: int = 1
@@ -83,10 +87,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """Inertia that the weight adds to I_zz of each run, because it spins [kg*m^2], shape (n,); 0 if unknown."""
     latitude: float | None = None
     """[rad]; None if the log does not say."""
-    mass_step: Floats | None = None
-    """One step of the last digit of each mass [kg]; 0 if unknown."""
-    position_step: Floats | None = None
-    """One step of the last digit of each position [m]; 0 if unknown."""
     torque_unseen: float | None = None
     """Largest torque over I_zz with which an unloaded rod would not have moved visibly [rad²/s²]; None if there is no
     run in which it did not move."""
@@ -124,11 +124,6 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
             if size is not None and not source.shared_by.startswith("all runs"):
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
-
-    def steps_of_load(self, run: int) -> tuple[float, float]:
-        """Return one step of the last digit of a run's mass [kg] and of its position [m]; 0 if unknown."""
-        mass = 0.0 if self.mass_step is None else float(self.mass_step[run])
-        return mass, 0.0 if self.position_step is None else float(self.position_step[run])
 
     @property
     def time_u(self) -> float | None:
@@ -205,8 +200,8 @@ def measure(readings: Readings) -> Measurements:
         balanced=readings.balanced,
         added=added,
         latitude=latitude,
-        mass_step=np.array(columns["mass"].steps) if kind == "mass" else None,
-        position_step=np.array(columns["position"].steps) if "position" in columns else None,
+        mass_step=np.array(columns["mass"].steps) if kind == "mass" else np.zeros(count),
+        position_step=np.array(columns["position"].steps) if "position" in columns else np.zeros(count),
         torque_unseen=None if still is None else _torque_unseen(readings, still, diagnostics),
         nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
         drag=drag,

@@ -60,17 +60,6 @@ class Source(Struct, frozen=True):
         """The default in words, or "as given"."""
         return self.usual if self.default else "as given"
 
-    @property
-    def shared(self) -> bool:
-        """True if any two runs have the same error."""
-        return self.shared_count > 0
-
-    @property
-    def shared_count(self) -> int:
-        """Number of errors that several runs have in common."""
-        # Runs without this error are counted first.
-        return int((np.bincount(self.groups + 1)[1:] > 1).sum())
-
 
 def load_role(columns: Mapping[str, Column]) -> str:
     """Return the role that gives the torque: masses, else forces, else the torque itself."""

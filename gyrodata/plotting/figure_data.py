@@ -162,11 +162,10 @@ def _label(measured: Measurements, i: int) -> str:
     """Describe the load of a run: "20.00 g at 15.0 cm"."""
     if not measured.torque[i]:
         return "no weight"
-    of_mass, of_position = measured.steps_of_load(i)
-    at = f" at {as_number(100 * measured.position[i], 100 * of_position)} cm"
-    mass, force = measured.mass[i], measured.force[i]
+    at = f" at {as_number(100 * measured.position[i], 100 * measured.position_step[i])} cm"
+    mass, step, force = measured.mass[i], measured.mass_step[i], measured.force[i]
     if not math.isnan(mass):
-        return (f"{as_number(1e3 * mass, 1e3 * of_mass)} g" if mass < 10 else f"{as_number(mass, of_mass)} kg") + at
+        return (f"{as_number(1e3 * mass, 1e3 * step)} g" if mass < 10 else f"{as_number(mass, step)} kg") + at
     if not math.isnan(force):
         return f"{as_number(force)} N{at}"
     unit, size = torque_unit(abs(float(measured.torque[i])))

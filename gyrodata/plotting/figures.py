@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from gyrodata.errors import insist_on_choice, insist_on_type
+from gyrodata.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
 from gyrodata.plotting.figure_data import Scene, answer, as_number, gather, run_name, with_u
 from gyrodata.results import Analysis
@@ -94,9 +94,10 @@ def describe_period(scene: Scene) -> str:
             found.append(f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}")
     law = scene.analysis.exponent
     grows = f", growing as the spin to the power {with_u(law)}" if law else ""
+    runs, torques = count_text(len(scene.names), "run"), count_text(len(scene.groups), "torque")
     return (
-        f"Precession period against spin, {_count(len(scene.names), 'run')} at {_count(len(scene.groups), 'torque')}"
-        f"{grows}; a line through zero for each torque, steeper for a smaller torque. {_listed(found)}."
+        f"Precession period against spin, {runs} at {torques}{grows}; a line through zero for each torque, steeper for "
+        f"a smaller torque. {_listed(found)}."
     )
 
 
@@ -189,7 +190,7 @@ def describe_residuals(scene: Scene) -> str:
     kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
     return (
         f"Each run's time minus the prediction of the other runs, in the order of the log: {int(np.sum(kept <= 2))} of "
-        f"{_count(len(kept), 'run')} in the fit are within ± 2 standard uncertainties; the largest deviation is "
+        f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard uncertainties; the largest deviation is "
         f"{as_number(float(kept.max(initial=0.0)))}."
     )
 
@@ -345,10 +346,6 @@ def _labelled(scene: Scene) -> int:
 
 def _listed(items: Sequence[str], most: int = 4) -> str:
     return "; ".join(items[:most]) + (f"; and {len(items) - most} more" if len(items) > most else "")
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
 # --- figures and files ---------------------------------------------------------------------------------------------

@@ -44,11 +44,6 @@ def json_text(document: dict[str, Any], indent: int | None = 2) -> str:
     return json.dumps(document, indent=indent, allow_nan=False) + "\n"
 
 
-def runs_csv(analysis: Analysis) -> str:
-    """Write one row for each run, with a header: SI units and every digit as in the JSON, and the spin in rpm too."""
-    return table_header("runs") + table_rows(analysis, "runs")
-
-
 def table_header(table: str) -> str:
     """Write the header of a table of `table_rows`; several logs can share it."""
     if table == "logs":
@@ -58,7 +53,10 @@ def table_header(table: str) -> str:
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
-    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log."""
+    """Write the rows of a log in one of the tables: one for each of its runs, or one for the log.
+
+    Values are in SI units with every digit as in the JSON; the spin of a run is in rpm too.
+    """
     if table == "runs":
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
@@ -76,15 +74,11 @@ def table_rows(analysis: Analysis, table: str) -> str:
         low, high = quantity.get("interval_95") or (None, None)
         row |= {f"{name}_{part}": quantity.get(part) for part in ("value", "u", "unit")}
         row |= {f"{name}_interval_95_low": low, f"{name}_interval_95_high": high}
-    return _log_row(analysis.name, row, analysis.diagnostics)
+    return log_row(analysis.name, row, analysis.diagnostics)
 
 
-def unanswered_row(name: str, diagnostics: Iterable[Diagnostic]) -> str:
-    """Write the row of a log without an answer, for the table of logs."""
-    return _log_row(name, {}, diagnostics)
-
-
-def _log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
+def log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
+    """Write the row of a log in the table of logs; `row` is empty for a log without an answer."""
     codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
     row = {**row, "log": name, "diagnostics": codes}
     return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])

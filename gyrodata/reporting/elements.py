@@ -297,10 +297,10 @@ class Numbers:
 
     def hung(self, run: int, place: str) -> Sentence:
         """Show the mass and the position of a run with the digits of the log: "20.00 g at 15.0 cm"."""
-        of_mass, of_position = self.analysis.measurements.steps_of_load(run)
-        grams = values.mass_scale(self.find(f"{place}.mass"))
-        mass = self.value(f"{place}.mass", grams, step=of_mass)
-        return say("{} at {}", mass, self.value(f"{place}.position", values.CENTIMETRE, step=of_position))
+        measured, grams = self.analysis.measurements, values.mass_scale(self.find(f"{place}.mass"))
+        mass = self.value(f"{place}.mass", grams, step=measured.mass_step[run])
+        arm = self.value(f"{place}.position", values.CENTIMETRE, step=measured.position_step[run])
+        return say("{} at {}", mass, arm)
 
     def load(self, group: int) -> Sentence:
         """Show the load of a torque, or the torque if the log gives no load."""

@@ -17,7 +17,7 @@ from markupsafe import Markup, escape
 
 from gyrodata import plotting
 from gyrodata.reporting import content
-from gyrodata.reporting.data import json_text, runs_csv
+from gyrodata.reporting.data import json_text, table_header, table_rows
 from gyrodata.reporting.elements import SYMBOLS, Cell, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -211,7 +211,7 @@ def report_files(
     texts = {
         "report.html": report_page(analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)),
         "results.json": json_text(analysis.to_dict()),
-        "runs.csv": runs_csv(analysis),
+        "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
     }
     if document:
         is_markdown = document.endswith(".md")

@@ -317,12 +317,11 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     rate, spin = n.value(f"{at}.precession_rate", values.RATE), n.value(f"{at}.spin", values.RATE)
     torque = say("M = {}, as the log gives it", moment)
     if run.mass is not None and run.position is not None:
-        of_mass, of_arm = measured.steps_of_load(i)
         torque = say(
             "M = m g x = {} × {} × {} = {}",
-            n.value(f"{at}.mass", values.KILOGRAM, step=of_mass),
+            n.value(f"{at}.mass", values.KILOGRAM, step=measured.mass_step[i]),
             n.value("constants.g", values.FREE_FALL),
-            n.value(f"{at}.position", values.METRE, step=of_arm),
+            n.value(f"{at}.position", values.METRE, step=measured.position_step[i]),
             moment,
         )
     turning = say("φ̇ = {}, as the log gives it", rate)

@@ -52,12 +52,7 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
 
 
 def _joined(blocks: Iterable[Iterable[str]]) -> str:
-    return visible("\n\n".join("\n".join(block) for block in blocks)) + "\n"
-
-
-def visible(text: str) -> str:
-    """Show control characters as pictures, so that nothing in a log commands the terminal."""
-    return text.translate(PICTURES)
+    return "\n\n".join("\n".join(block) for block in blocks).translate(PICTURES) + "\n"
 
 
 def _first_lines(whole: Report) -> list[str]:
@@ -128,7 +123,7 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
     """Say why a log cannot be analysed yet."""
     found = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
-    return visible(f"{name}: no answer yet\n\n{found}")
+    return f"{name}: no answer yet\n\n{found}".translate(PICTURES)
 
 
 def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:
@@ -200,14 +195,15 @@ def check_text(
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
     text = "".join(f"{name}: {line}\n" for line in lines) + "".join(f"{diagnostic}\n" for diagnostic in diagnostics)
-    return visible(f"{text}{name}: {read}{verdict}\n")
+    return f"{text}{name}: {read}{verdict}\n".translate(PICTURES)
 
 
 def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
     """Write the table of diagnostic codes, each with an example that raises it."""
     blocks = []
     for row in table:
-        lines = (line.split("\t") for line in row["example"].rstrip("\n").splitlines())
-        example = "\n".join(f"      {chr(9).join(map(visible, cells))}" for cells in lines)
+        lines = row["example"].rstrip("\n").splitlines()
+        # A tab in an example stays a tab.
+        example = "\n".join(f"      {line.translate({**PICTURES, 9: chr(9)})}" for line in lines)
         blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
     return "\n".join(blocks)

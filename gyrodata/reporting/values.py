@@ -11,6 +11,7 @@ from unicodedata import combining, east_asian_width
 from msgspec import Struct
 
 from gyrodata import units
+from gyrodata.errors import count_text as count_text
 from gyrodata.quantities import as_read
 
 
@@ -156,11 +157,6 @@ def percent_text(value: float) -> str:
 def p_text(p: float) -> str:
     """Write a probability: "p = 0.32", "p < 0.0001"."""
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
-
-
-def count_text(count: int, noun: str) -> str:
-    """Write a count with its noun: "1 run", "9 runs"."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def duration_text(seconds: float) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from numbers import Real
-from typing import Literal, NoReturn, cast, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 from msgspec import Struct
@@ -127,7 +127,7 @@ def happen(truth: Truth, design: Design) -> Runs:
         if mass[i] and position[i]:
             hint = "weight and imbalance cancel: change one of them"
         message = f"{_run(runs, i)}: the torque is zero, so the rod never turns"
-        _refuse(diagnostics.SIMULATED_WITHOUT_TORQUE, message, hint)
+        raise InputError.of(diagnostics.SIMULATED_WITHOUT_TORQUE, message, hint)
     return _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
 
 
@@ -154,24 +154,26 @@ def _check(truth: Truth, design: Design) -> None:
             if fault or (role == "g" and value <= 0):
                 shown, unit = to_display(value, role)
                 message = f"{name} {shown:.6g} {unit}".rstrip()
-                _refuse(impossible, f"{message} {fault or 'is not above zero'}", hint)
+                raise InputError.of(impossible, f"{message} {fault or 'is not above zero'}", hint)
     for kind, name, size in (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias)):
         if size is not None and not abs(size) <= LIMITS[kind][1]:
-            _refuse(impossible, f"{name} {size:g} {SI[kind]} is too large")
+            raise InputError.of(impossible, f"{name} {size:g} {SI[kind]} is too large")
     columns = (design.masses, design.positions, design.spins, design.turns, design.pitches)
     rows = design.repeats * math.prod(map(len, columns))
     if not 1 <= rows <= MAX_ROWS:
-        _refuse(impossible, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
+        raise InputError.of(impossible, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
     if truth.motion not in get_args(Motion):
-        _refuse(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}")
+        raise InputError.of(
+            impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}"
+        )
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):
-        _refuse(impossible, "a decay needs either a time constant or the part that is lost, not both")
+        raise InputError.of(impossible, "a decay needs either a time constant or the part that is lost, not both")
     if decay.lost is not None and not 0 < decay.lost < 1:
-        _refuse(impossible, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
+        raise InputError.of(impossible, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
     if truth.motion == "released":
-        _refuse(impossible, "a released rod is simulated with a constant spin", 'use motion="steady"')
+        raise InputError.of(impossible, "a released rod is simulated with a constant spin", 'use motion="steady"')
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
@@ -196,7 +198,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
         message = f"{_run(runs, i)}: the spin is too slow for steady precession"
         hint = f"at this pitch and torque it takes more than {rpm:g} rpm"
-        _refuse(diagnostics.SIMULATED_NO_STEADY_PRECESSION, message, hint)
+        raise InputError.of(diagnostics.SIMULATED_NO_STEADY_PRECESSION, message, hint)
     decay, longest = truth.decay, angle / at_start
     if decay is None:
         return replace(runs, time=longest)
@@ -217,7 +219,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     end = runs.spin * np.exp(-fall)
     for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
         message = f"{_run(runs, i)}: the spin dies away before the turns are completed"
-        _refuse(diagnostics.TURNS_NEVER_COMPLETED, message, "take fewer turns, or a slower decay")
+        raise InputError.of(diagnostics.TURNS_NEVER_COMPLETED, message, "take fewer turns, or a slower decay")
     return replace(runs, time=time, spin_end=end)
 
 
@@ -227,7 +229,7 @@ def _released(truth: Truth, runs: Runs) -> Runs:
     time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         message = f"{_run(runs, i)}: the rod never completes its turns"
-        _refuse(diagnostics.TURNS_NEVER_COMPLETED, message, 'use a faster spin, or motion="steady"')
+        raise InputError.of(diagnostics.TURNS_NEVER_COMPLETED, message, 'use a faster spin, or motion="steady"')
     return replace(runs, time=time)
 
 
@@ -235,7 +237,3 @@ def _run(runs: Runs, i: int) -> str:
     """Name a run by its settings."""
     load = f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm" if runs.mass[i] else "no weight on the rod"
     return f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, {to_display(runs.spin[i], 'spin')[0]:.4g} rpm"
-
-
-def _refuse(code: str, message: str, hint: str = "") -> NoReturn:
-    raise InputError.of(code, message, hint)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import kinematics
 import numpy as np
 import pytest
 
@@ -33,16 +34,16 @@ def change(what: Callable[[float], Floats | float], time: float, step: float = 1
 
 
 def axes(time: float) -> Floats:
-    return physics.frame_axes(azimuth(time), theta(time))
+    return kinematics.frame_axes(azimuth(time), theta(time))
 
 
 def frame(time: float) -> Floats:
-    return physics.frame_rotation(float(change(theta, time)), float(change(azimuth, time)), theta(time))
+    return kinematics.frame_rotation(float(change(theta, time)), float(change(azimuth, time)), theta(time))
 
 
 def body(time: float) -> Floats:
     rates = (float(change(what, time)) for what in (theta, azimuth, spun))
-    return physics.body_rotation(*rates, theta(time))
+    return kinematics.body_rotation(*rates, theta(time))
 
 
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
@@ -54,9 +55,9 @@ def test_the_frame_turns_by_equation_one(time: float) -> None:
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
 def test_equations_3_to_5_are_the_change_of_the_fixed_vector(time: float) -> None:
     def momentum(now: float) -> Floats:
-        return physics.angular_momentum(body(now), INERTIA, TRANSVERSE) @ axes(now)
+        return kinematics.angular_momentum(body(now), INERTIA, TRANSVERSE) @ axes(now)
 
-    parts = physics.momentum_change(body(time), change(body, time), frame(time), INERTIA, TRANSVERSE)
+    parts = kinematics.momentum_change(body(time), change(body, time), frame(time), INERTIA, TRANSVERSE)
     np.testing.assert_allclose(parts @ axes(time), change(momentum, time), atol=1e-8)
 
 
@@ -67,6 +68,6 @@ def test_steady_precession_balances_the_torque(pitch: float) -> None:
         rate = root(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
         if math.isinf(rate):
             continue
-        own, turning = physics.body_rotation(0.0, rate, SPIN, tilt), physics.frame_rotation(0.0, rate, tilt)
-        found = physics.momentum_change(own, np.zeros(3), turning, INERTIA, TRANSVERSE)
+        own, turning = kinematics.body_rotation(0.0, rate, SPIN, tilt), kinematics.frame_rotation(0.0, rate, tilt)
+        found = kinematics.momentum_change(own, np.zeros(3), turning, INERTIA, TRANSVERSE)
         np.testing.assert_allclose(found, [TORQUE * math.sin(tilt), 0, 0], rtol=1e-9, atol=1e-15)

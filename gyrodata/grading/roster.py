@@ -20,10 +20,8 @@ from gyrodata.grading.submissions.answers import SAYS
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
-IDS = (
-    "id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", "email",
-    "email address",
-)  # fmt: skip
+_MAIL = ("email", "email address")
+IDS = ("id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", *_MAIL)
 NAMES = ("name", "full name", "student name", "student")
 
 

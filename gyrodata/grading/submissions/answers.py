@@ -22,12 +22,13 @@ from pathlib import Path
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, readings, units
+from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
+from gyrodata.units import kinds_of
 
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
@@ -59,13 +60,11 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     """
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
-        if read.fault == "given twice" or (read.u is not None and read.fault is None):
-            return Answers(read, (), log.name)
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
         lines = _in_cells(readings.lablog.split_lines(log.source_text))[max(0, (read.line or 0) - 1) :][:_MOST_BELOW]
-        whole = (replace(one.read, line=read.line) for one in _candidates("", lines) if one.read.u is not None)
-        whole = (one for one in whole if one.value == read.value)
-        return Answers(next(whole, _with_u(read, "".join(lines[1:2]))), (), log.name)
+        more = _candidates("", lines) if read.u is None or read.fault else ()
+        same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
+        return Answers(replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line), (), log.name)
     found = [one for name, data in reports for one in islice(_candidates(name, _lines(name, data)), _MOST_VALUES)]
     if not found:
         return Answers()
@@ -124,8 +123,8 @@ def _read_lines(name: str, data: bytes) -> list[str]:
 def _in_cells(lines: Sequence[str]) -> list[str]:
     """Separate the cells of a table by ``|``; a line of prose, where a comma may be a decimal one, stays as it is."""
     sign = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in lines))
-    tables = (sign in line and not re.search(SAYS["prose"], line) for line in lines)
-    return [" | ".join(next(csv.reader([line], delimiter=sign))) if next(tables) else line for line in lines]
+    rows = (csv.reader([line[:_LONGEST_LINE]], delimiter=sign) for line in lines)
+    return [line if re.search(SAYS["prose"], line) else " | ".join(*row) for line, row in zip(lines, rows, strict=True)]
 
 
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
@@ -165,12 +164,11 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             line, missing = "", [""] * (len(cells) - len(titles))
             columns = list(zip_longest([*missing, *titles], cells, fillvalue=""))
             # A unit goes behind the numbers.
-            ahead = [one for one in takewhile(lambda one: not _is_number(one[1]), columns) if _is_unit(one[1])]
+            ahead = [it for it in takewhile(lambda it: not _is_number(it[1]), columns) if "inertia" in kinds_of(it[1])]
             columns = [*(one for one in columns if one not in ahead), *ahead]
             # The name of a row may have its unit.
             unit = "" if runs[at + 1] else next(filter(None, map(_unit_behind, filterfalse(_is_number, cells))), "")
-            plain = not runs[at + 1] and not any(map(_is_unsure, titles))
-            unsure = _plain_u([cell for _, cell in columns], unit) if plain else ""
+            unsure = "" if runs[at + 1] or any(map(_is_unsure, titles)) else _plain_u(columns, unit)
             for title, cell in columns:
                 number, small = _is_number(cell), cell == unsure
                 if unit and not number:
@@ -179,7 +177,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
                     cell = f"{cell} {_unit_behind(title) or unit}".rstrip()
                 if number and line and (_is_unsure(title) or small):
                     line += f" ± {cell}{' %' * ('%' in title)}"
-                elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
+                elif not number and (not cell or _unit_behind(f"/{cell}") or kinds_of(cell)):
                     line += f" {cell}"
                 else:
                     line += f" | {title} = {cell}" if alone or re.search(SAYS["other"], title) else f" | {cell}"
@@ -190,14 +188,10 @@ def _is_number(text: str) -> bool:
     return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
 
 
-def _is_unit(text: str) -> bool:
-    return "inertia" in units.kinds_of(text)
-
-
-def _plain_u(cells: Sequence[str], unit: str) -> str:
+def _plain_u(columns: Sequence[tuple[str, str]], unit: str) -> str:
     """Return the second of two numbers with a unit, if it is an uncertainty: a small part of the first."""
-    numbers = list(filter(_is_number, cells))
-    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or cells[-1]}")
+    numbers = [cell for _, cell in columns if _is_number(cell)]
+    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
     return numbers[1] if numbers[1:] and both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0) else ""
 
 
@@ -210,7 +204,7 @@ def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
     power, unit = found.groups("") if found else ("", "")
-    return power.lstrip(" x×·*") + unit if (power and not unit) or _is_unit(unit) else ""
+    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in kinds_of(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -244,11 +238,10 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             read = _with_u(read_reported("inertia", value[0], number), behind)
             after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            not_own = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
+            bad = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
-            own = not any(re.search(*one) for one in not_own)
-            if own and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
+            if not any(re.search(*it) for it in bad) and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
@@ -299,9 +292,9 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 def _with_u(read: Reported, behind: str) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
     # The total uncertainty goes before its parts.
-    total = re.search(SAYS["total"], behind)
-    if total and total.start() and (both := _with_u(read, behind[total.start() :])).u is not None:
-        return both
+    skipped = re.split(SAYS["total"], behind)[0]
+    if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
+        read = _with_u(read, behind[len(skipped) :])
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
     gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
@@ -313,7 +306,7 @@ def _with_u(read: Reported, behind: str) -> Reported:
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
     plain = all(re.fullmatch(SAYS["small"], word) for word in more)
-    unit = gap[2] if units.kinds_of(gap[2] or "") else ""
+    unit = gap[2] if kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
         text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
         both = read_reported("inertia", text, read.line)

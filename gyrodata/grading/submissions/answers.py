@@ -228,20 +228,21 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             if start < end:
                 continue
             words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
-            value = _value(sentence[start : start + _LONGEST_VALUE], words)
-            if value is None:
+            if (value := _value(sentence[start : start + _LONGEST_VALUE], words)) is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
             end = start + value[1]
             behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + _MOST_BELOW])])
-            read = _with_u(read_reported("inertia", value[0], number), behind)
+            # A row of an uncertainty does not get that of the next row.
+            unsure = _is_unsure(re.split(r"\d", before)[-1])
+            read = _with_u(read_reported("inertia", value[0], number), sentence[end:] if unsure else behind)
             after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
             bad = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
-            if not any(re.search(*it) for it in bad) and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
+            if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
@@ -291,18 +292,17 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 
 def _with_u(read: Reported, behind: str) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
-    # The total uncertainty goes before its parts.
-    skipped = re.split(SAYS["total"], behind)[0]
-    if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
-        read = _with_u(read, behind[len(skipped) :])
+    # The total uncertainty goes before its parts, and that of the mean before that of one run.
+    for better in ("total", "of_mean"):
+        skipped = re.split(SAYS[better], behind)[0]
+        if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
+            read = _with_u(read, behind[len(skipped) :])
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
     gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
-    if read.u is not None or gap is None:
-        return read
-    number = behind[gap.end() :][:_LONGEST_VALUE]
-    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
-    if not _is_unsure(said) or re.search(SAYS["other"], said):
+    number = behind[gap.end() :][:_LONGEST_VALUE] if gap else ""
+    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)]) if gap else ""
+    if gap is None or read.u is not None or not _is_unsure(said) or re.search(SAYS["other"], said):
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
     plain = all(re.fullmatch(SAYS["small"], word) for word in more)

@@ -233,7 +233,8 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
             end = start + value[1]
-            behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + _MOST_BELOW])])
+            below = [one for _, one in sentences[at + 1 : at + _MOST_BELOW]]
+            behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
             # A row of an uncertainty does not get that of the next row.
             unsure = _is_unsure(re.split(r"\d", before)[-1])
             read = _with_u(read_reported("inertia", value[0], number), sentence[end:] if unsure else behind)
@@ -290,13 +291,13 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     return any(name_roles(name)[0] == ("inertia",) for name, end in names if len(name) > 1 or end == len(words))
 
 
-def _with_u(read: Reported, behind: str) -> Reported:
+def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
     # The total uncertainty goes before its parts, and that of the mean before that of one run.
-    for better in ("total", "of_mean"):
-        skipped = re.split(SAYS[better], behind)[0]
+    for better in first:
+        skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
         if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
-            read = _with_u(read, behind[len(skipped) :])
+            read = _with_u(read, behind[len(skipped) :], ())
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
     gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)

@@ -278,7 +278,9 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     if reported.u and reported.u_step:
         # ± 0.102 with k = 2 is u = 0.051.
         u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
-    if u_digits > 2:
+    # A formula in a cell has all digits of the computer; its student has typed none of them.
+    formula = evidence.from_cells and u_digits > 10
+    if u_digits > 2 and not formula:
         faults.append(f"the uncertainty has {u_digits} digits; one or two are enough")
     low, high = _last_place(reported.step, value, reported.digits)
     if reported.step and reported.u_step and reported.u:
@@ -292,7 +294,8 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
             faults.append(f"the value's last digit is {which}: round both to the same place")
     elif reported.step and not reported.u_step and high < (reported.u or evidence.own.yardstick * abs(value)) / 150:
         faults.append("the value has more digits than its uncertainty justifies")
-    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and the right number of digits'
+    digits = "its digits are those of a formula" if formula else "the right number of digits"
+    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and {digits}'
     return mark(criterion, reason, {"faults": float(len(faults))})
 
 

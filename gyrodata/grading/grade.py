@@ -8,7 +8,6 @@ cannot be judged has no points, which is not the same as zero, and the grade is 
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal, TypedDict
@@ -24,7 +23,7 @@ from gyrodata.grading.criteria import Evidence, Mark
 from gyrodata.grading.forensics import Fingerprint, fingerprint
 from gyrodata.grading.rubric import Rubric, judge_lateness
 from gyrodata.grading.submissions import Submission, submission_of
-from gyrodata.grading.submissions.answers import SAYS
+from gyrodata.grading.submissions.answers import partners_in
 from gyrodata.grading.submissions.archives import WORKBOOKS, ending
 from gyrodata.mistakes import Mistake
 from gyrodata.readings import Readings, listing, read_reported
@@ -122,7 +121,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """Summary of the log to compare it with others; None if the log cannot be analysed."""
-    partner: str = ""  # the partners that the log names
+    partner: str = ""  # the partners that the log names, and behind "~" those that a sentence names
 
     @property
     def reported_inertia(self) -> float | None:
@@ -182,7 +181,7 @@ def grade_submission(
         slips=evidence.slips,
         look=(*blank.look, *_looks(evidence)),
         station=station_of(readings),
-        partner=" & ".join(named[1].strip() for named in re.finditer(SAYS["partner"], readings.source_text, re.M)),
+        partner=partners_in(readings, submission.reports()),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values},
         inertia=analysis.inertia.value,

@@ -16,13 +16,12 @@ from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
 from gyrodata.grading.submissions import Submissions
+from gyrodata.grading.submissions.answers import SAYS
 from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
-IDS = (
-    "id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", "email",
-    "email address",
-)  # fmt: skip
+_MAIL = ("email", "email address")
+IDS = ("id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", *_MAIL)
 NAMES = ("name", "full name", "student name", "student")
 
 
@@ -70,7 +69,7 @@ class Roster(Struct, frozen=True):
 def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     """Find the students that a text names, as "Doe, Jane" or "Jane Doe and Max Roe"; also return unknown names."""
     names = list[str]()
-    if not re.fullmatch(r"(?i)\W*(?:none|nobody|alone|n/?a|keine?r?|allein|aucun|seule?)?\W*", text):
+    if not re.fullmatch(SAYS["alone"], text):
         for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
             names += [part] if "," not in part or keys_of(part, meant) else part.split(",")
     keys = {name: keys_of(name, meant) for name in map(str.strip, names) if name}
@@ -87,7 +86,10 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
     named: dict[str, set[str]] = {}
     for grade in grades:
         listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
-        named[grade.student], unknown = students_of(grade.partner, meant)
+        own, _, said = grade.partner.partition(" ~ ")
+        named[grade.student], unknown = students_of(own, meant)
+        # A sentence may be about something else, such as "together with Logger Pro".
+        named[grade.student] |= students_of(said, meant)[0]
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
             looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"

@@ -20,11 +20,12 @@ def test_answer_in_the_log_goes_before_one_beside_it() -> None:
     assert answers.diagnostics == ()
 
 
-@pytest.mark.parametrize("text", PROSE["values"])
+@pytest.mark.parametrize("text", [*(f"# I_zz = {one}" for one in PROSE["values"]), *PROSE["below"]])
 def test_value_typed_as_people_type_is_read(text: str) -> None:
-    found = read_answers(read_log(f"# I_zz = {text}\n{LOG}".encode())).inertia
-    assert found
-    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3, rel=0.03))
+    for log in (f"{LOG}\n{text}\n", f"{text}\n{LOG}")[: 1 + ("#" in text)]:
+        found = read_answers(read_log(log.encode())).inertia
+        assert found
+        assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3, rel=0.03))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp1252"])

@@ -91,6 +91,10 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     (room.home / "class" / "p2" / "lab.csv").write_text(a_log(0), encoding="utf-8")
     assert room.grade()["p1"]["flags"] == "shared rows with p2", "only one names the other"
     assert ["find the partner, Max Nobody" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
+    (room.home / "class" / "p2" / "answer.txt").write_text("I did this lab together with Dev Patel.", encoding="utf-8")
+    (room.home / "class" / "p3" / "lab.csv").write_text(a_log(1, "# partner: none, I worked alone"), encoding="utf-8")
+    rows = room.grade()
+    assert [rows[key][what] for key in ("p1", "p2", "p3") for what in ("flags", "look")] == [""] * 6
 
 
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:

@@ -149,10 +149,8 @@ def _joined(
     for name, file in list(own.items()):
         if ending(file) == ".zip":
             try:
-                own |= {
-                    whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}"
-                    for whole in list_inner(files.root, name)
-                }
+                inner = list_inner(files.root, name)
+                own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
             except InputError as error:
                 damaged = error.diagnostics[0].message
     log, words = submission.choose_log(own, partial(read_file, files.root), attempts)

@@ -7,6 +7,7 @@ such as one of theory. Nothing is guessed: of two different candidates that are 
 
 from __future__ import annotations
 
+import csv
 import html
 import io
 import re
@@ -15,22 +16,24 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import islice, takewhile, zip_longest
+from itertools import filterfalse, islice, takewhile, zip_longest
 from pathlib import Path
 
 from msgspec import Struct
+from msgspec.structs import replace
 
-from gyrodata import diagnostics, readings, units
+from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError
-from gyrodata.grading.submissions.archives import WORKBOOKS, ending
+from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
+from gyrodata.units import kinds_of
 
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
 SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
-_MOST_LINES, _MOST_VALUES = 1000, 100
+_MOST_LINES, _MOST_VALUES, _MOST_BELOW = 1000, 100, 7
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 
@@ -57,9 +60,12 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     """
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
-        below = readings.lablog.split_lines(log.source_text)[read.line or 0 :][:1]
-        return Answers(_with_u(read, "".join(below)), (), log.name)
-    found = [one for name, data in reports for one in islice(_candidates(name, data), _MOST_VALUES)]
+        # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
+        lines = _in_cells(readings.lablog.split_lines(log.source_text))[max(0, (read.line or 0) - 1) :][:_MOST_BELOW]
+        more = _candidates("", lines) if read.u is None or read.fault else ()
+        same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
+        return Answers(replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line), (), log.name)
+    found = [one for name, data in reports for one in islice(_candidates(name, _lines(name, data)), _MOST_VALUES)]
     if not found:
         return Answers()
     best = max(one.rank for one in found)
@@ -85,6 +91,13 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 
 
 def _lines(name: str, data: bytes) -> list[str]:
+    """Read a file as lines of plain text; none if it cannot be read."""
+    with suppress(GyroError, zipfile.BadZipFile, zlib.error, csv.Error, KeyError, OSError, RuntimeError, ValueError):
+        return _read_lines(name, data)
+    return []
+
+
+def _read_lines(name: str, data: bytes) -> list[str]:
     """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
     kind = ending(name)
     if kind in WORKBOOKS:
@@ -103,17 +116,28 @@ def _lines(name: str, data: bytes) -> list[str]:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
-    return readings.lablog.split_lines(text)
+    lines = readings.lablog.split_lines(text)
+    return _in_cells(lines) if kind in TABLES else lines
+
+
+def _in_cells(lines: Sequence[str]) -> list[str]:
+    """Separate the cells of a table by ``|``; a line of prose, where a comma may be a decimal one, stays as it is."""
+    sign = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in lines))
+    rows = (csv.reader([line[:_LONGEST_LINE]], delimiter=sign) for line in lines)
+    return [line if re.search(SAYS["prose"], line) else " | ".join(*row) for line, row in zip(lines, rows, strict=True)]
+
+
+def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
+    """Return the partners that lines of the log name, and behind ``~`` those that a sentence of any text names."""
+    named = [one[1].strip() for one in re.finditer(SAYS["partner"], log.source_text, re.M)]
+    lines = [log.source_text, *(line for name, data in reports for line in _lines(name, data))]
+    said = [one[1] for one in re.finditer(SAYS["together"], "\n".join(lines))]
+    return " & ".join(named) + (f" ~ {' & '.join(said)}" if said else "")
 
 
 def as_log(name: str, data: bytes) -> bytes:
     """Return a file as `read_log` reads it: a report of Word as its text, with ``|`` between the cells of a table."""
-    with suppress(*_UNREADABLE):
-        return "\n".join(_lines(name, data)).encode() if ending(name) == ".docx" else data
-    return data
-
-
-_UNREADABLE = (GyroError, zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError)
+    return ("\n".join(_lines(name, data)).encode() if ending(name) == ".docx" else b"") or data
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
@@ -129,25 +153,31 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
 def _with_titles(lines: Sequence[str]) -> Iterator[str]:
     """Write the rows of a table as people write in lines: with ± in front of an uncertainty, and units behind."""
     titles: list[str] = []
-    for line, below in zip_longest(lines, lines[1:], fillvalue=""):
-        cells = [cell.strip(" *") for cell in line.strip(" |").split("|")]
+    runs = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
+    for at, line in enumerate(lines):
+        cells = [cell.strip(" *") for cell in re.sub(r"^\||[\s|]+$", "", line).split("|")]
         if not any(map(_is_number, cells)):
             titles = titles if set(line) <= set("-: |") else cells * (len(cells) > 1)
         elif len(cells) > 1:
             # A column of I_zz with a value for each run is not the answer.
-            alone = _is_number(cells[0]) and not _is_number(below.strip(" |").split("|")[0])
+            alone = runs[at : at + 3] == [False, True, False]
             line, missing = "", [""] * (len(cells) - len(titles))
             columns = list(zip_longest([*missing, *titles], cells, fillvalue=""))
             # A unit goes behind the numbers.
-            ahead = [one for one in takewhile(lambda one: not _is_number(one[1]), columns) if _is_unit(one[1])]
+            ahead = [it for it in takewhile(lambda it: not _is_number(it[1]), columns) if "inertia" in kinds_of(it[1])]
             columns = [*(one for one in columns if one not in ahead), *ahead]
-            unsure = "" if titles else _plain_u([cell for _, cell in columns])
+            # The name of a row may have its unit.
+            unit = "" if runs[at + 1] else next(filter(None, map(_unit_behind, filterfalse(_is_number, cells))), "")
+            unsure = "" if runs[at + 1] or any(map(_is_unsure, titles)) else _plain_u(columns, unit)
             for title, cell in columns:
-                number = _is_number(cell)
-                cell = cell if not number or re.search(_UNIT, cell) else f"{cell} {_unit_behind(title)}".rstrip()
-                if number and line and (_is_unsure(title) or cell == unsure):
+                number, small = _is_number(cell), cell == unsure
+                if unit and not number:
+                    cell = re.sub(r"\s*[\[(][^\[\]()]*[\])]$", "", cell)
+                if number and not re.search(_UNIT, cell):
+                    cell = f"{cell} {_unit_behind(title) or unit}".rstrip()
+                if number and line and (_is_unsure(title) or small):
                     line += f" ± {cell}{' %' * ('%' in title)}"
-                elif not number and (not cell or _unit_behind(f"/{cell}") or units.kinds_of(cell)):
+                elif not number and (not cell or _unit_behind(f"/{cell}") or kinds_of(cell)):
                     line += f" {cell}"
                 else:
                     line += f" | {title} = {cell}" if alone or re.search(SAYS["other"], title) else f" | {cell}"
@@ -158,14 +188,10 @@ def _is_number(text: str) -> bool:
     return re.match(rf"\s*[-+(]*(?!{_POWER})[.,]?\d", text) is not None
 
 
-def _is_unit(text: str) -> bool:
-    return "inertia" in units.kinds_of(text)
-
-
-def _plain_u(cells: Sequence[str]) -> str:
-    """Return the second of two numbers in front of a unit, if it is an uncertainty: a small part of the first."""
-    numbers = list(filter(_is_number, cells))
-    both = read_reported("inertia", f"{' ± '.join(numbers)} {cells[-1]}")
+def _plain_u(columns: Sequence[tuple[str, str]], unit: str) -> str:
+    """Return the second of two numbers with a unit, if it is an uncertainty: a small part of the first."""
+    numbers = [cell for _, cell in columns if _is_number(cell)]
+    both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
     return numbers[1] if numbers[1:] and both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0) else ""
 
 
@@ -178,7 +204,7 @@ def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
     found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
     power, unit = found.groups("") if found else ("", "")
-    return power.lstrip(" x×·*") + unit if (power and not unit) or _is_unit(unit) else ""
+    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in kinds_of(unit) else ""
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -187,16 +213,14 @@ _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
+_COUNT = r"(?<![\w.,])\d{1,2}(?=\s(?!percent|per cent|Prozent)(?i:[^\W\d]{3}|is\b|es\b|we\b))"
 _TWO_NUMBERS = rf"(?<![\w.,^])\d\S*\s+(?:{SAYS['range']}\s+)?$"
-_MARK = r"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*)\s)?$"
+_MARK = rf"(?i)(?:[=:≈|\t]|\bis\b)[\s=:|~≈]*(?:(?:about|ca\.?|approx\S*|{SAYS['value']})[\s=:|~≈]+)?$"
 
 
-def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
+def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
     """Find the quantities of a file that may be the answer."""
-    try:
-        sentences = _sentences(_lines(name, data))
-    except _UNREADABLE:
-        return
+    sentences = _sentences(lines)
     above = heading = ""
     for at, (number, sentence) in enumerate(sentences):
         end, before = 0, ""
@@ -204,28 +228,29 @@ def _candidates(name: str, data: bytes) -> Iterator[_Candidate]:
             if start < end:
                 continue
             words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
-            value = _value(sentence[start : start + _LONGEST_VALUE], words)
-            if value is None:
+            if (value := _value(sentence[start : start + _LONGEST_VALUE], words)) is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
             before = before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
             end = start + value[1]
-            behind = " | ".join([sentence[end:], *(one for _, one in sentences[at + 1 : at + 3])])
-            read = _with_u(read_reported("inertia", value[0], number), behind)
+            below = [one for _, one in sentences[at + 1 : at + _MOST_BELOW]]
+            behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
+            # A row of an uncertainty does not get that of the next row.
+            unsure = _is_unsure(re.split(r"\d", before)[-1])
+            read = _with_u(read_reported("inertia", value[0], number), sentence[end:] if unsure else behind)
             after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            not_own = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
+            bad = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
-            own = not any(re.search(*one) for one in not_own)
-            if own and (u or (named and not _is_unsure(re.split(r"\d", before)[-1]))):
+            if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
                 rank = (named, u, result and not re.search(r"\d", before))
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
-        above = "" if "|" in sentence.strip(" |") else re.split(r"\d|[.!?;](?:\s|$)", sentence)[-1]
+        above = "" if "|" in sentence.strip(" |") else re.split(r"(?<![m^])\d|[.!?;](?:\s|$)", sentence[end:])[-1]
 
 
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
@@ -266,18 +291,23 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     return any(name_roles(name)[0] == ("inertia",) for name, end in names if len(name) > 1 or end == len(words))
 
 
-def _with_u(read: Reported, behind: str) -> Reported:
+def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
-    gap = re.match(r"([^\d±]{1,80}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*(?=\d|(?<=\s)[.,]\d)", behind)
-    if read.u is not None or gap is None:
-        return read
-    number = behind[gap.end() :][:_LONGEST_VALUE]
-    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
-    if not _is_unsure(said) or re.search(SAYS["other"], said):
+    # The total uncertainty goes before its parts, and that of the mean before that of one run.
+    for better in first:
+        skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
+        if skipped and skipped != behind and not re.search(SAYS["other"], skipped):
+            read = _with_u(read, behind[len(skipped) :], ())
+    # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
+    number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
+    gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
+    number = behind[gap.end() :][:_LONGEST_VALUE] if gap else ""
+    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)]) if gap else ""
+    if gap is None or read.u is not None or not _is_unsure(said) or re.search(SAYS["other"], said):
         return read
     more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
     plain = all(re.fullmatch(SAYS["small"], word) for word in more)
-    unit = gap[2] if units.kinds_of(gap[2] or "") else ""
+    unit = gap[2] if kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
         text = " ".join(f"{read.text} ± {cut} {unit}".replace("|", " ").split())
         both = read_reported("inertia", text, read.line)

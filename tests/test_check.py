@@ -85,9 +85,6 @@ class TestTemplate:
         readings = gyrodata.read_log(log)
         assert (readings.diagnostics, len(readings.runs)) == ((), len(rows))
 
-    def test_the_student_says_whether_the_ball_is_balanced(self) -> None:
-        assert re.search(r"(?m)^# balanced: \n.*yes.*no", gyro("template").stdout)
-
     def test_spins_to_aim_at_are_in_rpm(self) -> None:
         told = gyro("template", "--spins", "3,6,9 Hz").stdout
         assert set(re.findall("aim at (.*)", told)) >= {"180 rpm", "360 rpm", "540 rpm"}

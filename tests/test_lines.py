@@ -99,17 +99,6 @@ def test_singular_covariances_agree_with_exact_arithmetic() -> None:
     assert (line.u_intercept, line.dof) == (pytest.approx(0.2, rel=1e-12), 0)
 
 
-def test_odrpack_agrees() -> None:
-    odrpack = pytest.importorskip("odrpack")
-    # Independent errors are what it can express; its u is scaled by chi-square, so only the line is compared.
-    found = odrpack.odr_fit(
-        lambda x, beta: beta[0] * x + beta[1], YORK_X, YORK_Y, np.array([-0.5, 5.5]),
-        weight_x=1 / YORK_U2X, weight_y=1 / YORK_U2Y, partol=1e-15, sstol=1e-15,
-    )  # fmt: skip
-    line = fit_line(YORK_X, YORK_Y, YORK_U2X, YORK_U2Y)
-    assert [line.slope, line.intercept] == pytest.approx(found.beta, rel=1e-5)
-
-
 def test_iminuit_agrees() -> None:
     iminuit = pytest.importorskip("iminuit")
     x, y, U = correlated(5)

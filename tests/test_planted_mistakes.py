@@ -173,14 +173,6 @@ def test_banner_is_above_the_answer_and_no_run_is_praised() -> None:
     assert [doubt["kind"] for doubt in found["result"]["doubts"]] == ["ball"]
 
 
-@pytest.mark.parametrize("name", [name for name in PLANTED if name[:2] in ("02", "05", "06", "08", "21", "22")])
-@pytest.mark.parametrize("ball", [True, False])
-def test_header_that_the_message_shows_gives_the_answer(name: str, ball: bool) -> None:
-    text = planted_log(name, ball)
-    header = re.search(r'write the header as "((\w+) \[[^"]+\])"', analysed(text)[0])
-    assert is_right_and_silent(re.sub(rf"{header[2]} \[[^]]+\]", header[1], text))
-
-
 def test_hanger_that_the_message_weighs_gives_the_answer() -> None:
     shown, _ = analysed(planted_log("18 a hanger of 5 g forgotten", ball=False))
     missing = float(re.search(r"a hanger of ([\d.]+) g", shown)[1])

@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 from msgspec import Struct
 from msgspec.structs import replace
-from typer.testing import CliRunner
 
 import gyrodata
 from gyrodata import physics
-from gyrodata.cli import app
 
 MASS, DIAMETER, G = 4.3, 10.16, 9.803
 TRUTH = physics.solid_ball_inertia(MASS, DIAMETER / 100)
@@ -108,12 +106,6 @@ def test_one_cell_in_another_unit_is_asked_about_and_spoils_nothing() -> None:
     u = without.inertia.u or 0.0
     assert found.inertia.value == pytest.approx(without.inertia.value, abs=0.02 * u)
     assert found.inertia.u == pytest.approx(u, rel=0.01)
-
-
-def test_gyro_check_names_a_slip_before_anybody_leaves_the_lab() -> None:
-    said = CliRunner().invoke(app, ["check", "-"], input=slipped("grams under kg").text()).output
-    assert "G44" in said
-    assert SLIPS["grams under kg"]["says"] in said
 
 
 def obeyed(one: Lab, hint: str) -> Lab:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -66,17 +65,6 @@ def test_a_position_between_the_runs_is_that_of_the_runs_below() -> None:
     analysis = analyze(f"{ONCE}moved the weight to 10.0 cm\n{below.replace(',14.8,', ',,')}".encode())
     assert [run.position for run in analysis.run_table] == pytest.approx([0.148] * 9 + [0.1] * 9)
     assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.03)
-
-
-def test_positions_from_the_surface_are_stated_as_the_hint_says() -> None:
-    title = "Distances measured from the surface of the ball, diameter 101.6 mm"
-    said = f"{title}\n{ONCE.replace(',14.8,', ',9.72,')}"
-    with pytest.raises(LogError, match="positions count from the surface") as caught:
-        analyze(said.encode())
-    hint = next(one.hint for one in caught.value.diagnostics if one.code == "G340")
-    line = re.findall('"(# .*?)"', hint)[0]
-    assert line == "# ball_diameter: 10.16 cm"
-    assert analyze(f"{line}\n{said}".encode()).inertia.value == pytest.approx(TRUTH, rel=0.03)
 
 
 def test_runs_copied_below_with_a_column_more_are_refused() -> None:

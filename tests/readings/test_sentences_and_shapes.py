@@ -1,0 +1,151 @@
+"""Logs whose meaning is in a sentence, in a legend, or in the shape of the table: the truth, or a question."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from readings.test_first_attempt import TRUTH, TURN
+from sheets import workbook
+
+from gyrodata import LogError, analyze
+from gyrodata.readings import read_log
+
+MASSES, SPINS = ("20.1", "40.3", "60.2"), (206, 407, 598)
+HEAD = "mass (g);r (cm);spin (rpm);time (s);turns\n"
+ROW, SHORT = "{m};14.8;{s};{t};1\n", "{m};14.8;{s};{t}\n"
+PLAIN = "mass (g);spin (rpm);time (s)\n", "{m};{s};{t}\n"
+MARKDOWN = "| mass (g) | r (cm) | spin (rpm) | t (s) | turns |\n|---|---|---|---|---|\n"
+
+
+def t(mass: str, spin: int, turns: float = 1.0, arm: str = "14.8") -> str:
+    return f"{turns * TURN * spin / float(mass) * 14.8 / float(arm):.2f}"
+
+
+def runs(row: str, turns: float = 1.0, masses: Sequence[str] = MASSES) -> str:
+    """Write a row for each run; {d} is the mass, or a blank if the row above has the same mass."""
+    of_runs = ({"m": m, "s": s, "t": t(m, s, turns), "d": m if s == 206 else ""} for m in masses for s in SPINS)
+    return "".join(row.format_map(run) for run in of_runs)
+
+
+def crossed(label: str = "{s}", masses: Sequence[str] = MASSES) -> str:
+    return "".join(f"{label.format(s=s)},{','.join(t(m, s) for m in masses)}\n" for s in SPINS)
+
+
+SURFACE, FROM_SURFACE = "{m};9.72;{s};{t};1\n", "r is measured from the surface of the ball"
+READ = {
+    # a time in each cell, and what belongs to it at the top and at the left
+    "weights at the top": "One turn, r = 14.8 cm\nTime (s)\nSpin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(),
+    "times with weights": "r = 14.8 cm, one turn\nspin (rpm)" + "".join(f",time (s) with {m} g" for m in MASSES) + "\n"
+    + crossed(),
+    "numbers below the mass": "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n" + crossed(),
+    "names in the corner": "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n" + crossed(),
+    "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n" + crossed("{s} rpm"),
+    # sentences
+    "units in a sentence": "masses in g, positions in cm, spins in rpm, times in s\nmass;position;spin;time;turns\n"
+    + runs(ROW),
+    "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n" + runs(ROW),
+    "a sentence over three lines": "# We hung the weight on the rod 14.8 cm from the centre of the\n"
+    "# ball and took the time from the start to the end of\n# half a turn.\n" + PLAIN[0] + runs(PLAIN[1], 0.5),
+    "two sentences in a line": "The weight is 14.8 cm from the centre of the ball. Each time is for half a turn.\n"
+    + PLAIN[0] + runs(PLAIN[1], 0.5),
+    "a length of the weight": "The weight is 2.0 cm long. It hangs 14.8 cm from the centre of the ball. One turn.\n"
+    + PLAIN[0] + runs(PLAIN[1]),
+    "the diameter in a sentence": f"{FROM_SURFACE}. The diameter of the ball is 101.6 mm.\n" + HEAD + runs(SURFACE),
+    "the radius in a sentence": f"{FROM_SURFACE}, whose radius is 5.08 cm.\n" + HEAD + runs(SURFACE),
+    "to the middle of the weight": f"Ball diameter 101.6 mm.\n{FROM_SURFACE} to the middle of the weight\n" + HEAD
+    + runs(SURFACE),
+    "surface and centre in the header": "Ball diameter 101.6 mm\n"
+    + HEAD.replace("r (cm)", "from the surface, centre of the weight [cm]") + runs(SURFACE),
+    "the mass of a washer": "one washer = 8.3 g\n" + HEAD.replace("mass (g)", "washers")
+    + "".join(runs(f"{n}" + ROW[3:], 1, [f"{8.3 * n:.1f}"]) for n in (2, 4, 6)),
+    "the same weight moved": "\n".join(
+        f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n" + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
+        for title, x in (("20.1 g at", "14.8"), ("same weight moved to", "17.1"), ("same weight moved to", "20.5"))),
+    # legends and units
+    "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
+    + runs(SHORT),
+    "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
+    "- Zeit `t` für eine Umdrehung in s\n\n| m | r | n | t |\n|---|---|---|---|\n" + runs("|{m}|14.8|{s}|{t}|\n"),
+    "symbols and meanings": "symbol;meaning\nm;mass in g\nR;distance from ball centre in cm\nw;spin in rpm\n"
+    "t;time for one turn in s\n\nm;R;w;t\n" + runs(SHORT),
+    "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n" + runs(SHORT),
+    "seconds per turn": HEAD.replace("time (s);turns", "sec per turn") + runs(SHORT),
+    "units in the cells": "mass;position;spin;1st trial;turns\n" + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
+    # forms of tables
+    "commas in Markdown": (MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")).replace(".", ","),
+    "commas between blanks": (HEAD + runs("{m};  14.8;  {s};  {t};  1\n")).replace(";", "   ").replace(".", ","),
+    "names in the second column": "".join(f",{name}{runs(',' + cell)}\n" for name, cell in (
+        ("mass (g)", "{m}"), ("r (cm)", "14.8"), ("spin (rpm)", "{s}"), ("time for one turn (s)", "{t}"))),
+    "blocks with titles": "20.1 g,,,40.3 g,,,60.2 g,\n" + ",,".join(["spin (rpm),time (s)"] * 3) + "\n"
+    + "".join(",,".join(f"{s},{t(m, s)}" for m in MASSES) + "\n" for s in SPINS) + "One turn each; r = 14.8 cm\n",
+    "a row struck out": MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")
+    + "| ~~20.1~~ | ~~14.8~~ | ~~300~~ | ~~1.0~~ | ~~1~~ |\n",
+    "a run that is not used": HEAD.replace("turns", "turns;note") + runs(ROW) + "20.1;14.8;300;1;1;slip: do not use\n",
+    "merged cells of a web page": "<html>\n<table><tr><th>mass (g)<th>r (cm)<th>spin (rpm)<th>t (s)<th>turns</tr>"
+    + runs("<tr><td rowspan=3>{d}</td><td>14.8</td><td>{s}</td><td>{t}</td><td>1</td></tr>").replace(
+        "<td rowspan=3></td>", "") + "</table></html>",
+    "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight at 14.8 cm from the centre}\n"
+    "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n" + runs("{m} & {s} & {t} \\\\\n")
+    + "\\end{tabular}\n\\end{table}\n",
+    "results below the runs": HEAD + runs(ROW) + "I_zz;0.0044;kg m^2\nu(I_zz);5e-05;kg m^2\n",
+    "a quote at the beginning": '" = same as above\n'
+    + (HEAD + runs("{d}" + ROW[3:]).replace("\n;", '\n";')).replace(";", ","),
+    "the ditto mark of Japan": HEAD + runs("{d}" + ROW[3:]).replace("\n;", "\n〃;"),
+    "Italian thirds": HEAD + runs("{m};14.8;{s};{t};due terzi\n", 2 / 3),
+    "constants on a second sheet": workbook({
+        "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
+        "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", READ)
+def test_each_run_is_read_as_it_is_meant(name: str) -> None:
+    analysis = analyze(READ[name])
+    assert len(analysis.run_table) == 9
+    assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.02)
+
+
+def test_runs_of_a_crossed_table_have_the_places_of_their_cells() -> None:
+    log = read_log(READ["weights at the top"].encode())
+    assert log.lines == (4, 4, 4, 5, 5, 5, 6, 6, 6)
+    assert log.columns["mass"].values[:4] == pytest.approx((0.0201, 0.0403, 0.0602, 0.0201))
+    assert (log.columns["time"].place(1).line, log.columns["time"].place(1).column) == (4, 11)
+
+
+PARTS = {
+    "Zeit für eine Vierteldrehung": 1 / 4, "tempo per un quarto di giro": 1 / 4, "время полуоборота": 1 / 2,
+    "čas čtvrtiny otáčky": 1 / 4, "tijd voor een kwartslag": 1 / 4, "tempo de meia volta": 1 / 2,
+    "temps pour la moitié d'un tour": 1 / 2, "time half way around": 1 / 2, "time to go round twice": 2,
+    "time for half a precession": 1 / 2, "çeyrek tur süresi": 1 / 4, "idő: negyed fordulat": 1 / 4,
+    "time for one turn/s": 1, "half_turn_s": 1 / 2,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", PARTS)
+def test_part_of_a_turn_is_read_in_a_header_and_in_a_line(words: str) -> None:
+    heads = [PLAIN[0].replace("time (s)", f"{words} (s)"), f"{words}\n{PLAIN[0]}"]
+    for head in heads if words[-2] not in "/_" else [PLAIN[0].replace("time (s)", words)]:
+        log = read_log(f"# r: 14.8 cm\n{head}{runs(PLAIN[1], PARTS[words])}")
+        assert log.columns["turns"].values == pytest.approx([PARTS[words]] * 9)
+
+
+HALF = "All times are for one full turn.\n" + HEAD.replace("time (s);turns", "half a turn (s)") + runs(SHORT, 0.5)
+ORIGINS = "The position is measured from the centre of the ball\n"
+ASKED = [
+    ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
+    (HALF, "G303", "covers 1/2 turns, and .* says 1"),
+    (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and a note says"),
+    (f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}", "G340", "and a note says"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("log", "code", "words"), ASKED)
+def test_what_contradicts_itself_is_asked_about(log: str, code: str, words: str) -> None:
+    with pytest.raises(LogError, match=f"(?s){code}.*{words}"):
+        analyze(log)
+
+
+def test_option_decides_which_turns_are_right() -> None:
+    found = [analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")]
+    assert found == pytest.approx([TRUTH, TRUTH / 2], rel=0.02)

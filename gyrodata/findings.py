@@ -319,7 +319,7 @@ def _deviations(seen: Seen) -> Iterator[Diagnostic]:
         if abs(far) > OTHER_LAW:
             late = "a stopwatch that is late in every run, or wrong turns in the short runs"
             drag = "a spin that was not read at the midpoint of the run, or wrong turns in the long runs"
-            values = {"power": exponent.value, "far": abs(far), "cause": late if far < 0 else drag}
+            values = {"power": round(exponent.value, 2) + 0.0, "far": abs(far), "cause": late if far < 0 else drag}
             yield seen.readings.say("period_not_in_proportion", **values, motion=_other_motion(seen))
     # The most likely cause is the first one.
     if patterns and patterns[0].p_corrected < CHANCE:

@@ -120,8 +120,6 @@ FORMS = {
     "fractions below an unknown name": table(rows=THIRDS, head=[*HEAD[:4], "how far"]),
     "a word for turns in an unknown name": table(head=[*HEAD[:4], "nb de tours faits"]),
     "angles below an unknown name": table(rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]),
-    "what holds for all below the table": table(rows=WITHOUT_ARM, head=[HEAD[0], *HEAD[2:4]])
-    + f"\nDistance from centre: {ARM} cm\nAll times for one full turn\n",
     "what holds for all tables above the first": f"x = {ARM} cm, one turn each\n" + TITLED,
     "a decimal comma in a line above": "x = 14,8 cm\n" + table(rows=[[row[0], *row[2:]] for row in ROWS],
                                                              head=[HEAD[0], *HEAD[2:]]),
@@ -180,7 +178,6 @@ FORMS = {
     "blank below a merged cell": "m [g]     x [cm]    f [rpm]   t [s]     turns\n" + "".join(
         f"{row[0] * (at % 3 == 0):10}{row[1] * (at % 3 == 0):10}{row[2]:10}{row[3]:10}{row[4]}\n"
         for at, row in enumerate(ROWS)),
-    "a web page": "<html><table>" + table("<td>", frame="<tr><td>{}</tr>\n") + "</table></html>",
     "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
 }  # fmt: skip
 

@@ -65,9 +65,6 @@ def gives_truth(text: str | bytes, *options: str) -> bool:
     return abs(result["inertia"]["value"] / TRUTH - 1) < 0.02
 
 
-# Forms that are refused: what to type is done -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("name", ["ΔT", "σ_T"])
 def test_delta_t_is_the_uncertainty_of_t(name: str) -> None:
     text = log(f"m (g),x (cm),f (rpm),T (s),{name} (s)", lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2")

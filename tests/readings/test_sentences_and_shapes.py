@@ -34,14 +34,12 @@ def crossed(label: str = "{s}", masses: Sequence[str] = MASSES) -> str:
 
 SURFACE, FROM_SURFACE = "{m};9.72;{s};{t};1\n", "r is measured from the surface of the ball"
 READ = {
-    # a time in each cell, and what belongs to it at the top and at the left
     "weights at the top": "One turn, r = 14.8 cm\nTime (s)\nSpin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(),
     "times with weights": "r = 14.8 cm, one turn\nspin (rpm)" + "".join(f",time (s) with {m} g" for m in MASSES) + "\n"
     + crossed(),
     "numbers below the mass": "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n" + crossed(),
     "names in the corner": "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n" + crossed(),
     "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n" + crossed("{s} rpm"),
-    # sentences
     "units in a sentence": "masses in g, positions in cm, spins in rpm, times in s\nmass;position;spin;time;turns\n"
     + runs(ROW),
     "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n" + runs(ROW),
@@ -62,7 +60,6 @@ READ = {
     "the same weight moved": "\n".join(
         f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n" + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
         for title, x in (("20.1 g at", "14.8"), ("same weight moved to", "17.1"), ("same weight moved to", "20.5"))),
-    # legends and units
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),
     "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
@@ -72,7 +69,6 @@ READ = {
     "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n" + runs(SHORT),
     "seconds per turn": HEAD.replace("time (s);turns", "sec per turn") + runs(SHORT),
     "units in the cells": "mass;position;spin;1st trial;turns\n" + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
-    # forms of tables
     "commas in Markdown": (MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")).replace(".", ","),
     "commas between blanks": (HEAD + runs("{m};  14.8;  {s};  {t};  1\n")).replace(";", "   ").replace(".", ","),
     "names in the second column": "".join(f",{name}{runs(',' + cell)}\n" for name, cell in (

@@ -197,13 +197,11 @@ Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, 
 """Time derivatives of e3 and H as a function of their components."""
 
 
-def vector_rates(top: Top, drag: ArrayLike = 0.0, pace: ArrayLike = 1.0) -> Rates:
+def vector_rates(top: Top, drag: Floats | float = 0.0, pace: Floats | float = 1.0) -> Rates:
     """Return the right-hand side by components, floats or arrays, with linear drag; times are divided by `pace`."""
-    drag, inertia, across = np.multiply(drag, pace), np.asarray(top.inertia), np.asarray(top.transverse_inertia)
+    transverse, weight, slowing = top.transverse_inertia / pace, top.torque * pace, drag * pace / top.transverse_inertia
     # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
-    fields = across / pace, np.multiply(top.torque, pace), drag / across, drag * (1 / inertia - 1 / across)
-    # 0-d arrays are slower than Python's floats.
-    transverse, weight, slowing, along = (float(value) if np.ndim(value) == 0 else value for value in fields)
+    along = drag * pace * (1 / top.inertia - 1 / top.transverse_inertia)
 
     def rates(x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
         spin = along * (hx * x + hy * y + hz * z)

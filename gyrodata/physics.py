@@ -116,11 +116,8 @@ def precession_rate(
         curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
         doubled = _doubled(load, spin, inertia, curvature)
         rate = 2 * load / doubled
-    idle = doubled == 0
-    if idle.any():
-        # A level rod without spin cannot balance a torque; without a torque the rod stays at rest.
-        return np.where(idle, np.where(load == 0, 0.0, np.nan), rate)[()]
-    return rate
+    # A level rod without spin cannot balance a torque; without a torque the rod stays at rest.
+    return np.where(doubled == 0, np.where(load == 0, 0.0, np.nan), rate)[()]
 
 
 def fast_precession_rate(

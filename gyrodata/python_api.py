@@ -23,10 +23,7 @@ R = TypeVar("R", analysis.Analysis, readings.Readings)
 
 _ARGUMENTS = {"set": "settings", "map": "mapping", "config": "config"}
 _PAIR = r"""--(set|map) (\w+)=("[^"]*"|'[^']*'|[^\s;,?)]+)"""
-_OTHERS = {
-    "--set": "settings",
-    "--map": "mapping",
-    "--config": "config",
+_OTHERS = {f"--{option}": argument for option, argument in _ARGUMENTS.items()} | {
     "--keep-flagged": "keep_flagged=True",
     "gyro analyze --format csv prints that table": "the attribute runs contains that table",
 }
@@ -73,15 +70,13 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
             result = function(*args, **kwargs)
         except GyroError as error:
             raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
-        told, warned = [], dict[str, list[Diagnostic]]()
-        for one in result.diagnostics:
-            told.append(PythonDiagnostic(*astuple(one)))
-            if one.severity == "warning":
-                warned.setdefault(one.code, []).append(told[-1])
-        for first, *others in warned.values():
+        told = tuple(PythonDiagnostic(*astuple(one)) for one in result.diagnostics)
+        warned = [one for one in told if one.severity == "warning"]
+        for code in dict.fromkeys(one.code for one in warned):
+            first, *others = [one for one in warned if one.code == code]
             more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)
-        return replace(result, diagnostics=tuple(told))
+        return replace(result, diagnostics=told)
 
     return called
 

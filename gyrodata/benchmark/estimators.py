@@ -57,16 +57,14 @@ def covariances(measured: Measurements) -> tuple[Floats, Floats]:
     # The timing bias is the same in all runs.
     late = measured.product / measured.time * measured.timing_bias_u
     product, torque = np.outer(late, late), np.zeros((count, count))
-    for source in measured.sources:
-        if source.quantity in ("time", "spin", "turns"):
-            whole, covariance = measured.product, product
-        elif source.quantity in ("mass", "position", "g"):
-            whole, covariance = measured.torque, torque
-        else:
-            continue
-        part = np.broadcast_to(getattr(measured, source.quantity), count)
-        spread = whole / part * (source.absolute + source.relative * part) * (source.groups >= 0)
-        covariance += np.outer(spread, spread) * np.equal.outer(source.groups, source.groups)
+    for whole, covariance, quantities in (
+        (measured.product, product, ("time", "spin", "turns")),
+        (measured.torque, torque, ("mass", "position", "g")),
+    ):
+        for source in (one for one in measured.sources if one.quantity in quantities):
+            part = np.broadcast_to(getattr(measured, source.quantity), count)
+            spread = whole / part * (source.absolute + source.relative * part) * (source.groups >= 0)
+            covariance += np.outer(spread, spread) * np.equal.outer(source.groups, source.groups)
     return product, torque
 
 
@@ -110,19 +108,12 @@ class LabScene(Struct, frozen=True):
         """Simulate a lab and read its log."""
         lightest = min(self.design.masses) * min(map(abs, self.design.positions)) * Truth().g
         made = simulate(Truth(imbalance=self.imbalance * lightest), self.design, {**TYPICAL, **self.noise}, seed)
-        log = made.log
-        for key, value in self.stated.items():
-            log = re.sub(rf"(?m)^# {key}:.*$", f"# {key}: {value}", log)
-        lines = log.splitlines()
+        lines = made.log.splitlines()
         for row in np.random.default_rng(seed).permutation(len(made.readings.runs))[: self.miscounts]:
-            cells = lines[-1 - row].split(",")
-            cells[HEADERS.index("turns")] = "1/2"
-            lines[-1 - row] = ",".join(cells)
-        return measure(read_log("\n".join(lines).encode()))
+            # The last two cells are the turns and the number of the run.
+            lines[-1 - row] = re.sub(r",1(,\d+)$", r",1/2\1", lines[-1 - row])
+        return measure(read_log("\n".join(lines).encode(), settings=self.stated))
 
-
-HEADERS = ("mass", "position", "spin", "time", "turns", "run")
-"""The columns of a simulated log."""
 
 SCENES = (
     LabScene("usual", "stated correctly"),

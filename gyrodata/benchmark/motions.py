@@ -13,6 +13,7 @@ turn about the vertical. The true motion is known exactly.
 from __future__ import annotations
 
 import math
+import timeit
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -53,12 +54,7 @@ FULL = Effort(motion_labs=200, turns=200, evaluations=100_000, labs=2000)
 
 def time_of(task: Callable[[], object], clock: Clock, repeats: int) -> float:
     """Measure the shortest CPU time of a task [s]: other work of the machine only makes it longer."""
-    least = float("inf")
-    for _ in range(repeats):
-        begun = clock()
-        task()
-        least = min(least, clock() - begun)
-    return max(least, 1e-9)
+    return max(min(timeit.repeat(task, timer=clock, repeat=repeats, number=1)), 1e-9)
 
 
 # --- models -----------------------------------------------------------------------------------------------------
@@ -77,9 +73,9 @@ class MotionScene(Struct, frozen=True):
     """Smallest and largest push of the hand, over the rate of steady precession [1]."""
 
     @property
-    def speeds(self) -> str:
-        """The range of spins."""
-        return f"{self.rpm[0]} to {self.rpm[-1]} rpm"
+    def heading(self) -> str:
+        """The title with the range of spins."""
+        return f"{self.title}, {self.rpm[0]} to {self.rpm[-1]} rpm"
 
 
 SCENES = (

@@ -86,9 +86,7 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
     texts = {}
     for name, rows in tables.items():
         out = io.StringIO()
-        writer = csv.DictWriter(out, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+        csv.writer(out, lineterminator="\n").writerows([rows[0], *(row.values() for row in rows)])
         texts[name] = out.getvalue()
     return texts
 
@@ -125,8 +123,7 @@ def _rows(rows: Iterable[Sequence[str]]) -> str:
 def _model(panel: MotionPanel) -> Sequence[str]:
     level, winner = panel.points[0], panel.winner
     errors = [f"{point.error / panel.u:.2g} u" for point in (winner, level)]
-    title = f"{panel.scene.title}, {panel.scene.speeds}"
-    return (title, percent_text(panel.u), winner.method, errors[0], time_text(winner.seconds), errors[1])
+    return (panel.scene.heading, percent_text(panel.u), winner.method, errors[0], time_text(winner.seconds), errors[1])
 
 
 def _order(order: Order) -> Sequence[str]:

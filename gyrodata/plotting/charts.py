@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from gyrodata.benchmark import HONEST, METHODS, Benchmark, Failure, MotionPanel, Order, TrialPanel, cheapest, power
 from gyrodata.plotting import figures
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#666666"
@@ -31,16 +30,22 @@ STYLE: Any = {
 """For ``matplotlib.rc_context``."""
 
 
-def render_benchmark(benchmark: Benchmark, forms: Sequence[Literal["png", "svg"]] = ("png", "svg")) -> dict[str, bytes]:
+def render_benchmark(benchmark: Benchmark) -> dict[str, bytes]:
     """Draw all charts, 9 inches wide; return the bytes of each file by its name, the same for the same benchmark."""
     from matplotlib import rc_context
 
     files: dict[str, bytes] = {}
     with rc_context(STYLE):
-        for name, draw in _DRAWERS.items():
-            figure = draw(benchmark)
+        drawn = {
+            "motion": _draw_motion(benchmark.motion),
+            "motion_order": _draw_orders(benchmark.orders),
+            "estimators": _draw_trials(benchmark.trials),
+            "failures": _draw_failures(benchmark.failures),
+        }
+        for name, figure in drawn.items():
             figure.supxlabel(benchmark.machine, x=0.01, ha="left", fontsize=6.5, color=GREY)
-            files |= {f"{name}.{form}": figures.save(figure, form, 9) for form in forms}
+            files[f"{name}.png"] = figures.save(figure, "png", 9)
+            files[f"{name}.svg"] = figures.save(figure, "svg")
     return files
 
 
@@ -72,6 +77,7 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
     grid = figure.subplots(2, 2, sharex=True, sharey=True)
     for ax, panel in zip(grid.flat, panels, strict=True):
         ax.set(xscale="log", yscale="log", xlim=(4e-7, 1))
+        ax.set(xlabel="CPU time for nine runs, in Python [s]", ylabel="error of I_zz over its u")
         ax.axhspan(panel.bound / panel.u, 1, **BAND)
         for method, (colour, marker) in _MODELS.items():
             points = [point for point in panel.points if point.method == method]
@@ -82,12 +88,8 @@ def _draw_motion(panels: Sequence[MotionPanel]) -> Figure:
         ax.annotate("wins", won, (-9, 0), textcoords="offset points", ha="right", va="center")
         words = f"0.3 u to u = {100 * panel.u:.1f} %"
         ax.text(0.99, 0.5, words, transform=ax.get_yaxis_transform(), ha="right", va="center")
-        ax.set_title(f"{panel.scene.title}, {panel.scene.speeds}")
+        ax.set_title(panel.scene.heading)
         ax.label_outer()
-    for ax in grid[1]:
-        ax.set_xlabel("CPU time for nine runs, in Python [s]")
-    for ax in grid[:, 0]:
-        ax.set_ylabel("error of I_zz over its u")
     grid[0, 0].legend(loc="lower left")
     return figure
 
@@ -100,8 +102,8 @@ _CURVES = dict(zip(METHODS, ((ORANGE, "<"), (GREEN, ">"), (RED, "v"), (BLUE, "X"
 def _draw_orders(orders: Sequence[Order]) -> Figure:
     """Draw the error of e3 against the number of evaluations, after one turn and after many turns."""
     figure = _figure(5.2, "Integrators: splitting is the cheapest for low accuracy, a high order for high accuracy")
-    both = figure.subplots(1, 2, sharey=True)
-    for ax, turns in zip(both, dict.fromkeys(order.turns for order in orders), strict=True):
+    one, many = figure.subplots(1, 2, sharey=True)
+    for ax, turns in zip((one, many), dict.fromkeys(order.turns for order in orders), strict=True):
         ax.set(xscale="log", yscale="log", xlabel="evaluations of the torque")
         for order in orders:
             if order.turns == turns:
@@ -114,7 +116,6 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
         ax.set_title(f"{turns} turn{'s' * (turns > 1)} about the vertical")
         ax.text(0.99, 0.99, "\n".join(["fewest evaluations:", *wins]), transform=ax.transAxes, ha="right", va="top",
                 fontsize=8)  # fmt: skip
-    one, many = both
     one.set(ylabel="error of the direction e3", ylim=(1e-13, 1e3))
     many.legend(*one.get_legend_handles_labels(), loc="lower left", title="order: slope of the left curve")
     for slope, ratio in ((2, 25.0), (4, 20.0), (8, 6.0)):
@@ -159,33 +160,17 @@ def _draw_failures(failures: Sequence[Failure]) -> Figure:
     figure = _figure(6.6, "Methods that fail (crosses) and their solutions (dots)")
     kinds = [[one for one in failures if one.measure == measure] for measure in ("relative error", "coverage")]
     errors, covers = figure.subplots(2, 1, height_ratios=[len(kind) for kind in kinds])
-    errors.set(xscale="log", xlim=(1e-18, 300), xlabel="relative error")
-    covers.set(xlim=(-15, 115), xlabel="true I_zz in the 95 % interval [%]")
+    errors.set(title="formulas and motions", xscale="log", xlim=(1e-18, 300), xlabel="relative error")
+    covers.set(title="fits", xlim=(-15, 115), xlabel="true I_zz in the 95 % interval [%]")
     covers.axvspan(100 * HONEST[0], 100 * HONEST[1], **BAND)
     for ax, kind, factor in ((errors, kinds[0], 1), (covers, kinds[1], 100)):
-        _draw_rows(ax, kind, factor)
-    errors.set_title("formulas and motions")
-    covers.set_title("fits")
+        ax.set(yticks=range(len(kind)), yticklabels=[one.case for one in kind], ylim=(len(kind) - 0.4, -0.7))
+        for y, one in enumerate(kind):
+            right, wrong = (max(factor * value, 1e-16) for value in (one.right, one.wrong))
+            ax.plot([wrong, right], [y, y], color="#bbbbbb", linewidth=1.5, zorder=1)
+            for x, marker, colour, words in ((wrong, "X", RED, one.fails), (right, "o", BLUE, one.solution)):
+                ax.plot(x, y, marker, color=colour, markersize=8)
+                ax.annotate(words, (x, y), (0, 6), textcoords="offset points", ha="center", color=colour, fontsize=8.5)
+            place: Any = {"transform": ax.get_yaxis_transform(), "ha": "center", "va": "top"}
+            ax.text(0.5, y + 0.15, one.why, fontsize=7.5, color=GREY, **place)
     return figure
-
-
-def _draw_rows(ax: Axes, failures: Sequence[Failure], factor: float) -> None:
-    ax.set(yticks=range(len(failures)), yticklabels=[one.case for one in failures], ylim=(len(failures) - 0.4, -0.7))
-    for y, one in enumerate(failures):
-        right, wrong = (max(factor * value, 1e-16) for value in (one.right, one.wrong))
-        ax.plot([wrong, right], [y, y], color="#bbbbbb", linewidth=1.5, zorder=1)
-        for x, marker, colour, words in ((wrong, "X", RED, one.fails), (right, "o", BLUE, one.solution)):
-            ax.plot(x, y, marker, color=colour, markersize=8)
-            ax.annotate(words, (x, y), (0, 6), textcoords="offset points", ha="center", color=colour, fontsize=8.5)
-        ax.text(
-            0.5, y + 0.15, one.why, transform=ax.get_yaxis_transform(), ha="center", va="top", fontsize=7.5, color=GREY
-        )
-
-
-_DRAWERS: dict[str, Callable[[Benchmark], Figure]] = {
-    "motion": lambda benchmark: _draw_motion(benchmark.motion),
-    "motion_order": lambda benchmark: _draw_orders(benchmark.orders),
-    "estimators": lambda benchmark: _draw_trials(benchmark.trials),
-    "failures": lambda benchmark: _draw_failures(benchmark.failures),
-}
-"""The functions that draw the charts, by file name."""

@@ -47,6 +47,10 @@ class Scene(Struct, frozen=True):
     """The data of n runs; arrays of shape (n,). Names with ``_u`` are standard uncertainties."""
 
     analysis: Analysis
+    inertia: float
+    """Slope of the fitted line, I_zz [kg*m^2]."""
+    imbalance: float
+    """M0 [N*m]."""
     groups: tuple[Group, ...]
     names: tuple[str, ...]
     hollow: NDArray[np.bool_]
@@ -73,31 +77,20 @@ class Scene(Struct, frozen=True):
     """Torque minus the fitted line [unit]."""
     rest_u: Floats
 
-    @property
-    def inertia(self) -> float:
-        """Slope of the fitted line, I_zz [kg*m^2]."""
-        return self.analysis.inertia.value
-
-    @property
-    def imbalance(self) -> float:
-        """M0 [N*m]."""
-        return self.analysis.residual_torque.value
-
 
 def gather(analysis: Analysis) -> Scene:
     """Collect the data of the figures from an analysis, in the units of the axes."""
     measured, runs = analysis.measurements, analysis.run_table
     unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
-    period, product = np.array([run.period for run in runs]), np.array([run.product for run in runs])
-    time_u = np.hypot(_relative(measured, "time", measured.time), _relative(measured, "turns", measured.turns))
-    spin_u = _relative(measured, "spin", measured.spin)
-    given = {name: np.nan_to_num(getattr(measured, name)) for name in ("mass", "position", "force")}
-    given |= {"torque": np.nan_to_num(measured.given_torque), "g": np.full(len(runs), measured.g)}
-    load_u = np.sqrt(sum(_relative(measured, name, values) ** 2 for name, values in given.items()))
-    torque_u, product_u = np.abs(measured.torque) * load_u, np.abs(product) * np.hypot(time_u, spin_u)
-    rest = measured.torque + analysis.residual_torque.value - analysis.inertia.value * product
+    period, product = measured.time / measured.turns, measured.product
+    time_u, spin_u = _relative(measured, "time", "turns"), _relative(measured, "spin")
+    torque_u = np.abs(measured.torque) * _relative(measured, "mass", "position", "force", "torque", "g")
+    product_u = np.abs(product) * np.hypot(time_u, spin_u)
+    inertia, imbalance = analysis.inertia.value, analysis.residual_torque.value
     return Scene(
         analysis=analysis,
+        inertia=inertia,
+        imbalance=imbalance,
         groups=_groups(analysis),
         names=tuple(_short(run.run) for run in runs),
         hollow=np.array([run.flagged or run.left_out for run in runs]),
@@ -112,17 +105,19 @@ def gather(analysis: Analysis) -> Scene:
         unit_size=unit_size,
         torque=measured.torque / unit_size,
         torque_u=torque_u / unit_size,
-        rest=rest / unit_size,
-        rest_u=np.hypot(torque_u, analysis.inertia.value * product_u) / unit_size,
+        rest=(measured.torque + imbalance - inertia * product) / unit_size,
+        rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
     )
 
 
-def _relative(measured: Measurements, quantity: str, values: Floats) -> Floats:
-    """Compute the relative standard uncertainty of one quantity in each run."""
-    variance = np.zeros(len(values))
-    size = np.where(values == 0, np.inf, np.abs(values))
+def _relative(measured: Measurements, *quantities: str) -> Floats:
+    """Compute the relative standard uncertainty of a product of quantities in each run."""
+    variance = np.zeros(len(measured.runs))
     for source in measured.sources:
-        if source.quantity == quantity:
+        if source.quantity in quantities:
+            name = "given_torque" if source.quantity == "torque" else source.quantity
+            size = np.abs(np.nan_to_num(getattr(measured, name)))
+            size = np.where(size == 0, np.inf, size)
             variance += np.where(source.groups >= 0, source.absolute / size + source.relative, 0.0) ** 2
     return np.sqrt(variance)
 

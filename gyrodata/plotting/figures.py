@@ -353,20 +353,13 @@ def _listed(items: Sequence[str], most: int = 4) -> str:
 
 def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `FIGURES` with its legend, and return its main axes."""
-    from matplotlib.ticker import FixedLocator, MaxNLocator
-
     panels = FIGURES[name].panels
     axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
     # About the width that the layout will give: the names of runs need it before the layout is known.
     figure.subplots_adjust(right=0.97)
     for ax, draw in zip(axes, panels, strict=True):
+        ax.locator_params(nbins=5)
         draw(ax, scene)
-        for axis in (ax.xaxis, ax.yaxis):
-            if not isinstance(axis.get_major_locator(), FixedLocator):
-                # Fixed ticks, because matplotlib would compute them again for each size of a label.
-                low, high = axis.get_view_interval()
-                places: Any = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
-                axis.set_major_locator(FixedLocator(places[(places >= low) & (places <= high)]))
         ax.xaxis.set_visible(ax is axes[-1])
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None

@@ -26,7 +26,6 @@ TYPICAL: Mapping[str, Uncertainty] = {
         "time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch",
         "transverse_inertia", "spin_delay", "decay_exponent",
     )
-    if key in SOURCES
 } | {"u_turns": SOURCES["angle"].default}  # fmt: skip
 """The uncertainties that are assumed if a log does not state them."""
 

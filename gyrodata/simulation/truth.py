@@ -135,10 +135,9 @@ def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
     impossible = diagnostics.SIMULATED_VALUE_IMPOSSIBLE
     decay = truth.decay
-    across = truth.inertia if truth.transverse_inertia is None else truth.transverse_inertia
     values: dict[str, tuple[str, tuple[float, ...]]] = {
         "inertia": ("transverse_inertia", (truth.inertia,)),
-        "transverse": ("transverse_inertia", (across,)),
+        "transverse": ("transverse_inertia", () if truth.transverse_inertia is None else (truth.transverse_inertia,)),
         "g": ("g", (truth.g,)),
         "position": ("position", design.positions),
         "weight": ("mass", design.masses),
@@ -162,10 +161,9 @@ def _check(truth: Truth, design: Design) -> None:
     rows = design.repeats * math.prod(map(len, columns))
     if not 1 <= rows <= MAX_ROWS:
         raise InputError.of(impossible, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
-    if truth.motion not in get_args(Motion):
-        raise InputError.of(
-            impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(get_args(Motion))}"
-        )
+    known = get_args(Motion)
+    if truth.motion not in known:
+        raise InputError.of(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(known)}")
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):

@@ -151,7 +151,7 @@ def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: s
     stated = {**EXACT, **noise}
     if truth.timing_bias and not stated["u_time_bias"].absolute:
         stated["u_time_bias"] = Uncertainty(UNKNOWN_BIAS_U)
-    if truth.decay is None and "u_spin_delay" in stated:
+    if truth.decay is None:
         # A constant spin is the same a moment later.
         stated["u_spin_delay"] = Uncertainty()
     return {key: u for key, u in stated.items() if key not in absent}
@@ -165,10 +165,8 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
         exact = seed is None or key not in stated
         columns[role] = _typed(values, Uncertainty() if exact else stated[key], role)
     columns["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, columns["mass"], strict=True)]
-    columns["turns"] = []
-    for turns in runs.turns:
-        near = Fraction(turns).limit_denominator(100)
-        columns["turns"].append(str(near) if float(near) == turns else repr(float(turns)))
+    near = [(Fraction(turns).limit_denominator(100), turns) for turns in runs.turns.tolist()]
+    columns["turns"] = [str(fraction if float(fraction) == turns else turns) for fraction, turns in near]
     if runs.spin.min() < 0:
         columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
     if runs.sense.min() < 0 or not runs.mass.all():

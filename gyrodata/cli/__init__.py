@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections import UserDict
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -60,26 +60,18 @@ def _load(name: str) -> Any:
     return command
 
 
-class _OnDemand(Mapping[str, Any]):
+class _OnDemand(UserDict[str, Any]):
     """The commands by name. Each is loaded when it is used, so that the start is fast."""
 
     def __getitem__(self, name: str) -> Any:
-        if name not in _COMMANDS:
-            raise KeyError(name)
         return _load(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(_COMMANDS)
-
-    def __len__(self) -> int:
-        return len(_COMMANDS)
 
 
 class _Gyro(Door):
     """The command ``gyro``."""
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes | {"commands": _OnDemand()})
+        super().__init__(**attributes | {"commands": _OnDemand(_COMMANDS)})
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands in ``gyro --help`` without loading them."""

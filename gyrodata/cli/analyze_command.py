@@ -44,6 +44,9 @@ DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".
 FILE_TYPES = tuple(".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv".split())  # noqa: SIM905
 """Endings of a name that users mean as a file, not as the folder of a report."""
 
+ENDINGS = re.compile(r"(?i)(?<=.)(\.xlsx)?(\.tsv)?(\.txt)?(\.csv)?(\.gz)?$")
+"""Endings of a log that the name of its report omits."""
+
 DOCUMENTS = {"markdown": "report.md", "latex": "report.tex"}
 """Name of the document next to its figures, by its format."""
 
@@ -289,7 +292,7 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
     folders: list[Path] = []
     for path in paths:
         # A folder that is given by mistake may have no name: "." or "/".
-        stem = "stdin" if path == Path("-") else _stem(path.name) or "log"
+        stem = "stdin" if path == Path("-") else ENDINGS.sub("", path.name) or "log"
         parts = [part for part in path.parent.parts if part not in ("..", path.anchor)] if len(paths) > 1 else []
         folder, number = Path(*parts, f"{stem}-report"), 1
         while folder in folders:
@@ -297,13 +300,6 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
             folder = Path(*parts, f"{stem}-report-{number}")
         folders.append(folder)
     return folders
-
-
-def _stem(name: str) -> str:
-    for suffix in (".gz", ".csv", ".txt", ".tsv", ".xlsx"):
-        if name.lower().endswith(suffix) and len(name) > len(suffix):
-            name = name[: -len(suffix)]
-    return name
 
 
 class _Outcome(Struct, frozen=True):

@@ -26,9 +26,9 @@ COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "temp
 
 def _topics(incomplete: str) -> list[tuple[str, str]]:
     """List pages and codes that begin with a text, each with its title, for a shell that completes."""
-    listed = [(name, docs.page_title(name)) for name in docs.PAGES]
-    listed += [(code, entry.title) for code, entry in sorted(diagnostics.explanations().items())]
-    return [(name, title) for name, title in listed if name.startswith(incomplete)]
+    titles = {name: docs.page_title(name) for name in docs.PAGES}
+    titles |= {code: entry.title for code, entry in sorted(diagnostics.explanations().items())}
+    return [(name, title) for name, title in titles.items() if name.startswith(incomplete)]
 
 
 def explain(
@@ -56,15 +56,11 @@ def _glossary() -> dict[str, dict[str, str]]:
 
 def _contents() -> str:
     longest = max(map(len, docs.PAGES))
-    pages = [f"  gyro explain {name:<{longest}}  {docs.page_title(name)}" for name in docs.PAGES]
-    words = ", ".join(names.partition(",")[0] for names in _glossary()["words"])
-    parts = {
-        "Pages:": "\n".join(pages),
-        "Codes of messages, such as:": f"  gyro explain {diagnostics.NO_UNLOADED_RUN}",
-        "Words:": fill(words, 76, initial_indent="  ", subsequent_indent="  "),
-        "Keys of a log, such as:": "  gyro explain u_time",
-    }
-    return "".join(f"{head}\n{text}\n" for head, text in parts.items())
+    pages = "".join(f"  gyro explain {name:<{longest}}  {docs.page_title(name)}\n" for name in docs.PAGES)
+    words = fill(", ".join(names.partition(",")[0] for names in _glossary()["words"]), 74)
+    codes = f"Codes of messages, such as:\n  gyro explain {diagnostics.NO_UNLOADED_RUN}\n"
+    keys = "Keys of a log, such as:\n  gyro explain u_time\n"
+    return f"Pages:\n{pages}{codes}Words:\n{indent(words, '  ')}\n{keys}"
 
 
 def _folded(name: str) -> str:

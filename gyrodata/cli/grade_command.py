@@ -203,8 +203,9 @@ def _executor_of(address: str) -> Executor:
 
         executor: Executor = Client(address).get_executor()
     except (ImportError, OSError, ValueError) as error:
-        hint = "the address is what dask scheduler prints, as tcp://HOST:8786"
-        hint = f"python3 -m pip install 'gyrodata[cluster]'; {hint}"
+        hint = (
+            "python3 -m pip install 'gyrodata[cluster]'; the address is what dask scheduler prints, as tcp://HOST:8786"
+        )
         refuse(diagnostics.CLUSTER_CANNOT_BE_USED, f"--cluster {address} cannot be used: {error}", hint)
     return executor
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec.structs import asdict
 
 from gyrodata import changes, diagnostics
+from gyrodata.fitting import Estimate
 from gyrodata.measurements import SOURCES
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
@@ -46,11 +47,12 @@ def report(analysis: Analysis) -> elements.Report:
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     if is_wide(analysis.inertia):
         answer = say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
+    is_worksheet = analysis.options.worksheet
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
         Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
-        Section("How to improve the next lab", _advice(analysis), "advice"),
+        *([] if is_worksheet else [Section("How to improve the next lab", _advice(analysis), "advice")]),
         Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True),
         Section("Three fits side by side", tuple(_fits(n)), "fits", True),
         Section("Effects considered", _effects(n), "effects", True),
@@ -60,16 +62,12 @@ def report(analysis: Analysis) -> elements.Report:
         Section("Provenance", _provenance(n), "provenance", True),
         Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True),
     )
-    if analysis.options.worksheet:
-        sections = tuple(section for section in sections if section.anchor != "advice")
     known = {key.lower(): (key, text) for key, text in analysis.readings.metadata.items()}
     lines = [f"{key.capitalize()}: {text}" for key, text in (known[one] for one in BYLINE if one in known)]
     return elements.Report(
         name=analysis.name,
         size=size,
-        title=say(
-            "Gyroscope lab {}: {}, {}", "worksheet" if analysis.options.worksheet else "report", analysis.name, size
-        ),
+        title=say("Gyroscope lab {}: {}, {}", "worksheet" if is_worksheet else "report", analysis.name, size),
         byline=say("{}", " · ".join(lines)),
         read_as=_read_as(n),
         doubts=tuple(_doubts(analysis)),
@@ -328,23 +326,24 @@ def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
 # --- details -----------------------------------------------------------------------------------------------------
 
 
-def _answer_band(n: Numbers) -> tuple[float, float]:
+def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
+    """Return the head of a column of estimates of I_zz, drawn against the interval of the answer."""
     value, u = n.analysis.inertia.value, n.analysis.inertia.u or 0.0
-    return value - u, value + u
+    dots = tuple((one.value, one.u or 0.0) if one else None for one in estimates)
+    return Head("I_zz", n.inertia, dots=dots, band=(value - u, value + u))
 
 
 def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     cases = n.analysis.sensitivity
     rows: list[tuple[elements.Cell, ...]] = [(say("no change"), n.value("inertia.value", n.inertia), None)]
-    dots: list[tuple[float, float] | None] = [(n.analysis.inertia.value, n.analysis.inertia.u or 0.0)]
     for i, case in enumerate(cases):
         value: elements.Cell = say("no answer")
         if case.inertia is not None:
             value = n.value(f"sensitivity.{i}.inertia.value", n.inertia)
         shift = None if case.deviation is None else n.shift(f"sensitivity.{i}.deviation")
         rows.append((say("{}", case.words), value, shift))
-        dots.append(None if case.inertia is None else (case.inertia.value, case.inertia.u or 0.0))
-    heads = Head("if"), Head("I_zz", n.inertia, dots=tuple(dots), band=_answer_band(n)), Head("shift", values.IN_U)
+    drawn = _drawn(n, [n.analysis.inertia, *(case.inertia for case in cases)])
+    heads = Head("if"), drawn, Head("shift", values.IN_U)
     caption = "I_zz after one change; the shift is in units of u"
     return (table(heads, rows, caption, main=0),) if cases else ()
 
@@ -360,15 +359,9 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
             intercept = n.value(f"{at}.constant.value", n.torque) if fit.constant else say("assumed 0")
         value = n.value(f"{at}.inertia.value", n.inertia) if fit.inertia else say("not possible")
         rows.append((say("{}", FIT_NAMES[fit.name]), value, intercept, away))
-    dots = tuple(None if fit.inertia is None else (fit.inertia.value, fit.inertia.u or 0.0) for fit in fits)
-    heads = (
-        Head("fit"),
-        Head("I_zz", n.inertia, dots=dots, band=_answer_band(n)),
-        Head("intercept −M0", n.torque),
-        Head("from recommended", values.NUMBER),
-    )
+    heads = Head("fit"), _drawn(n, [fit.inertia for fit in fits]), Head("intercept −M0", n.torque)
     caption = "The recommended fit, and the lines of the textbook"
-    yield table(heads, rows, caption, main=0)
+    yield table((*heads, Head("from recommended", values.NUMBER)), rows, caption, main=0)
     yield Text(tuple(say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note) for fit in fits), "list")
 
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from msgspec.structs import asdict
+from msgspec.structs import astuple
 
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.physics import RPM
@@ -20,15 +20,10 @@ RUN_UNITS = {
     "mass": "kg",
     "position": "m",
     "torque": "N*m",
-    "spin": "rad/s",
-    "time": "s",
-    "precession_rate": "rad/s",
-    "period": "s",
     "product": "rad^2/s^2",
-    "inertia": "kg*m^2",
-    "residual": "s",
-    "residual_u": "s",
-    "influence": "kg*m^2",
+    **dict.fromkeys(("spin", "precession_rate"), "rad/s"),
+    **dict.fromkeys(("time", "period", "residual", "residual_u"), "s"),
+    **dict.fromkeys(("inertia", "influence"), "kg*m^2"),
 }
 
 
@@ -60,11 +55,9 @@ def table_rows(analysis: Analysis, table: str) -> str:
     if table == "runs":
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-            cells = list(asdict(run).values())
             # As many digits as survive the conversion to rad/s and back.
-            rpm = float(f"{run.spin / RPM:.14g}")
-            cells = [analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note]
-            rows.append(map(csv_cell, cells))
+            rpm, cells = float(f"{run.spin / RPM:.14g}"), astuple(run)
+            rows.append(map(csv_cell, (analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note)))
         return csv_lines(rows)
     document = analysis.to_dict()
     result = document["result"]

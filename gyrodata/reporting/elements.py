@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from gyrodata.reporting import values
 from gyrodata.reporting.values import NUMBER, Scale
@@ -30,13 +31,15 @@ class Number(Struct, frozen=True):
     exponent: int = 0
     """Power of ten after the digits, in addition to that of the scale."""
     between: str = " ± "
+    unit: bool = True
+    """False in a cell: the head of the column contains the unit."""
 
-    def write(self, texts: Sequence[str], unit: bool = True) -> str:
+    def write(self, texts: Sequence[str]) -> str:
         """Join the digits, as they are written in one format, and the unit."""
         text = self.between.join(texts)
         if self.exponent:
             text = f"({text}) × {values.ten_to(self.exponent)}"
-        return values.with_unit(text, self.scale) if unit else text
+        return values.with_unit(text, self.scale) if self.unit else text
 
     def __str__(self) -> str:
         return self.write(self.shown)
@@ -67,8 +70,10 @@ SYMBOLS = re.compile(r"(?<![\w&#])(?:b(?!\))|[knpuLM]|m g x|m r(?=²))(?=[²ⁿ]
 
 Part = str | Number | Styled | Mark
 Sentence = tuple[Part, ...]
+NOTHING: Sentence = ("–",)
+"""An empty cell in a column of numbers."""
 Cell = Number | Sentence | None
-"""A number without its unit, which the head of the column contains; None for an empty cell."""
+"""What a column contains in one row; None if it has nothing to say."""
 
 
 def say(words: str, *parts: Part | Sentence) -> Sentence:
@@ -122,7 +127,7 @@ class Table(Struct, frozen=True):
     """A table with one row of heads."""
 
     heads: tuple[Head, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[Sentence, ...], ...]
     caption: str
     main: int | None = None
     """The most important row."""
@@ -137,11 +142,14 @@ def table(
     main: int | None = None,
     odd: Sequence[int] = (),
 ) -> Table:
-    """Return a table without the columns that are empty in every row."""
-    rows = list(rows)
-    used = [i for i in range(len(heads)) if any(row[i] is not None for row in rows)]
-    kept = tuple(tuple(row[i] for i in used) for row in rows)
-    return Table(tuple(heads[i] for i in used), kept, caption, main, tuple(odd))
+    """Return a table without the columns that are empty in every row; the head of a column contains the unit."""
+    columns = [column for column in zip(heads, *rows, strict=True) if any(cell is not None for cell in column[1:])]
+
+    def sentence(cell: Cell, head: Head) -> Sentence:
+        return (replace(cell, unit=False),) if isinstance(cell, Number) else cell or NOTHING * bool(head.scale)
+
+    cells = zip(*([sentence(cell, head) for cell in column] for head, *column in columns), strict=True)
+    return Table(tuple(head for head, *_ in columns), tuple(cells), caption, main, tuple(odd))
 
 
 class Text(Struct, frozen=True):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gyrodata.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.elements import SYMBOLS, Block, Cell, Head, Number, Part, Picture, Sentence, Styled, Table, join
+from gyrodata.reporting.elements import SYMBOLS, Block, Head, Number, Part, Picture, Sentence, Styled, Table, join
 from gyrodata.results import Analysis
 
 _FIGURE = r"""\begin{figure}[H]
@@ -38,11 +38,7 @@ def latex_report(analysis: Analysis) -> str:
     """
     whole = report(analysis)
     answer = next(_quantity(part) for part in whole.answer if isinstance(part, Number))
-    blocks = [
-        rf"\section*{{{_sentence(whole.title)}}}",
-        *([_sentence(whole.byline)] if whole.byline else []),
-        _sentence(whole.read_as),
-    ]
+    blocks = [rf"\section*{{{_sentence(whole.title)}}}", _sentence(whole.byline), _sentence(whole.read_as)]
     blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # An unreliable answer is not bold.
     bold = "" if whole.doubts else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
@@ -50,7 +46,7 @@ def latex_report(analysis: Analysis) -> str:
     blocks += map(_block, whole.top)
     for section in whole.sections:
         blocks += [rf"\section*{{{escape(section.title)}}}", *map(_block, section.blocks)]
-    body = "\n\n".join([*blocks, "\\end{document}\n"]).replace(answer, r"\Izz{}")
+    body = "\n\n".join([*filter(None, blocks), "\\end{document}\n"]).replace(answer, r"\Izz{}")
     preamble = Path(__file__).with_name("preamble.tex").read_text(encoding="utf-8")
     return preamble.replace("ANSWER", answer) + body
 
@@ -61,7 +57,7 @@ def _block(block: Block) -> str:
     if isinstance(block, Table):
         wide = r">{\raggedright\arraybackslash}p{%g\linewidth}"
         columns = "".join(wide % head.wrap if head.wrap else "r" if head.scale else "l" for head in block.heads)
-        rows = [" & ".join(map(_cell, row, block.heads)) for row in block.rows]
+        rows = [" & ".join(map(_sentence, row)) for row in block.rows]
         # TeX reads a [ or a * after \\ as an option.
         body = "\n".join(rf"{'{}' * row.startswith(('[', '*'))}{row} \\" for row in rows)
         return _TABLE % (columns, escape(block.caption), " & ".join(map(_head, block.heads)), body)
@@ -85,15 +81,15 @@ def _part(part: Part) -> str | None:
     return None
 
 
-def _quantity(number: Number, unit: bool = True) -> str:
+def _quantity(number: Number) -> str:
     """Write a number for siunitx; a name or a plain number stays text."""
-    power = number.exponent + (number.scale.exponent if unit else 0)
+    power = number.exponent + number.scale.exponent * number.unit
     digits = [f"{text} e{power}" if power else text for text in number.shown]
     if number.between == " ± " and len(digits) == 2:
         digits = [" +- ".join(number.shown) + (f" e{power}" if power else "")]
     if not re.fullmatch(r"[-+]?[0-9.]+(e[-+]?[0-9]+)?", number.shown[0]):
-        return escape(str(number) if unit else number.shown[0])
-    if unit and number.scale.unit:
+        return escape(str(number))
+    if number.unit and number.scale.unit:
         command = r"\qtyrange" if len(digits) == 2 else r"\qty"
         return command + "".join(f"{{{one}}}" for one in digits) + f"{{{number.scale.siunitx}}}"
     if re.search("[ e]", digits[0]):
@@ -107,12 +103,6 @@ def _head(head: Head) -> str:
         return escape(head.words)
     power = rf"\num{{e{head.scale.exponent}}}\," if head.scale.exponent else ""
     return rf"\shortstack[r]{{{escape(head.words)}\\{{[}}{power}\unit{{{head.scale.siunitx}}}]}}"
-
-
-def _cell(cell: Cell, head: Head) -> str:
-    if isinstance(cell, Number):
-        return _quantity(cell, unit=False)
-    return _sentence(cell) if cell else "–" * bool(head.scale)
 
 
 # --- text from the tool and from the log ------------------------------------------------------------------------------

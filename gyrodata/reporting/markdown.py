@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from gyrodata.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.elements import Block, Cell, Head, Number, Part, Picture, Sentence, Styled, Table, join
+from gyrodata.reporting.elements import Part, Picture, Sentence, Styled, Table, join
 from gyrodata.results import Analysis
 
 _ACTIVE = re.compile(r"[\\`*{}\[\]<>#|~$&!@^]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])|:(?=[\w+-]+:)")
@@ -33,30 +33,23 @@ def markdown_report(analysis: Analysis, figures: str = "{}.png", alt: Mapping[st
     str
     """
     whole = report(analysis)
-    blocks = [
-        f"# {_sentence(whole.title)}",
-        *([_sentence(whole.byline)] if whole.byline else []),
-        _sentence(whole.read_as),
-    ]
-    blocks += [f"**{_sentence(doubt)}**" for doubt in whole.doubts]
-    # An unreliable answer is not bold.
-    blocks.append(_sentence(whole.answer) if whole.doubts else f"**{_sentence(whole.answer)}**")
-    contents: list[str | Block] = [*whole.top]
-    for section in whole.sections:
-        contents += [f"## {escape(section.title)}", *section.blocks]
-    for block in contents:
-        if isinstance(block, str):
-            blocks.append(block)
-        elif isinstance(block, Table):
-            blocks += [f"{escape(block.caption)}:", _table(block)]
-        elif isinstance(block, Picture):
-            shows = escape((alt or {}).get(block.name, block.name))
-            blocks += [f"![{shows}]({figures.format(block.name)})", f"*{escape(block.caption)}*"]
-        elif block.is_list:
-            blocks.append("\n".join(f"- {_sentence(line)}" for line in block.sentences))
-        else:
-            blocks += map(_sentence, block.sentences)
-    return "\n\n".join(blocks) + "\n"
+    blocks = [f"# {_sentence(whole.title)}", _sentence(whole.byline), _sentence(whole.read_as)]
+    # An unreliable answer is not bold, but the doubts about it are.
+    blocks += [f"**{_sentence(one)}**" for one in whole.doubts or [whole.answer]]
+    blocks += [_sentence(whole.answer)] if whole.doubts else []
+    for heading, contents in (("", whole.top), *((f"## {escape(one.title)}", one.blocks) for one in whole.sections)):
+        blocks.append(heading)
+        for block in contents:
+            if isinstance(block, Table):
+                blocks += [f"{escape(block.caption)}:", _table(block)]
+            elif isinstance(block, Picture):
+                shows = escape((alt or {}).get(block.name, block.name))
+                blocks += [f"![{shows}]({figures.format(block.name)})", f"*{escape(block.caption)}*"]
+            elif block.is_list:
+                blocks.append("\n".join(f"- {_sentence(line)}" for line in block.sentences))
+            else:
+                blocks += map(_sentence, block.sentences)
+    return "\n\n".join(filter(None, blocks)) + "\n"
 
 
 def escape(text: str) -> str:
@@ -78,12 +71,6 @@ def _table(table: Table) -> str:
     rows = [
         [escape(str(head)) for head in table.heads],
         ["---:" if head.scale else "---" for head in table.heads],
-        *([_cell(cell, head) for cell, head in zip(row, table.heads, strict=True)] for row in table.rows),
+        *(map(_sentence, row) for row in table.rows),
     ]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
-
-
-def _cell(cell: Cell, head: Head) -> str:
-    if isinstance(cell, Number):
-        return escape(cell.write(cell.shown, unit=False))
-    return _sentence(cell) if cell else "–" * bool(head.scale)

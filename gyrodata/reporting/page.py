@@ -18,7 +18,7 @@ from markupsafe import Markup, escape
 from gyrodata import plotting
 from gyrodata.reporting import content
 from gyrodata.reporting.data import json_text, table_header, table_rows
-from gyrodata.reporting.elements import SYMBOLS, Cell, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
+from gyrodata.reporting.elements import SYMBOLS, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
@@ -82,7 +82,7 @@ def report_page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    room.filters |= {"sentence": write.sentence, "cell": write.cell, "typeset": _typeset, "draw": _draw}
+    room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
     room.filters["kind"] = lambda block: type(block).__name__
     kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
     images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
@@ -97,7 +97,7 @@ class _Writer:
     def __init__(self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> None:
         self.numbers, self.looks = Numbers(analysis), looks
 
-    def number(self, number: Number, unit: bool = True) -> Markup:
+    def number(self, number: Number) -> Markup:
         """Write a number with links to its places in results.json."""
         texts = []
         for text, place in zip(number.shown, number.places, strict=True):
@@ -107,8 +107,8 @@ class _Writer:
                 shown, size = escape(text.replace("-", "−")), f' data-size="{number.size!r}"'
             value = escape(found if isinstance(found, str) else repr(found))
             texts.append(f'<data value="{value}" data-from="{place}"{size}>{shown}</data>')
-        written = number.write(texts, unit)
-        return Markup(f'<span class="q">{written}</span>' if unit and number.scale.unit else written)
+        written = number.write(texts)
+        return Markup(f'<span class="q">{written}</span>' if number.unit and number.scale.unit else written)
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
@@ -131,12 +131,6 @@ class _Writer:
             shape = '<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>'
             return Markup(shape).format(colour, _SHAPES[marker])
         return _typeset(part)
-
-    def cell(self, cell: Cell, head: Head) -> Markup:
-        """Write a cell of a table."""
-        if isinstance(cell, Number):
-            return self.number(cell, unit=False)
-        return self.sentence(cell) if cell else Markup("–" * bool(head.scale))
 
 
 def _typeset(text: str) -> Markup:

@@ -192,12 +192,8 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
     if found is None:
         yield paragraph("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.")
     else:
-        constant = (
-            "constant within the uncertainties"
-            if found.p >= UNLIKELY
-            else "not constant within the stated uncertainties"
-        )
-        yield conclude(n, "product", say(f"At one torque φ̇ψ̇ is {constant}."))
+        constant = "constant within the" if found.p >= UNLIKELY else "not constant within the stated"
+        yield conclude(n, "product", say(f"At one torque φ̇ψ̇ is {constant} uncertainties."))
         yield paragraph(
             "The runs scatter about the mean of their torque by {}; {} is expected from timing and spin ({}).",
             n.percent("constancy.scatter", sign=False),
@@ -205,18 +201,16 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
             n.p("constancy.p"),
         )
     yield Picture("product", FIGURES["product"].caption)
-    rows: list[tuple[elements.Cell, ...]] = []
-    for i, group in enumerate(n.analysis.torques):
-        at = f"torques.{i}.product"
-        rows.append(
-            (
-                n.load(i),
-                n.value(f"{at}.value", values.PRODUCT),
-                None if group.product.spread is None else n.scatter(f"{at}.spread", values.PRODUCT),
-                None if group.product.p is None else n.p(f"{at}.p"),
-                None if group.without is None else n.value(f"torques.{i}.without.value", n.inertia),
-            )
+    rows = [
+        (
+            n.load(i),
+            n.value(f"torques.{i}.product.value", values.PRODUCT),
+            None if group.product.spread is None else n.scatter(f"torques.{i}.product.spread", values.PRODUCT),
+            None if group.product.p is None else n.p(f"torques.{i}.product.p"),
+            None if group.without is None else n.value(f"torques.{i}.without.value", n.inertia),
         )
+        for i, group in enumerate(n.analysis.torques)
+    ]
     heads = (
         Head("load"),
         Head("mean φ̇ψ̇", values.PRODUCT),
@@ -281,16 +275,11 @@ def compare_with_ball(n: Numbers) -> Sentence:
     body = "disk" if ball.mass is None else "ball"
     relative = n.percent("ball.relative")
     if ball.deviation is None:
-        return say(
-            f"I_zz differs from the value for the {body} by {{}}; without an uncertainty this cannot be judged.",
-            relative,
-        )
+        words = "I_zz differs from the value for the {} by {}; without an uncertainty this cannot be judged."
+        return say(words, body, relative)
     if ball.relative > 1:
-        times = n.number("ball.relative", f"{ball.relative:.3g}")
-        words = (
-            f"I_zz does not agree with the value for the {body}: the difference is {{}} times the value for the {body}."
-        )
-        return say(words, times)
+        words = "I_zz does not agree with the value for the {}: the difference is {} times the value for the {}."
+        return say(words, body, n.number("ball.relative", f"{ball.relative:.3g}"), body)
     close, bore = _agrees(ball.deviation), ""
     if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
         bore = (

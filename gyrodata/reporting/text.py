@@ -9,7 +9,7 @@ from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FE
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.reporting import questions, values
 from gyrodata.reporting.content import FAR, report
-from gyrodata.reporting.elements import Block, Cell, Head, Number, Numbers, Picture, Report, Table, plain
+from gyrodata.reporting.elements import NOTHING, Block, Numbers, Picture, Report, Table, plain
 from gyrodata.results import NO_BALL, Analysis, is_wide
 from gyrodata.tables import Run
 
@@ -44,10 +44,8 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     ]
     top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
-    sections = itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ())
-    for one in sections:
-        lines = (f"  {line}" for block in one.blocks for line in _block(block))
-        blocks += [[one.title, *lines]] if one.blocks else []
+    for one in itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()):
+        blocks += [[one.title, *(f"  {line}" for block in one.blocks for line in _block(block))]] * bool(one.blocks)
     return _joined(blocks)
 
 
@@ -64,15 +62,9 @@ def _block(block: Block) -> list[str]:
         return []
     if isinstance(block, Table):
         used = [i for i, head in enumerate(block.heads) if not head.page_only]
-        rows = [[_cell(row[i], block.heads[i]) for i in used] for row in block.rows]
+        rows = [["-" if row[i] == NOTHING else plain(row[i]) for i in used] for row in block.rows]
         return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
     return [plain(line) for line in block.sentences]
-
-
-def _cell(cell: Cell, head: Head) -> str:
-    if isinstance(cell, Number):
-        return cell.write(cell.shown, unit=False)
-    return plain(cell) if cell else "-" * bool(head.scale)
 
 
 # --- during the lab ------------------------------------------------------------------------------------------

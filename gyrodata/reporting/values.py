@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator, Sequence
-from functools import lru_cache
 from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
@@ -129,7 +128,6 @@ def with_unit(number: str, scale: Scale) -> str:
     return f"{number} {scale}".rstrip()
 
 
-@lru_cache(maxsize=1024)
 def inertia_text(value: float, u: float | None) -> str:
     """Write a moment of inertia [kg*m^2]: "(4.44 ± 0.06) × 10⁻³ kg·m²"."""
     scale = inertia_scale(value, u)

@@ -96,7 +96,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
             column = replace(column, header=replace(header, roles=found))
-        if header.unit is None and header.roles in ((), ("run",), ("turns",)):
+        if header.unit in (None, *"123456789") and header.roles in ((), ("run",), ("turns",)):
             written = [quantities.take_apart(text) for text in texts if text]
             own = {one.unit if one else "" for one in written}
             if (
@@ -108,7 +108,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
                 column = replace(
                     column, header=replace(roles.parse_header(f"{header.text} [{unit}]"), text=header.text)
                 )
-        found = column.header.roles
+        header = column.header
+        found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
         if header.unit is None and found == ("precession_rate",) and texts and all(map(turns_in, texts)):

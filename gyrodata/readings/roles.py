@@ -659,7 +659,7 @@ def noted_origin(note: str) -> str:
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
     note = re.sub(f"(?i){_OF_WEIGHT}", "", note)
-    names = re.findall(r"[^\W\d_]+", note)
+    names = [name.removesuffix(end) for name in re.findall(r"[^\W\d_]+", note) for end in ("", "s", "e", "n")]
     is_position = any({"position", "mass"}.intersection(name_roles(name)[0]) for name in names)
     return is_position and from_centre(note) and bool(re.search(_FROM, note))
 

@@ -340,19 +340,15 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
+    parts = (whole, *re.split(_CLAUSE_END, whole))
+    if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
+        found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
-    named = {role for role, *_ in found}
-    for part in (*re.split(_CLAUSE_END, whole), whole):
-        if not re.search(_NOT_TIMED, part) and (turns := _turns_stated(part, whole, named)):
-            found.append(("turns", turns, len(whole)))
-            break
     if not _SAYS_NOTHING.search(whole) and "?" not in whole:
         no_mass = _SEVERAL_WEIGHTS.search(whole)
         for one in found:
             of_centre = one[0] == "position" and roles.from_centre(whole)
-            if (not only_position or of_centre or one[0] == "turns") and not (
-                no_mass and (one[0] != "position" or not of_centre)
-            ):
+            if (not only_position or of_centre) and not (no_mass and (one[0] != "position" or not of_centre)):
                 yield one
 
 

@@ -96,18 +96,13 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
             column = replace(column, header=replace(header, roles=found))
+        # "trial 1" above "18.9 s"; its 1 may look like a unit.
         if header.unit in (None, *"123456789") and header.roles in ((), ("run",), ("turns",)):
             written = [quantities.take_apart(text) for text in texts if text]
-            own = {one.unit if one else "" for one in written}
-            if (
-                len(own) == 1
-                and (unit := own.pop())
-                and kinds_of(unit)
-                and (header.roles != ("turns",) or kinds_of(unit) == {"time"})
-            ):  # "trial 1" above "18.9 s"
-                column = replace(
-                    column, header=replace(roles.parse_header(f"{header.text} [{unit}]"), text=header.text)
-                )
+            [unit, *others] = {one.unit if one else None for one in written} or {None}
+            if unit and not others and (kinds_of(unit) if header.roles != ("turns",) else kinds_of(unit) == {"time"}):
+                explained = roles.parse_header(f"{header.text} [{unit}]")
+                column = replace(column, header=replace(explained, text=header.text))
         header = column.header
         found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
@@ -259,7 +254,9 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
             return [f"u_{used[0].role}"]
     open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
     if not there.isdisjoint(roles.TIMINGS) and "spin" in open_roles:
-        open_roles = [role for role in open_roles if role not in roles.TIMINGS]  # a rotation beside a period
+        open_roles = [
+            role for role in open_roles if role not in roles.TIMINGS
+        ]  # "rotation" and "period": the first is the spin
     # A quantity that follows from the readings is not needed, if the header can be another one.
     return [role for role in open_roles if role not in roles.derived_roles(there)] or open_roles
 

@@ -427,12 +427,12 @@ class _Sheet:
         """Each caption, whether its runs are below or above it, and what was read of it."""
         texts = [(": " if len(filled_at(row)) == 2 else " ").join(filter(None, row.texts)) for row in grid.rows]
         texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
-        self.legend = {}
+        self.legend: dict[str, str] = {}
+        """What a line such as "d = distance from centre in cm" says of a short header."""
         for one in filter(None, (_LEGEND.fullmatch(part) for text in texts for part in re.split(_LEGENDS, text))):
             words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0].rstrip(" )")
             if parse_header(words).unit or turns_in(words):
                 self.legend[squeeze(one[2])] = words
-        """What a line such as "d = distance from centre in cm" says of a short header."""
         notes = [(text, text.text) for text in grid.comments]
         notes += [(text, f"{key}: {text.text}") for key, text in grid.metadata if not roles.is_key(key)]
         for row, below in pairwise([*grid.rows, Row(0, [""])]):
@@ -518,12 +518,14 @@ class _Sheet:
             and (below := self._names_below(row))
         ):
             self.here = below
-        elif row.texts[0] == "#" or any(re.search(_NOT_USED, text) for text in row.texts if not is_number(text)):
+        elif row.texts[0] == "#":
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
         elif not is_note and not roles.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in start):
             self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
+        elif any(re.search(_NOT_USED, text) for text in row.texts if not is_number(text)):
+            self._leave_out("taken_out", row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
         elif not is_note and self._is_result(row):

@@ -627,7 +627,7 @@ _SURFACE_NOTE = vocabulary.pattern("surface_note")
 _WEIGHT_NAMES = (name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip())
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
 _OF_WEIGHT = (
-    rf"(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
+    rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
 )
 """The centre of the weight."""
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
@@ -635,15 +635,15 @@ _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in (
 
 def origin_in(header: str) -> str:
     """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
-    if len(header) > MAX_HEADER or re.search(_CENTRE, re.sub(f"(?i){_OF_WEIGHT}", "", header)):
+    if len(header) > MAX_HEADER or re.search(_CENTRE, re.sub(_OF_WEIGHT, "", header)):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
 
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
-    to_weight = bool(re.search(f"(?i){_OF_WEIGHT}", note))
-    note = re.sub(f"(?i){_OF_WEIGHT}", "", note)
+    to_weight = bool(re.search(_OF_WEIGHT, note))
+    note = re.sub(_OF_WEIGHT, "", note)
     if re.search(_SURFACE_NOTE, note) and not re.search(_CENTRE, note):
         return "surface"
     if not (origin := origin_in(note)):
@@ -658,24 +658,24 @@ def noted_origin(note: str) -> str:
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
-    note = re.sub(f"(?i){_OF_WEIGHT}", "", note)
+    note = re.sub(_OF_WEIGHT, "", note)
     names = [name.removesuffix(end) for name in re.findall(r"[^\W\d_]+", note) for end in ("", "s", "e", "n")]
     is_position = any({"position", "mass"}.intersection(name_roles(name)[0]) for name in names)
     return is_position and from_centre(note) and bool(re.search(_FROM, note))
 
 
-_WIDE = vocabulary.pattern("diameter")
+_WIDE, _RADIUS, _SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
 _LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
 DIAMETER = rf"(?:{_WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{_WIDE}"
 
 
 def diameter_in(sentence: str) -> str:
     """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
-    if not re.search(vocabulary.pattern("sphere"), sentence):
+    if not re.search(_SPHERE, sentence):
         return ""
     if match := re.search(DIAMETER, sentence):
         return match[1] or match[2]
-    match = re.search(rf"{vocabulary.pattern('radius')}[^0-9;]{{0,30}}?{_LONG}", sentence)
+    match = re.search(rf"{_RADIUS}[^0-9;]{{0,30}}?{_LONG}", sentence)
     return f"2 x {match[1]}" if match else ""
 
 

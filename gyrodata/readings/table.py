@@ -517,8 +517,7 @@ class TableReader:
         of_header = roles.origin_in(named) or ("centre" if roles.from_centre(named) else "")
         noted = self.settings.origin
         if not stated and (noted, of_header) in (("both", ""), ("surface", "centre")):
-            header = named if of_header else "another note"
-            self.faults.add("two_origins", position.place(0), header=header)
+            self.faults.add("two_origins", position.place(0))
             return 0.0
         origin = stated or of_header or noted
         if origin in ("", "centre"):

@@ -131,8 +131,8 @@ ORIGINS = "The position is measured from the centre of the ball\n"
 ASKED = [
     ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
-    (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and a note says"),
-    (f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}", "G340", "and a note says"),
+    (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and another says"),
+    (f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}", "G340", "and another says"),
 ]  # fmt: skip
 
 

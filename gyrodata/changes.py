@@ -418,18 +418,15 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     return tuple(effects)
 
 
-def release_may_matter(lab: Lab) -> bool:
-    """Return whether the size of the release is worth a fit; for a level rod it may be certainly small."""
-    return bool(lab.measured.pitch.any()) or lab.chosen.released or not _release_size(lab) < 0.7 * DROP_ONE
-
-
-def _release_size(lab: Lab) -> float:
-    """Estimate the size of the release for a level rod, without a fit, in standard uncertainties of I_zz [1]."""
+def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
+    """Return whether a release may change I_zz by `least` standard uncertainties: only a fit can then tell its size."""
     measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
+    if measured.pitch.any() or lab.chosen.released or not u:
+        return True
     total, across = measured.torque + fit.residual_torque.value, fitting.transverse_inertia(measured)
     biases = physics.release_bias(total, measured.spin, fit.inertia.value, across)
     # Runs that scatter more than stated may do so because of the release, which then widens u.
-    return abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u if u else math.inf
+    return not abs(float(fit.response @ biases)) * max(1.0, fit.widths.scatter) / u < least
 
 
 # --- answers ----------------------------------------------------------------------------------------------------------
@@ -448,6 +445,9 @@ class Sensitivity(Struct, frozen=True):
     """Its distance from I_zz in standard uncertainties of I_zz."""
 
 
+FAR_FROM_LIMIT = 2.0
+"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so in each changed log too."""
+
 FEW = 50
 """Of a log with more runs, a changed log has the model of the log itself: another choice takes a second."""
 
@@ -456,7 +456,12 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     """Answer every question of a table of `CHANGES` that applies to a lab."""
     if len(lab.measured.runs) > MOST_RUNS:
         return []
-    answer, is_clear, found = lab.fit.inertia, _is_clear(lab), []
+    answer, found, limit = lab.fit.inertia, [], DROP_ONE / FAR_FROM_LIMIT
+    # Then all changes need the model of the log itself.
+    is_clear = not (lab.chosen.tilted or lab.measured.pitch.any() or fitting.earth_is_told(lab.measured))
+    if is_clear and lab.measured.motion != "steady":
+        small = not release_may_matter(lab, limit) if lab.release is None else lab.release < limit
+        is_clear = (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE if lab.chosen.released else small
     for change in CHANGES[table](lab):
         measured, chosen, inertia = change.measured or lab.measured, change.chosen, None
         if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
@@ -471,35 +476,11 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     return found
 
 
-FAR_FROM_LIMIT = 2.0
-"""If the release is so many times larger or smaller than the limit `DROP_ONE`, it is so in each changed log too."""
-
-
-def _is_clear(lab: Lab) -> bool:
-    """Return whether all changes of a log need the model of the log itself."""
-    if lab.chosen.tilted or lab.measured.pitch.any() or fitting.earth_is_told(lab.measured):
-        return False
-    if lab.measured.motion == "steady":
-        return True
-    if lab.chosen.released:
-        return (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE
-    return (_release_size(lab) if lab.release is None else lab.release) < DROP_ONE / FAR_FROM_LIMIT
-
-
 # --- the model of a log -----------------------------------------------------------------------------------------------
 
 STEEP, FALLEN = math.radians(45), math.radians(52)
 """A released rod that sags by more than the first angle hits the cup of the ball. No answer is given from the
 second angle on: without a fit the sag is known to some degrees only."""
-
-
-def _stays_up(lab: Lab) -> bool:
-    """Return whether no run of a log would sag steeply if the rod was released."""
-    measured, fit = lab.measured, lab.fit
-    loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
-    total = measured.torque + fit.residual_torque.value
-    sag = physics.greatest_sag(total, measured.spin, fit.inertia.value, across, measured.pitch)
-    return bool(np.max(sag[loaded]) < FALLEN)
 
 
 ALWAYS_OUT = ("decay_law", "earth")
@@ -525,7 +506,13 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     except fitting.NoFit:
         # It is unknown what could be left out.
         return fullest
-    released = fullest.released or (measured.motion is None and release_may_matter(lab) and _stays_up(lab))
+    released = fullest.released or (measured.motion is None and release_may_matter(lab))
+    if released and not fullest.released:
+        # A rod that would sag steeply in a run was not released.
+        loaded, across = measured.torque != 0, fitting.transverse_inertia(measured)
+        total = measured.torque + fit.residual_torque.value
+        sag = physics.greatest_sag(total, measured.spin, fit.inertia.value, across, measured.pitch)
+        released = bool(np.max(sag[loaded]) < FALLEN)
     if simplest == fullest and not released:
         return simplest
     named = {"tilt": tilts, "release": released, "earth": told}

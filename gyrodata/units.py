@@ -147,16 +147,7 @@ _ANY_CASE = {_word.lower(): _unit for _word, _unit in reversed(_SYMBOLS.items())
 
 _TOKEN = re.compile(r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)")
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
-_USUAL = (
-    (rf"\s+(?:{vocabulary.words('per', '|')})\s+", "/"),
-    (r"""(?<=[^\W\d_])["'״](?=[^\W\d_])""", ""),  # an abbreviation in Hebrew
-    (r"(?<=\w)-(?=[^\W\d_])", "*"),  # "kg-m^2"
-    (r"/\s*\(([^()*]*)\*?([^()*]*)\)", r"/\1/\2"),  # "rad/(s*rev)"
-    (r"^\[(.*?)\]?$|^\((.*?)\)?$", r"\1\2"),
-    (r"/$", ""),
-    (r"^/", "1/"),
-)
-"""Ways of writing a unit, and the usual one."""
+_USUAL = [(way.replace("PER", vocabulary.words("per", "|")), usual) for way, usual in vocabulary.WAYS["unit"]]
 
 
 @lru_cache(maxsize=1024)

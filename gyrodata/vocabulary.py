@@ -25,6 +25,8 @@ SYMBOLS: dict[str, str] = _SECTIONS.pop("symbols")
 """Symbols by the role, or the roles, that they mean, separated by blanks."""
 NO_NUMBER: list[dict[str, str]] = _SECTIONS.pop("no_number")
 """Messages for texts in the place of a number, and what to type."""
+WAYS: dict[str, list[list[str]]] = _SECTIONS.pop("ways")
+"""Ways of writing a unit or a number of turns, as regular expressions, each with the usual way."""
 LANGUAGES: dict[str, dict[str, str]] = _SECTIONS
 """The other sections of the file, by language: lists of names or words by key."""
 

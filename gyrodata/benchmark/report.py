@@ -96,7 +96,11 @@ def csv_tables(benchmark: Benchmark) -> dict[str, str]:
 
 def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
     """Write the text in Markdown: the best method of each part, and the main numbers."""
-    text = Path(__file__).with_name("reading.md").read_text(encoding="utf-8")
+    text, fewest = Path(__file__).with_name("reading.md").read_text(encoding="utf-8"), []
+    for turns in (1, effort.turns):
+        ranges = cheapest(benchmark.orders, turns).items()
+        parts = (f"{name} from {power(most)} to {power(least)}" for name, (most, least) in ranges)
+        fewest.append(f"* {turns} turn{'s' * (turns > 1)}: {', then '.join(parts)}")
     return text.format(
         seed=seed,
         labs=effort.labs,
@@ -105,7 +109,7 @@ def reading(benchmark: Benchmark, effort: Effort, seed: int) -> str:
         winners="; ".join(f"{panel.scene.title}: {panel.winner.method}" for panel in benchmark.motion).capitalize(),
         models=_rows(map(_model, benchmark.motion)),
         orders=_rows(map(_order, benchmark.orders)),
-        fewest="\n".join(_fewest(benchmark.orders, turns) for turns in (1, effort.turns)),
+        fewest="\n".join(fewest),
         least=100 * HONEST[0],
         most=100 * HONEST[1],
         scenes=" | ".join(panel.scene.title for panel in benchmark.trials),
@@ -131,13 +135,6 @@ def _order(order: Order) -> Sequence[str]:
     counts = ("–" if count is None else f"{float(f'{count:.2g}'):,.0f}" for count in needed)
     slope = "–" if order.order is None else f"{order.order:.1f}"
     return (str(order.turns), order.method, slope, *counts, time_text(min(point.seconds for point in order.points)))
-
-
-def _fewest(orders: Sequence[Order], turns: int) -> str:
-    """List the methods with the fewest evaluations, and their errors."""
-    ranges = cheapest(orders, turns).items()
-    parts = ", then ".join(f"{name} from {power(most)} to {power(least)}" for name, (most, least) in ranges)
-    return f"* {turns} turn{'s' * (turns > 1)}: {parts}"
 
 
 def _score(trials: Sequence[Trial]) -> Sequence[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrodata.benchmark import HONEST, METHODS, Benchmark, Failure, MotionPanel, Order, TrialPanel, cheapest, power
@@ -16,26 +17,16 @@ BLUE, ORANGE, GREEN, RED, PURPLE, GREY = "#0072B2", "#E69F00", "#009E73", "#D55E
 
 BAND: Any = {"color": "#F0E442", "alpha": 0.45, "linewidth": 0, "zorder": 0}
 
-STYLE: Any = {
-    **figures.STYLE,
-    "axes.axisbelow": True,
-    "text.hinting": "force_autohint",
-    "text.parse_math": True,
-    "axes.grid.axis": "both",
-    "axes.titlelocation": "left",
-    "figure.titlesize": 12,
-    "figure.titleweight": "bold",
-    "legend.fontsize": 9,
-}
-"""For ``matplotlib.rc_context``."""
+STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
 
 
 def render_benchmark(benchmark: Benchmark) -> dict[str, bytes]:
     """Draw all charts, 9 inches wide; return the bytes of each file by its name, the same for the same benchmark."""
-    from matplotlib import rc_context
+    from matplotlib import rc_context, rc_params_from_file
 
     files: dict[str, bytes] = {}
-    with rc_context(STYLE):
+    first, second = (rc_params_from_file(path, use_default_template=False) for path in STYLES)
+    with rc_context(first | second):
         drawn = {
             "motion": _draw_motion(benchmark.motion),
             "motion_order": _draw_orders(benchmark.orders),

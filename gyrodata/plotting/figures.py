@@ -10,6 +10,7 @@ import io
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -29,27 +30,7 @@ Form = Literal["png", "svg", "pdf"]
 
 INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
 
-STYLE: Any = {
-    # A "$" in the name of a run is not a formula, and the parser of formulas is slow.
-    "text.parse_math": False,
-    # Without hinting, text is drawn faster.
-    "text.hinting": "no_hinting",
-    "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-    "lines.linewidth": 1.2,
-    "lines.markersize": 5.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "grid.color": "#dddddd",
-    "legend.frameon": False,
-    "legend.fontsize": 8.0,
-    "svg.hashsalt": "gyrodata",
-}
-"""For ``matplotlib.rc_context``."""
+STYLE = Path(__file__).with_suffix(".mplstyle")
 
 SIZES = {"screen": (5.0, 3.2, 1.8, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 2.4, 300)}
 """Width and height of a figure, additional height for a second panel [inch], and resolution of a PNG [dots/inch]."""
@@ -396,13 +377,13 @@ def render(
     analysis: Analysis, form: Form = "png", style: str = "screen", names: Sequence[str] = tuple(FIGURES)
 ) -> dict[str, bytes]:
     """Draw figures as files; return their bytes by name."""
-    from matplotlib import rc_context
+    from matplotlib import rc_context, rc_params_from_file
     from matplotlib.figure import Figure
 
     scene = gather(analysis)
     width, height, more, dpi = SIZES[style]
     files = {}
-    with rc_context(STYLE), warnings.catch_warnings():
+    with rc_context(rc_params_from_file(STYLE, use_default_template=False)), warnings.catch_warnings():
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:

@@ -533,10 +533,8 @@ def turns_in(header: str) -> str:
     if known and (unit is None or kinds_of(unit)):
         return ""  # "time [s]" and "revolutions", before the long patterns below are compiled
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
-    plain = re.sub(r"(?i)\ba?round (\w+) times\b", r"\1 turns", plain)
-    plain = re.sub(r"(?i)\ba?round (once|twice)\b", lambda times: f"{1 + (times[1][0] in 'tT')} turns", plain)
-    plain = re.sub(r"(?i)\bhalf ?way a?round\b", "half a turn", plain)
-    plain = re.sub(r"(?i)\bonce (?:all the way )?a?round\b", "1 turn", plain)
+    for way, usual in vocabulary.WAYS["turns"]:
+        plain = re.sub(way, usual, plain)
     plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
     if unit and "time" in kinds_of(unit):
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"

@@ -50,7 +50,11 @@ def environment() -> Environment:
         lstrip_blocks=True,
     )
     made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
-    made.filters |= {"number": number_text, "distance": _distance, "fit_words": fit_words}
+    # A distance in units of u has all digits before the point up to a million.
+    made.filters["distance"] = lambda z: (
+        "–" if z is None else f"{z:.0f}" if 100 <= z < 1e6 else f"{z:.2g}".replace("-", "−")
+    )
+    made.filters |= {"number": number_text, "fit_words": fit_words}
     made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
     made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
     made.globals |= {"version": __version__, "FIGURES": FIGURES}
@@ -71,11 +75,6 @@ def _columns(text: str) -> str:
     """Set the cells of lines with tabs under each other; the second and the third column are numbers."""
     rows = [line.split("\t") for line in text.strip("\n").split("\n")]
     return "".join(f"  {line}\n" for line in in_columns(rows, right=(1, 2)))
-
-
-def _distance(value: float | None) -> str:
-    """Write a distance in units of u: two digits, and all digits before the point up to a million."""
-    return "–" if value is None else f"{value:.0f}" if 100 <= value < 1e6 else f"{value:.2g}".replace("-", "−")
 
 
 def _markdown_safe(text: object) -> str:

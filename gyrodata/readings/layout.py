@@ -232,7 +232,7 @@ def is_of_means(header: str) -> bool:
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-_QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -246,8 +246,9 @@ _SEVERAL_WEIGHTS = re.compile(
     rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
 """Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
-_TIME_WORDS = {squeeze(word).lower() for word in re.split(r"[\s,]+", vocabulary.words("time", ",")) if len(word) > 2}
-_TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _TIME_WORDS if word > chr(0x2E80))}"
+_NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
+_TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
+_TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
 _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|\w+\s*/\s*[0-9])|360\D{0,9}="
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
@@ -261,7 +262,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     turns, parts = turns_in(clause), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
     if not turns or len(parts) > 1 or re.search(_DEFINITION, clause):
         return ""
-    words = {word for word in roles.squeezed_words(re.sub(_QUANTITY, " ", clause)) if not word.isdecimal()}
+    words = {word for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
     timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
     if "mass" in found or timed or re.search(_TIMED, clause):
@@ -286,7 +287,7 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
 
 
 _CLAUSE_END = r"[,;.،；，。()]\s+"
-SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ])|。"
+SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
 
 
 def said_in(row: Row, with_time: bool = False) -> Given:
@@ -309,7 +310,18 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
             found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
-    return {role: item for role, items in found.items() for item in items.items() if len(items) == 1}
+        is_named = (
+            rest and parse_header(name).roles == ("position",) and roles.squeezed_words(name) - roles.NOT_THE_WEIGHT
+        )
+        if is_named and "position" not in found and (quantity := re.fullmatch(rf"({_AMOUNT}\s*{_UNIT})\W*", rest[0])):
+            found["position"] = {quantity[1]: filled[-1]}  # "Radius arm = 16.5 cm"
+    # "60 g (on the scale: 60.0 g)" is one mass.
+    plain = {role: {re.sub(r"[.,]0+(?![0-9])", "", text) for text in texts} for role, texts in found.items()}
+    return {
+        role: max(items.items(), key=lambda item: len(item[0]))
+        for role, items in found.items()
+        if len(plain[role]) == 1
+    }
 
 
 def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[tuple[str, str, int]]:
@@ -318,7 +330,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     end = 0
     whole = re.sub(_ON_ROD, lambda words: " " * len(words[0]), whole)
     scanned = re.sub(r"[\[(]([^()\[\]]*)[\])]", lambda one: one[0] if kinds_of(one[1]) else f" {one[1]} ", whole)
-    for match in re.finditer(_QUANTITY, scanned):
+    for match in re.finditer(QUANTITY, scanned):
         after = re.split(r"[\s,;:.()=]+", whole[match.end() :].lstrip())[0]
         words = [*re.split(r"[\s,;:()=]+", whole[end : match.start()]), after]
         beside = {squeeze(word).lower() for word in words}
@@ -344,12 +356,10 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
         found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
-    if not _SAYS_NOTHING.search(whole) and "?" not in whole:
-        no_mass = _SEVERAL_WEIGHTS.search(whole)
-        for one in found:
-            of_centre = one[0] == "position" and roles.from_centre(whole)
-            if (not only_position or of_centre) and not (no_mass and (one[0] != "position" or not of_centre)):
-                yield one
+    says_nothing = _SAYS_NOTHING.search(whole) or only_position or _SEVERAL_WEIGHTS.search(whole)
+    for one in found if "?" not in whole else ():
+        if not says_nothing or (one[0] == "position" and roles.from_centre(whole)):
+            yield one
 
 
 _UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"

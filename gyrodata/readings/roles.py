@@ -308,6 +308,8 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
+    elif kinds == {"angle", "number"} and not kept and (re.search(PRECESSION, name) or found == ("time",)):
+        kept = ("turns",)  # "Precession (turns)", "precession timed (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
     elif "time" in kinds and "/" in unit and not kept:
@@ -408,8 +410,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
-    if kinds_of(text) == {"angle"} or (kinds_of(text) == {"time"} and len(text) > 2):
-        return "", text
+    if len(kinds_of(text)) == 1 and not kinds_of(text).isdisjoint(("angle", "mass", "length", "time")):
+        return "", text  # "cm" above the positions
     name, _, unit = text.rpartition(" / ")
     if name and kinds_of(unit):
         return name.strip(), unit.strip()
@@ -467,7 +469,10 @@ def _modified(name: str) -> tuple[str, ...]:
     named = " ".join(token for token, low in zip(tokens, lower, strict=True) if low not in small)
     left = " ".join(token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS)
     before, after = "".join(one for _, one, _ in affixes), "".join(one for _, _, one in affixes)
-    modified = (f"{before}{role}{after}" for role in (_known(left) or _known(named) if left else ()))
+    bases = _known(left) or _known(named) if left else ()
+    # "Rotations before (rpm)"
+    bases += ("spin",) * (bases == ("turns",) and after != "")
+    modified = (f"{before}{role}{after}" for role in bases)
     if found := tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES):
         return found
     # "Period of precession" in any order of its words; "precession" alone is a name.

@@ -35,7 +35,10 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     """
     grid = _uncrossed(grid, faults)
     _weigh(grid, faults)
-    return _split_spin_down(grid if any(map(is_head, grid.rows)) else _turned_into_table(grid, faults))
+    # Sentences may be split at their blanks: "400", "rpm", "-", "12.3", "s".
+    in_words = any(is_bare(row.texts[0]) and any("rate" in kinds_of(text) for text in row.texts) for row in grid.rows)
+    has_head = any(map(is_head, grid.rows)) and not (in_words and _rows_of_sentences(grid))
+    return _split_spin_down(grid if has_head else _turned_into_table(grid, faults))
 
 
 _ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
@@ -159,31 +162,48 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     """
     parts: list[tuple[int, str, layout.Given]] = []
     block: list[tuple[int, str, layout.Given]] = []
-    for index in range(grid.rows[0].line - 1, grid.rows[-1].line + 1):
-        line = grid.lines[index] if index < len(grid.lines) else ""
-        said = said_in(Row(index + 1, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
+    lines = grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]
+    runs_in_lines = ((number, one) for number, line in enumerate(lines, grid.rows[0].line) for one in _runs_in(line))
+    for number, line in (*runs_in_lines, (grid.rows[-1].line + 1, "")):
+        said = said_in(Row(number, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
+        quantities_of = [(kinds_of(match[2] or match[3]), match) for match in re.finditer(layout.QUANTITY, line)]
+        times = [match[0] for kinds, match in quantities_of if "time" in kinds]
+        if "spin" in said and len(times) > 1:
+            said |= {f"time_{at}": (text, 0) for at, text in enumerate(times, 1)} | {"time": ("", 0)}
         if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
             continue  # a run that was taken out
         if said:
-            block.append((index + 1, line, said))
+            block.append((number, line, said))
             continue
         names = [name for *_, one in block for name in one]
         if len(set(names)) == len(names) and {"spin", "time"} <= set(names):
             block = [(block[0][0], "", {name: item for *_, one in block for name, item in one.items()})]
-        parts += [*block, (index + 1, line, {})] if line.strip() else block
+        parts += [*block, (number, line, {})] if line.strip() else block
         block = []
     runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
-    there = [role for role in _SENTENCE_ROLES if any(role in said for said in runs)]
+    there = [role for role in _SENTENCE_ROLES if any(said.get(role, ("",))[0] for said in runs)]
+    there += sorted({role for said in runs for role in said if role.startswith("time_")})
     rows: list[Row] = []
     for number, text, said in parts if len(runs) > 1 else ():
         if not {"spin", "time"} <= said.keys():
-            rows.append(Row(number, [text.strip()]))
+            rows.append(Row(number, [" ".join(text.split())]))
             continue
         if not rows or len(rows[-1].texts) == 1:
             rows.append(Row(number, list(there)))
         spots = (number * source.MAX_COLUMNS,) * len(there)
         rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
     return rows
+
+
+def _runs_in(line: str) -> list[str]:
+    """Split a line of several runs: "M1 = 40 g: (184 rpm; 9.0 s), (390 rpm; 19.3 s)" is a caption and two runs."""
+    found = [(match.start(), kinds_of(match[2] or match[3])) for match in re.finditer(layout.QUANTITY, line)]
+    places = {kind: [at for at, kinds in found if kind in kinds] for kind in ("rate", "time")}
+    spins, times = places["rate"], places["time"]
+    first, other = (spins, times) if spins[:1] < times[:1] else (times, spins)
+    if len(spins) < 2 or sorted(spins + times) != [at for pair in zip(first, other, strict=False) for at in pair]:
+        return [line]
+    return [line[: first[0]], *(line[start:end] for start, end in pairwise([*first, len(line)]))]
 
 
 def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:

@@ -303,6 +303,9 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             }
             other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
             other |= role == "mass" and roles.is_part_of_mass(text)
+            # Behind an unknown name, "g" may be its unit.
+            bare = [one.at for one in columns if one.cell in choice.unplaced and one.header.unit is None]
+            other |= text == fit[0].header.unit and fit[0].at - 1 in bare
             other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
             if role == "position":  # "length is from the centre" says it
                 name = roles.split_unit(text)[0].strip()

@@ -310,11 +310,12 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
             found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
-        is_named = (
-            rest and parse_header(name).roles == ("position",) and roles.squeezed_words(name) - roles.NOT_THE_WEIGHT
-        )
-        if is_named and "position" not in found and (quantity := re.fullmatch(rf"({_AMOUNT}\s*{_UNIT})\W*", rest[0])):
-            found["position"] = {quantity[1]: filled[-1]}  # "Radius arm = 16.5 cm"
+        # "Radius arm = 16.5 cm"
+        is_named = rest and " " in name and parse_header(name).roles == ("position",) and "position" not in found
+        is_named = is_named and roles.squeezed_words(name) - roles.NOT_THE_WEIGHT
+        quantity = re.fullmatch(rf"({_AMOUNT}\s*{_UNIT})\W*", rest[0]) if is_named else None
+        if quantity and not roles.origin_in(part) and not re.search(_BALL, whole):
+            found["position"] = {quantity[1]: filled[-1]}
     # "60 g (on the scale: 60.0 g)" is one mass.
     plain = {role: {re.sub(r"[.,]0+(?![0-9])", "", text) for text in texts} for role, texts in found.items()}
     return {

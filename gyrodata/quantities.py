@@ -252,8 +252,13 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
-    if kind == "angle" and unit in (None, "rad") and (parts := re.fullmatch(_PARTS_OF_PI, plain)):
-        return Quantity(math.pi * to_float(parts[1] or "1") / int(parts[2] or 1), None, None, "rad")
+    if kind == "mass" and len(parts := text.split("+")) > 1 and all(map(PLAIN.fullmatch, map(str.strip, parts[:-1]))):
+        # "20 + 30 g": two weights
+        last = read_cell(parts[-1].strip(), kind, unit, ask)
+        others = [read_cell(part.strip(), kind, last.unit, ask) for part in parts[:-1]]
+        return replace(last, value=last.value + math.fsum(one.value for one in others))
+    if kind == "angle" and unit in (None, "rad") and (part := re.fullmatch(_PARTS_OF_PI, plain)):
+        return Quantity(math.pi * to_float(part[1] or "1") / int(part[2] or 1), None, None, "rad")
     if kind == "time" and '"' in text:
         text = plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None

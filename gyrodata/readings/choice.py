@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from fractions import Fraction
+from operator import attrgetter
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -86,9 +87,14 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
     timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
 
-    def later(one: Chosen) -> tuple[bool, ...]:
-        return layout.is_of_means(one.cell.text), one.at in letters, bool(roles.origin_in(one.cell.text))
+    with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
+    def later(one: Chosen) -> tuple[bool, ...]:
+        is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
+        return is_number, layout.is_of_means(one.cell.text), one.at in letters, bool(roles.origin_in(one.cell.text))
+
+    typed: list[Chosen] = []
+    """The columns, with the units of their cells."""
     for column in sorted(columns, key=later):
         header = column.header
         texts = [row.texts[column.at] for row in table.rows]
@@ -103,11 +109,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             if unit and not others and (kinds_of(unit) if header.roles != ("turns",) else kinds_of(unit) == {"time"}):
                 explained = roles.parse_header(f"{header.text} [{unit}]")
                 column = replace(column, header=replace(explained, text=header.text))
+        typed.append(column)
         header = column.header
         found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
-        if header.unit is None and found == ("precession_rate",) and texts and all(map(turns_in, texts)):
+        if header.unit is None and found == ("precession_rate",) and texts and all(map(roles.said_turns, texts)):
             found = ("turns",)  # "1/3 rev" below "precession"
         elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
@@ -120,10 +127,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif is_time and turns_in(header.text):
             stating.append(column)
-        elif found == ("spin",) and texts and all(TWO_READINGS.fullmatch(fold_number(text)) for text in texts):
-            faults.add("two_readings", column.cell)
-            choice.serve(replace(column, role="spin_start", part=1))
-            choice.serve(replace(column, role="spin_end", part=2))
+        elif found in (("spin",), ("time",)) and _has_pairs(texts, found[0]):
+            is_spin = found == ("spin",)
+            what = "the spin at the start and at the end" if is_spin else "two times of one setting"
+            faults.add("two_readings", column.cell, what=what)
+            for part, role in enumerate(("spin_start", "spin_end") if is_spin else ("time", "time"), 1):
+                choice.serve(replace(column, role=role, part=part, number=None if is_spin else part))
         elif len(found) == 1:
             choice.serve(replace(column, role=found[0], number=header.number))
         elif found:
@@ -139,12 +148,29 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         faults.add("period_of_one_turn", times[0].cell)
     if several:
         _eliminate(table, several, choice, faults)
-    if choice.unplaced:
-        _place_by_cells_and_unit(columns, table, choice, faults)
+    if choice.unplaced or ("note" in choice.used and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))):
+        _place_by_cells_and_unit(sorted(typed, key=attrgetter("at")), table, choice, faults)
+    for kind in ("rate", "time"):
+        # "spin before, spin after, mean spin (rpm)"
+        alike = [one for role, many in choice.used.items() if kind_of_role(role) == kind for one in many]
+        own = {one.header.unit for one in alike if one.header.unit}
+        lacking = [one for one in alike if not one.header.unit] if len(own) == 1 else []
+        for one in lacking:
+            many = choice.used[one.role]
+            many[many.index(one)] = replace(one, header=replace(one.header, unit=min(own)))
+            faults.add("unit_of_another", one.cell, unit=min(own))
     choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
+
+
+def _has_pairs(texts: list[str], role: str) -> bool:
+    """Return whether each cell has two readings of a spin, or two times that are nearly equal."""
+    pairs = [TWO_READINGS.fullmatch(fold_number(text)) for text in texts]
+    return bool(pairs) and all(
+        pair and (role == "spin" or 0.8 < to_float(pair[1]) / to_float(pair[2]) < 1.25) for pair in pairs
+    )
 
 
 def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
@@ -270,18 +296,30 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
         if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
+    [noted] = choice.used.get("note", [None])[:1]
+    if not fits and noted and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)):
+        said = [turns_in(row.texts[noted.at]) for row in table.rows]
+        # "stopped at 1/3 turn" in each remark
+        for row, turns in zip(table.rows, said, strict=True) if all(said) else ():
+            row.texts[noted.at] = turns
+        fits = [replace(noted, role="turns")] * all(said)
+        choice.unplaced += [noted.cell] * all(said)
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)
         faults.add("read_by_cells", column.cell, role=column.role)
     for column in columns:
-        # "preccesion peroid (s)"
-        is_time = column.cell in choice.unplaced and "time" in kinds_of(column.header.unit or "")
-        is_time = is_time and choice.there.isdisjoint(roles.TIMINGS) and not re.search("[0-9]", column.cell.text)
-        if is_time and roles.suggest_role(column.cell.text, 0.85) == "precession_period":
-            choice.serve(replace(column, role="precession_period"))
-            choice.unplaced.remove(column.cell)
-            faults.add("period_of_one_turn", column.cell)
+        # "preccesion peroid (s)" and "Postion [cm]"
+        typed = column.cell in choice.unplaced and column.header.unit and not re.search("[0-9]", column.cell.text)
+        role = roles.suggest_role(column.cell.text, 0.85) if typed else ""
+        lacks = choice.there.isdisjoint(roles.TIMINGS) if role == "precession_period" else role not in choice.there
+        if role in ("precession_period", "position", "mass", "spin") and lacks:
+            kind = kind_of_role(role)
+            if kind in kinds_of(column.header.unit or ""):
+                choice.serve(replace(column, role=role))
+                choice.unplaced.remove(column.cell)
+                name = "period_of_one_turn" if role == "precession_period" else "read_by_unit"
+                faults.add(name, column.cell, role=role, kind=units.KINDS[kind].words)
     there = choice.there | choice.asked
     for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)

@@ -196,7 +196,7 @@ def _units(row: Row) -> list[str]:
         bare.append(first if with_words and (roles.from_centre(unit) or turns_in(unit)) else unit)
     is_unit = [one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one)) for one in bare]
     others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
-    is_row = all(unit in BLANKS or unit != text for unit, text in others)
+    is_row = all(unit in BLANKS or unit != text or text == "1" for unit, text in others)
     # Calculated columns can have units that gyro does not know: "rad²/s²".
     named = any(is_number(text) or set(parse_header(text).roles) - {"run"} for _, text in others)
     is_row |= sum(is_unit) > max(2, len(others)) and not named
@@ -265,7 +265,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     words = {word for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
     timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
-    if "mass" in found or timed or re.search(_TIMED, clause):
+    if found & {"mass", "time"} or timed or re.search(_TIMED, clause):
         return turns
     others = [word for word in words if len(word) > 2 and not roles.is_of_turns(word) and not roles.name_roles(word)[0]]
     return turns if len(others) < 2 else ""
@@ -278,7 +278,12 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
         last = joined[-1] if joined else row
         goes_on = re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0])
         goes_on = goes_on and re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts))
-        if goes_on and last is not row and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1:
+        if (
+            goes_on
+            and not (said_in(last) and said_in(row))
+            and last is not row
+            and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1
+        ):
             spots = tuple(one.spot(at) for one in (last, row) for at in range(len(one.texts)))
             joined[-1] = Row(last.line, [*last.texts, *(text.removeprefix("#") for text in row.texts)], spots)
         else:
@@ -357,9 +362,10 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
         found.append(("turns", turns, len(whole)))
     only_position = re.search(_NOT_TIMED, whole)
-    says_nothing = _SAYS_NOTHING.search(whole) or only_position or _SEVERAL_WEIGHTS.search(whole)
+    says_nothing, several = _SAYS_NOTHING.search(whole) or only_position, _SEVERAL_WEIGHTS.search(whole)
     for one in found if "?" not in whole else ():
-        if not says_nothing or (one[0] == "position" and roles.from_centre(whole)):
+        is_of_run = not says_nothing and not (several and one[0] != "turns")
+        if is_of_run or (one[0] == "position" and roles.from_centre(whole)):
             yield one
 
 
@@ -489,9 +495,17 @@ class _Sheet:
                 # "±" or "error" belongs to the column on its left.
                 header = replace(header, roles=(f"u_{left.roles[0]}",), unit=header.unit or left.unit)
                 self.here[at] = replace(cell, text=f"u({left.text})"), header
+        beyond = len(head.texts)
+        self.apart = not any("".join(row.texts[beyond : beyond + 1]) for row in self.grid.rows)
+        """Whether a blank column separates the table from what is on its right."""
         self.fresh, self.skipped = True, False
         self.places: list[int] = []
         self.given: Given = dict(self.general)
+        for comment in self.grid.comments:
+            # "# g; cm; rpm; s" above the names
+            units = Row(0, re.split(r"\s*[;,|\t]\s*", comment.text))
+            if len(units.texts) == len(head.texts) > 2 and abs(comment.place.line - head.line) == 1:
+                self._take_units(_units(units))
 
     def _fits(self, header: Header, with_unit: Header) -> bool:
         """Return whether a unit that a text states is that of a column, by its role; "trial 2" is a time."""
@@ -504,6 +518,12 @@ class _Sheet:
     def take(self, row: Row) -> None:
         """Read the next row."""
         headers = [header for _, header in self.here]
+        if self.apart and len(row.texts) > len(headers):
+            beside = [at for at in filled_at(row) if at >= len(headers)]
+            self.left_out["title"].append((row, beside[0]))
+            row = replace(row, texts=row.texts[: len(headers)])
+            if not any(row.texts):
+                return
         first = filled_at(row)[0]
         # A row of means, deviations or sums begins with such a word, which is not a note on a run.
         start = re.split(r"[\s_:,;(=]+", row.texts[first])[0], re.sub(r"[()=:]", "", row.texts[first])
@@ -515,14 +535,7 @@ class _Sheet:
                 self._leave_out("title", self.head)  # a row of names above the header
             self.begin(row)
         elif self.fresh and (units := _units(row)):
-            for at, (unit, header) in enumerate(zip(units, headers, strict=False)):
-                if unit not in BLANKS and header.unit is None:
-                    # Minutes and seconds are below one "time".
-                    text = (header if header.text or not at else headers[at - 1]).text
-                    unit, *words = [unit] if kinds_of(unit) else re.split(r"[\s,]+", unit, maxsplit=1)
-                    text = " ".join([text, *words])
-                    cell = replace(self.here[at][0], text=text) if words else self.here[at][0]
-                    self.here[at] = cell, replace(parse_header(f"{text} [{unit}]"), text=text)
+            self._take_units(units)
         elif (
             self.fresh
             and (len(row.texts) > len(headers) or "" in self.head.texts)
@@ -543,6 +556,17 @@ class _Sheet:
             self._leave_out("summary", row)
         else:
             self._take_run(row)
+
+    def _take_units(self, units: list[str]) -> None:
+        """Give the headers the units of a row of units."""
+        for at, (unit, (cell, header)) in enumerate(zip(units, list(self.here), strict=False)):
+            if unit not in BLANKS and unit != "1" and header.unit is None:
+                # Minutes and seconds are below one "time".
+                text = (header if header.text or not at else self.here[at - 1][1]).text
+                unit, *words = [unit] if kinds_of(unit) else re.split(r"[\s,]+", unit, maxsplit=1)
+                text = " ".join([text, *words])
+                self.here[at] = replace(cell, text=text) if words else cell, parse_header(f"{text} [{unit}]")
+                self.here[at] = self.here[at][0], replace(self.here[at][1], text=text)
 
     def _is_result(self, row: Row) -> bool:
         """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
@@ -696,6 +720,13 @@ class _Sheet:
         below: Given = {}
         if self.words:
             lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
+            above = {given["turns"] for *_, given in self.runs if "turns" in given}
+            for row in self.words if len(above) == 1 and "turns" not in self.decided else ():
+                says, [(turns, spot)] = said_in(row).get("turns", ("", 0))[0], above
+                if says not in ("", turns):
+                    cell, text = self.grid.cell(row, filled_at(row)[0]), self.grid.lines[spot // source.MAX_COLUMNS - 1]
+                    values = {"header": text.strip(), "turns": turns, "other": cell.text, "says": says}
+                    self.faults.add("turns_contradict_header", cell, **values)
             below = self._read_captions(lacking, "above")
         self.runs = [(row, places, below | given) for row, places, given in self.runs]
         for role, (_, spot) in {role: one for *_, given in self.runs for role, one in given.items()}.items():

@@ -378,8 +378,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if (match := re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)) and kinds_of(match[2]) and not kinds_of(text):
         return match[1], match[2]  # "a/mm"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
-    if any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]) or (unit == "s" and turns_in(name)):
-        return name, unit  # "period s" is not "periods"; and "half_turn_s" is a time
+    is_time = (unit == "s" and turns_in(name)) or re.fullmatch(_CLOCK_FORM, unit)
+    if is_time or any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
+        return name, unit  # "period s" is not "periods"; "half_turn_s" and "time m:ss" are times
     if name_roles(text)[0]:
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
@@ -554,7 +555,9 @@ def turns_in(header: str) -> str:
     if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
-        if said := words_of_turns(plain[: turn.start()]):
+        before = plain[: turn.start()]
+        # "back at screw 1 (one turn)"
+        if said := words_of_turns(before.rpartition("(")[2]) or words_of_turns(before):
             return said
     if re.search(_ONE_TURN, plain):
         return "1"
@@ -599,6 +602,11 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     return str(number + int(count) if mixed and count else number * int(count or 1))
 
 
+def said_turns(text: str) -> str:
+    """Return the turns that the words of a cell say: "one third", "1/3 rev"; "" if it says none."""
+    return words_of_turns(text, whole=True) or turns_in(text)
+
+
 _TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
 _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
 
@@ -609,7 +617,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must contain a word for a turn.
     """
     texts = [text for text in map(quantities.fold_number, texts) if text]
-    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
+    parts = [bool(re.fullmatch(_TURNS, text) or said_turns(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
     # "thirds of a turn" above 3 is something else.

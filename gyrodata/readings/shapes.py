@@ -35,10 +35,14 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     """
     grid = _uncrossed(grid, faults)
     _weigh(grid, faults)
-    # Sentences may be split at their blanks: "400", "rpm", "-", "12.3", "s".
-    in_words = any(is_bare(row.texts[0]) and any("rate" in kinds_of(text) for text in row.texts) for row in grid.rows)
-    has_head = any(map(is_head, grid.rows)) and not (in_words and _rows_of_sentences(grid))
-    return _split_spin_down(grid if has_head else _turned_into_table(grid, faults))
+    heads = [row for row in grid.rows if is_head(row)]
+    # Of a sentence that is split at its blanks, few words name a quantity.
+    named = [sum(bool(parse_header(text).roles) for text in row.texts) for row in heads]
+    sure = any(2 * count > len(filled_at(row)) for row, count in zip(heads, named, strict=True))
+    sentences = [] if sure else _rows_of_sentences(grid)
+    if sentences:
+        return _split_spin_down(replace(grid, rows=sentences))
+    return _split_spin_down(grid if heads else _turned_into_table(grid, faults))
 
 
 _ONE_WEIGHT = re.sub(r"([sne])(?=\||$)", r"\1?", vocabulary.words("weights", "|"))
@@ -126,9 +130,7 @@ def _weigh(grid: Grid, faults: Faults) -> None:
 
 
 def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
-    """Make a table of sentences, or of a table whose names are at the side; a single value is valid for all runs."""
-    if sentences := _rows_of_sentences(grid):
-        return replace(grid, rows=sentences)
+    """Make a table of one whose names are at the side; a single value is valid for all runs."""
     width = max(len(row.texts) for row in grid.rows)
     said = [
         row for row in grid.rows if len(filled_at(row)) == 1 and (said_in(row) or " " in " ".join(row.texts).strip())

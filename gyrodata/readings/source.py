@@ -356,6 +356,11 @@ def _grid(
     """Split a log into cells; `delimiter` is given if this module wrote the text."""
     # The digits of all scripts are read.
     lines = [re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), line).replace("٫", ".") for line in faults.lines]
+    # The point of wide digits, and the marks of a quoted mail.
+    lines = [
+        re.sub(r"(?<=[0-9])．(?=[0-9])|^>[> ]*(?=\S)", lambda sign: sign[0].replace("．", ".").replace(">", " "), line)
+        for line in lines
+    ]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
@@ -385,14 +390,31 @@ def _grid(
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
-_WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
+_LATEX_WAYS = (
+    (r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2"),
+    (r"\\multirow\{[^{}]*\}\{[^{}]*\}\{([^{}]*)\}", r"\1"),
+    (r"\\(?:SI|qty)\{([^{}]*)\}\{([^{}]*)\}", r"\1 \2"),
+    (r"\\['`^\"~]\{?([A-Za-z])\}?", r"\1"),
+)
+_WRITTEN = {
+    "\\metre": "m",
+    "\\meter": "m",
+    "\\pm": "±",
+    "\\per": "/",
+    "\\centi": "centi",
+    "\\milli": "milli",
+    "\\kilo": "kilo",
+    "\\degree": "deg",
+}
 _WRITTEN |= {"\\omega": "ω", "\\Omega": "Ω", "\\tau": "τ", "\\psi": "ψ", "\\varphi": "φ", "\\phi": "φ"}
 
 
 def _without_latex(lines: list[str], body: list[int]) -> list[int]:
     """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and captions."""
     for index in body:
-        line = re.sub(r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2", lines[index].replace("{,}", ","))
+        line = lines[index].replace("{,}", ",")
+        for way, usual in _LATEX_WAYS:
+            line = re.sub(way, usual, line)
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
     return [index for index in body if "&" in lines[index] or re.search(r"(?:[^\W\d_]{2,}\W+){3}", lines[index])]
 
@@ -442,15 +464,19 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
         rival = max(others.values())
         if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
-            widest = max((lines[i] for i in body), key=lambda line: len(re.split(gap, line.strip())))
-            starts = [match.start() for match in re.finditer(r"\S+(?: \S+)*", widest)]
-            for i in body:
-                # A cell that is blank at the left, as below a merged cell.
-                blank = len(starts) - len(re.split(gap, lines[i].strip()))
-                indent = len(lines[i]) - len(lines[i].lstrip(" "))
-                lines[i] = re.sub(rf"(?<=\S){gap}(?=\S)", lambda gap: "\t".ljust(len(gap[0])), lines[i])
-                if blank > 0 and indent > starts[blank - 1] + 2:
-                    lines[i] = "\t" * blank + lines[i][blank:]
+            cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
+            columns = list(zip(*(row for row in cells.values() if len(row) == usual), strict=True))
+            spans = [(min(one.start() for one in many), max(one.end() for one in many)) for many in columns]
+            for i, row in cells.items():
+                text, at, end = "", 0, 0
+                for number, cell in enumerate(row):
+                    # Of a row with blank cells, each cell belongs to the column above or below it.
+                    far = [max(start - cell.end(), cell.start() - stop) for start, stop in spans]
+                    first, last = at + (number > 0), usual - len(row) + number
+                    to = min(range(first, last + 1), key=far.__getitem__) if last > first else first
+                    text += ("\t" * (to - at)).ljust(cell.start() - end) + cell[0]
+                    at, end = to, cell.end()
+                lines[i] = text
             return "\t"
     shares = without_decimals if max(without_decimals.values()) > 0.6 else shares
     best = max(shares.values())

@@ -19,6 +19,7 @@ from contextlib import suppress
 from itertools import filterfalse, islice, takewhile, zip_longest
 from pathlib import Path
 
+import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -48,7 +49,7 @@ class Answers(Struct, frozen=True):
 class _Candidate(Struct, frozen=True):
     """A quantity that may be the answer; one with an uncertainty is better, then one that is called a result."""
 
-    rank: tuple[bool, bool, bool]  # whether it has a name, an uncertainty, and words of a result
+    rank: tuple[bool, bool, bool, bool]  # whether it has a name, an uncertainty, words of a result, and of the last one
     place: str
     read: Reported
 
@@ -108,6 +109,8 @@ def _read_lines(name: str, data: bytes) -> list[str]:
             text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
     else:
         text = readings.decode(data, readings.Faults(name))[0]
+    if kind == ".ipynb":
+        text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
     # In LaTeX, the rest of a line behind % is a comment.
     for pattern in [*_STRUCK, *([r"(?<!\\)%.*"] if kind == ".tex" else [])]:
         text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
@@ -244,13 +247,15 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
             if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
-                rank = (named, u, result and not re.search(r"\d", before))
+                rank = (named, u, result and not re.search(r"\d", before), re.search(SAYS["final"], before) is not None)
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
-        above = "" if "|" in sentence.strip(" |") else re.split(r"(?<![m^])\d|[.!?;](?:\s|$)", sentence[end:])[-1]
+        above = (
+            "" if "|" in sentence.strip(" |") else re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])[-1]
+        )
 
 
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:
@@ -300,7 +305,7 @@ def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_me
             read = _with_u(read, behind[len(skipped) :], ())
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
-    gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
+    gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?±?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
     number = behind[gap.end() :][:_LONGEST_VALUE] if gap else ""
     said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)]) if gap else ""
     if gap is None or read.u is not None or not _is_unsure(said) or re.search(SAYS["other"], said):

@@ -31,8 +31,19 @@ MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and b
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
-REPORTS = (".tex", ".docx", "")  # of files that are a log if it is a table in them
-TEXTS = (*WORKBOOKS, ".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".tex")  # of files with the answer
+REPORTS = (".tex", ".docx", ".html", ".htm", "")  # of files that are a log if it is a table in them
+TEXTS = (
+    *WORKBOOKS,
+    ".txt",
+    ".md",
+    ".html",
+    ".htm",
+    ".text",
+    ".toml",
+    ".docx",
+    ".tex",
+    ".ipynb",
+)  # of files with the answer
 
 
 class Listing(Struct, frozen=True):

@@ -150,14 +150,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         _eliminate(table, several, choice, faults)
     if choice.unplaced or ("note" in choice.used and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))):
         _place_by_cells_and_unit(sorted(typed, key=attrgetter("at")), table, choice, faults)
-    for kind in ("rate", "time"):
-        # "spin before, spin after, mean spin (rpm)"
-        alike = [one for role, many in choice.used.items() if kind_of_role(role) == kind for one in many]
-        own = {one.header.unit for one in alike if one.header.unit}
-        lacking = [one for one in alike if not one.header.unit] if len(own) == 1 else []
-        for one in lacking:
-            many = choice.used[one.role]
-            many[many.index(one)] = replace(one, header=replace(one.header, unit=min(own)))
+    # "spin before, spin after, mean spin (rpm)"
+    spins = [one for role in ("spin", "spin_start", "spin_end") for one in choice.used.get(role, [])]
+    own = {one.header.unit for one in spins if one.header.unit}
+    for one in spins if len(own) == 1 else ():
+        if not one.header.unit and any(PLAIN.fullmatch(row.texts[one.at]) for row in table.rows):
+            choice.used[one.role] = [replace(one, header=replace(one.header, unit=min(own)))]
             faults.add("unit_of_another", one.cell, unit=min(own))
     choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():

@@ -577,7 +577,7 @@ class _Sheet:
         no_quantity = written is None or bool(written.unit and not kinds_of(written.unit))
         few = 3 * len(filled) < len(self.here)
         return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (
-            bool(self.runs) and untimed and no_quantity and bool(re.search(r"[^\W\d_]", text))
+            bool(self.runs) and untimed and no_quantity and bool(re.search(r"[^\W\d_]|^\W+$", text))
         )
 
     def _leave_out(self, why: str, row: Row) -> None:

@@ -308,7 +308,7 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == {"angle", "number"} and not kept and (re.search(PRECESSION, name) or found == ("time",)):
+    elif kinds == {"angle", "number"} and not kept and re.search(PRECESSION, name):
         kept = ("turns",)  # "Precession (turns)", "precession timed (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
@@ -446,7 +446,8 @@ def _known(name: str) -> tuple[str, ...]:
     """Look up a symbol or a name, as it is."""
     symbol, key = squeeze(name), re.sub(r"[\s-]", "_", name.lower())
     one_letter = SYMBOLS.get(symbol.lower(), ()) if len(symbol) == 1 else ()
-    return SYMBOLS.get(symbol) or NAMES.get(symbol.lower()) or ((key,) if key in UNCERTAINTIES else one_letter)
+    joined = NAMES.get(symbol.lower()) if not re.search(r"[\s,]s$", name) else ()  # "time s" is not "times"
+    return SYMBOLS.get(symbol) or joined or ((key,) if key in UNCERTAINTIES else one_letter)
 
 
 def _modified(name: str) -> tuple[str, ...]:

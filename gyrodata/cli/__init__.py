@@ -24,6 +24,10 @@ class _Kind(Struct, frozen=True):
     short: str = ""
     """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
+    also: str = ""
+    """Words that users may type instead of its name."""
+    options: dict[str, str] = {}
+    """Help of the options and arguments by their names in the module."""
 
 
 _GROUPS = convert(
@@ -35,13 +39,7 @@ _COMMANDS = {name: kind for group in _GROUPS.values() for name, kind in group.it
 _COMMANDS["autograde"] = _Kind("grade_command")
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
-_MEANT = {
-    **dict.fromkeys(("fit", "plot", "report", "figures", "run", "analyse", "analysis"), "analyze"),
-    **dict.fromkeys(("docs", "doc", "man", "pages"), "explain"),
-    **dict.fromkeys(("sample", "example", "tutorial"), "demo"),
-    **dict.fromkeys(("init", "new", "blank"), "template"),
-    "version": "--version",
-}
+_MEANT = {word: name for name, kind in _COMMANDS.items() for word in kind.also.split()} | {"version": "--version"}
 """Words that users may type, with the command that they mean."""
 
 
@@ -55,8 +53,10 @@ def _load(name: str) -> Any:
         epilog = example_of(*kind.example) if kind.example else None
         alone.command(name, short_help=kind.short, epilog=epilog, hidden=not kind.short)(found)
         found = alone
-    command = typer.main.get_command(found)
+    command: Any = typer.main.get_command(found)
     command.name, command.short_help = name, kind.short
+    for param in command.params:
+        param.help = kind.options.get(param.name, param.help)
     return command
 
 

@@ -16,21 +16,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import diagnostics
+from gyrodata.cli import terminal
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
-from gyrodata.cli.terminal import (
-    FAULT,
-    STDIN,
-    coloured,
-    complain,
-    fault,
-    names_of,
-    refuse,
-    short_paths,
-    source_of,
-    tell,
-    write_out,
-    write_text,
-)
 from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 
@@ -62,48 +49,25 @@ OpenOption = Annotated[bool, typer.Option("--open", help="Open the report in the
 
 
 def analyze(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs: CSV, text or workbook; - is stdin.")],
-    form: Annotated[Format, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...")],
+    form: Annotated[Format, typer.Option("--format", "-f")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Folder for the report; several logs have one folder each inside it. "
-                     "Default: LOG-report, if the format is text. A LaTeX or Markdown document goes there too with "
-                     "its figures. With FILE.json, .ndjson or .csv, the data go into this file."),
-    ] = None,
-    table: Annotated[
-        Table, typer.Option("--table", help="For --format csv: one row for each run, or for each log.")
-    ] = "runs",
-    stdin: Annotated[
-        str, typer.Option("--stdin-filename", metavar="NAME", help="Name of a log from standard input.")
-    ] = STDIN,
-    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
-    figures: Annotated[Figures, typer.Option("--figures", help="File type of the figures.")] = "png",
-    style: Annotated[
-        Style, typer.Option("--style", help="Figures for the screen, for slides (1920 x 1080, large letters), or for "
-                     "print (300 dots per inch).")
-    ] = "screen",
-    model: Annotated[
-        Model, typer.Option("--model", help="horizontal: eq. (9); steady: eq. (8); released: released from rest; "
-                     "auto: the simplest model that is sufficient.")
-    ] = "auto",
-    keep_flagged: Annotated[bool, typer.Option("--keep-flagged", help="Keep suspected outliers in the fit.")] = False,
-    worksheet: Annotated[
-        bool, typer.Option("--worksheet", help="In the report, ask questions with hints instead of giving conclusions.")
-    ] = False,
-    watched: Annotated[
-        bool,
-        typer.Option("--watch", help="During the lab: whenever you save the file, print what is missing and which run "
-                     "to repeat. Ctrl-C ends it. No report is written."),
-    ] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o")] = None,
+    table: Annotated[Table, typer.Option("--table")] = "runs",
+    stdin: Annotated[str, typer.Option("--stdin-filename", metavar="NAME")] = terminal.STDIN,
+    no_report: Annotated[bool, typer.Option("--no-report")] = False,
+    figures: Annotated[Figures, typer.Option("--figures")] = "png",
+    style: Annotated[Style, typer.Option("--style")] = "screen",
+    model: Annotated[Model, typer.Option("--model")] = "auto",
+    keep_flagged: Annotated[bool, typer.Option("--keep-flagged")] = False,
+    worksheet: Annotated[bool, typer.Option("--worksheet")] = False,
+    watched: Annotated[bool, typer.Option("--watch")] = False,
     opened: OpenOption = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print the full report in the terminal.")
-    ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="On standard error, print errors only.")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even if a log has errors.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
 ) -> None:  # fmt: skip
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
@@ -129,13 +93,14 @@ def analyze(
     reported = not no_report and file is None and (out is not None or form == "text")
     if opened and not reported:
         hint = "leave --no-report out, or add --out FOLDER"
-        refuse(diagnostics.OPTION_NOT_FOR_FORMAT, "--open needs a report, but this command writes none", hint)
+        terminal.refuse(diagnostics.OPTION_NOT_FOR_FORMAT, "--open needs a report, but this command writes none", hint)
     header, whole, worst = "", [], 0
     if form == "csv":
         from gyrodata.reporting.data import table_header
 
         header = table_header(table)
-    for log, name, below in zip(logs, names_of(logs, stdin), _folders(short_paths(logs)), strict=True):
+    folders = _folders(terminal.short_paths(logs))
+    for log, name, below in zip(logs, terminal.names_of(logs, stdin), folders, strict=True):
         folder = None
         if reported and (out is not None or log != "-"):
             folder = below if out is None else out / below if request.several else out
@@ -145,14 +110,14 @@ def analyze(
         if file is not None:
             whole.append(done.text)
         elif form == "text":
-            write_text(done.text)
+            terminal.write_text(done.text)
         elif done.text and not (done.report and form in DOCUMENTS and sys.stdout.isatty()):
             # A document that is in a file is not printed on a terminal.
-            write_out(header + done.text)
+            terminal.write_out(header + done.text)
             header = ""
-        complain(done.diagnostics, quiet)
+        terminal.complain(done.diagnostics, quiet)
         if done.report and not quiet:
-            tell(f"report: {done.report}")
+            terminal.tell(f"report: {done.report}")
         if done.report and opened:
             webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
         worst = max(worst, done.code)
@@ -172,11 +137,11 @@ def demo(opened: OpenOption = False) -> None:
     log, data = Path("demo.csv"), Path(docs.__file__).with_name("demo.csv").read_bytes()
     if log.exists() and log.read_bytes() != data:
         hint = "rename it, or change to another folder, so that your data are not lost"
-        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, "demo.csv exists already, with another content", hint)
+        terminal.refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, "demo.csv exists already, with another content", hint)
     with telling(log, diagnostics.REPORT_CANNOT_BE_WRITTEN):
         write_whole(log, [data])
-    tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
-    tell(
+    terminal.tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
+    terminal.tell(
         "for your own log: gyro template --out log.xlsx",
         "for a guide from Excel to the report: gyro explain first-timer",
     )
@@ -189,20 +154,20 @@ def _refuse_contradictions(logs: Sequence[str], form: Format, table: Table, out:
     if form in ("json", "latex") and several:
         other = "ndjson" if form == "json" else "markdown"
         message = f"--format {form} is for one log"
-        refuse(diagnostics.FORMAT_FOR_ONE_LOG, message, f"give one log, or use --format {other} for several")
+        terminal.refuse(diagnostics.FORMAT_FOR_ONE_LOG, message, f"give one log, or use --format {other} for several")
     if table != "runs" and form != "csv":
         hint = "add --format csv, or leave --table out"
-        refuse(diagnostics.OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
+        terminal.refuse(diagnostics.OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
     ending = out.suffix.lower() if out is not None else ""
     if out is not None and ending in FILE_TYPES and ending not in DATA.get(form, ()) and not out.is_dir():
         ways = [f"for a folder with report.html and the figures: --out {out.with_suffix('')}"]
         ways += [f"for a file with the data: --format {one} --out {out}" for one in DATA if ending == f".{one}"]
         ways += ["for a PDF, print report.html from the browser"] if ending == ".pdf" else []
         message = f"--out {out} is the name of a file, but the report is a folder"
-        refuse(diagnostics.OUT_IS_NO_FOLDER, message, "; ".join(ways))
+        terminal.refuse(diagnostics.OUT_IS_NO_FOLDER, message, "; ".join(ways))
     if watched and (several or logs[0] == "-" or form != "text" or out):
         message = "--watch is for one file, and prints text only"
-        refuse(diagnostics.CANNOT_BE_WATCHED, message, "for example: gyro analyze log.csv --watch")
+        terminal.refuse(diagnostics.CANNOT_BE_WATCHED, message, "for example: gyro analyze log.csv --watch")
 
 
 class _Request(Struct, frozen=True):
@@ -241,9 +206,10 @@ def _watch(path: Path, request: _Request) -> None:
         text = f"{path.name}: cannot be read now\n" if data is None else _state(path.name, data, request)
         if on_terminal:
             # Clear the screen first.
-            write_out(f"\033[H\033[2J{coloured(text, sys.stdout)}\nwatching {path.name}; Ctrl-C ends it\n")
+            text = terminal.coloured(text, sys.stdout)
+            terminal.write_out(f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n")
         else:
-            write_out(before + text)
+            terminal.write_out(before + text)
         before = "-" * 72 + "\n"
 
 
@@ -281,7 +247,7 @@ def _state(name: str, data: bytes, request: _Request) -> str:
     except GyroError as error:
         return text.unfinished_text(name, error.diagnostics)
     except Exception as error:
-        return text.unfinished_text(name, [fault(error, name)])
+        return text.unfinished_text(name, [terminal.fault(error, name)])
 
 
 # --- one log --------------------------------------------------------------------------------------------------------
@@ -320,7 +286,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
 
     readings, document = None, DOCUMENTS.get(request.form, "")
     try:
-        readings = request.read(**source_of(log, name))
+        readings = request.read(**terminal.source_of(log, name))
         analysis = analyze_readings(readings, request.options)
         files = {}
         if folder is not None:
@@ -331,7 +297,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
     except Exception as error:
-        return _without_answer(name, readings, request, FAULT, (fault(error, name),))
+        return _without_answer(name, readings, request, terminal.FAULT, (terminal.fault(error, name),))
     if folder is None:
         return _Outcome(0, text, analysis.diagnostics)
     try:

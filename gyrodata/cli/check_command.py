@@ -28,12 +28,10 @@ Read = tuple["Readings", "HandIn | None", tuple["Diagnostic", ...]]
 
 
 def template(
-    weights: Annotated[str, typer.Option("--weights", help="Masses of the weights.")] = "20g,40g,60g",
-    position: Annotated[str, typer.Option("--position", help="Position of the weights on the rod.")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins", help="Spins to aim for.")] = "200,400,600rpm",
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write this file, such as log.xlsx or log.csv.")
-    ] = None,
+    weights: Annotated[str, typer.Option("--weights")] = "20g,40g,60g",
+    position: Annotated[str, typer.Option("--position")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins")] = "200,400,600rpm",
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE")] = None,
 ) -> None:
     """Write a blank log to fill in: each weight with every spin, alternating, and a run without a weight.
 
@@ -151,22 +149,15 @@ def _workbook(text: str) -> bytes:
 
 
 def check(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...", help="Logs: CSV, text or workbook; - is stdin.")],
-    hand_in: Annotated[
-        bool,
-        typer.Option("--hand-in", help="Show instead which answer gyro grade will read from the files of one "
-                     "submission, or from a folder or zip."),
-    ] = False,
-    fix: Annotated[
-        bool,
-        typer.Option("--fix", help="Also write the log as gyro understood it, with -fixed.csv in the name."),
-    ] = False,
-    form: Annotated[CheckFormat, typer.Option("--format", "-f", help="What to write to standard output.")] = "text",
+    logs: Annotated[list[str], typer.Argument(metavar="LOG...")],
+    hand_in: Annotated[bool, typer.Option("--hand-in")] = False,
+    fix: Annotated[bool, typer.Option("--fix")] = False,
+    form: Annotated[CheckFormat, typer.Option("--format", "-f")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,
     config: ConfigOption = None,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 even if there is only advice.")] = False,
-    exit_zero: Annotated[bool, typer.Option("--exit-zero", help="Exit with 0 even if something is found.")] = False,
+    strict: Annotated[bool, typer.Option("--strict")] = False,
+    exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
 ) -> None:  # fmt: skip
     """Check a log while you can still repeat or add runs.
 

@@ -8,17 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from gyrodata import diagnostics
-from gyrodata.cli.options import (
-    Bound,
-    ConfigOption,
-    FormatOption,
-    MappingOption,
-    SettingsOption,
-    constants_of,
-    pairs,
-    quantity,
-    with_units,
-)
+from gyrodata.cli import options
 from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
 from gyrodata.disk import telling, write_folder
 
@@ -27,41 +17,16 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    inertia: Annotated[
-        str, typer.Option("--inertia", metavar="QUANTITY", help="I_zz about the rod.")
-    ] = "4.44e-3 kg m^2",
-    weights: Annotated[
-        str, typer.Option("--weights", metavar="QUANTITIES", help="Masses of the weights; 0g: no weight.")
-    ] = "20g,40g,60g",
-    position: Annotated[
-        str, typer.Option("--position", metavar="QUANTITIES", help="Positions of the weight; negative: the other side.")
-    ] = "15cm",
-    spins: Annotated[
-        str,
-        typer.Option("--spins", metavar="QUANTITIES", help="Spins at the start of each run; negative: reversed."),
-    ] = "200,400,600rpm",
-    turns: Annotated[
-        str, typer.Option("--turns", metavar="NUMBERS", help="Number of timed turns, such as 1/3 or 1/3,1.")
-    ] = "1",
-    pitch: Annotated[
-        str, typer.Option("--pitch", metavar="QUANTITIES", help="Angles of the rod above the horizontal.")
-    ] = "0deg",
-    imbalance: Annotated[
-        str | None,
-        typer.Option("--imbalance", metavar="QUANTITY", help='Residual torque M0, such as "0.3 mN m". Default: none, '
-                     "or drawn from u_imbalance of a noise FILE."),
-    ] = None,
-    spin_decay: Annotated[
-        str | None,
-        typer.Option("--spin-decay", metavar="QUANTITY", help='Decay of the spin: its time constant, "600 s", '
-                     'or the part lost in each run, "10 %"; the log then has the spin at start and end.'),
-    ] = None,
-    noise: Annotated[
-        str,
-        typer.Option("--noise", metavar="none|typical|FILE", help="typical: the default uncertainties; "
-                     'FILE: TOML such as u_time = "0.1 s", or lines such as # u_time: 0.1 s.'),
-    ] = "typical",
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
+    inertia: Annotated[str, typer.Option("--inertia", metavar="QUANTITY")] = "4.44e-3 kg m^2",
+    weights: Annotated[str, typer.Option("--weights", metavar="QUANTITIES")] = "20g,40g,60g",
+    position: Annotated[str, typer.Option("--position", metavar="QUANTITIES")] = "15cm",
+    spins: Annotated[str, typer.Option("--spins", metavar="QUANTITIES")] = "200,400,600rpm",
+    turns: Annotated[str, typer.Option("--turns", metavar="NUMBERS")] = "1",
+    pitch: Annotated[str, typer.Option("--pitch", metavar="QUANTITIES")] = "0deg",
+    imbalance: Annotated[str | None, typer.Option("--imbalance", metavar="QUANTITY")] = None,
+    spin_decay: Annotated[str | None, typer.Option("--spin-decay", metavar="QUANTITY")] = None,
+    noise: Annotated[str, typer.Option("--noise", metavar="none|typical|FILE")] = "typical",
+    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
 ) -> None:  # fmt: skip
     """Print a simulated log with a known true value, for gyro analyze or any other fit.
 
@@ -73,8 +38,8 @@ def simulate(
 
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
     truth = simulation.Truth(
-        inertia=quantity("--inertia", inertia, "inertia", "above zero"),
-        imbalance=None if imbalance is None else quantity("--imbalance", imbalance, "torque"),
+        inertia=options.quantity("--inertia", inertia, "inertia", "above zero"),
+        imbalance=None if imbalance is None else options.quantity("--imbalance", imbalance, "torque"),
         decay=_decay(spin_decay),
     )
     design = simulation.Design(
@@ -88,8 +53,8 @@ def simulate(
     write_out(simulation.simulate(truth, design, errors, seed).log)
 
 
-def _list(option: str, text: str, kind: str, bound: Bound = "") -> tuple[float, ...]:
-    return tuple(quantity(option, item, kind, bound) for item in with_units(text))
+def _list(option: str, text: str, kind: str, bound: options.Bound = "") -> tuple[float, ...]:
+    return tuple(options.quantity(option, item, kind, bound) for item in options.with_units(text))
 
 
 def _decay(text: str | None) -> Decay | None:
@@ -99,18 +64,18 @@ def _decay(text: str | None) -> Decay | None:
     if text is None:
         return None
     if text.rstrip().endswith("%"):
-        return Decay(lost=quantity("--spin-decay", text.rstrip()[:-1], "number") / 100)
-    return Decay(time_constant=quantity("--spin-decay", text, "time", "above zero"))
+        return Decay(lost=options.quantity("--spin-decay", text.rstrip()[:-1], "number") / 100)
+    return Decay(time_constant=options.quantity("--spin-decay", text, "time", "above zero"))
 
 
 def selfcheck(
-    log: Annotated[str, typer.Argument(metavar="LOG", help="Log: CSV, text or workbook; - is stdin.")],
-    labs: Annotated[int, typer.Option("--labs", min=1, max=1_000_000, help="Number of simulated labs.")] = 1000,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")] = 1,
-    form: FormatOption = "text",
-    settings: SettingsOption = None,
-    mapping: MappingOption = None,
-    config: ConfigOption = None,
+    log: Annotated[str, typer.Argument(metavar="LOG")],
+    labs: Annotated[int, typer.Option("--labs", min=1, max=1000000)] = 1000,
+    seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
+    form: options.FormatOption = "text",
+    settings: options.SettingsOption = None,
+    mapping: options.MappingOption = None,
+    config: options.ConfigOption = None,
 ) -> None:
     """Simulate this lab many times, and count how often its intervals contain the true value.
 
@@ -123,20 +88,16 @@ def selfcheck(
     from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
 
-    given = pairs(settings, "--set"), pairs(mapping, "--map")
-    readings = read_log(
-        **source_of(log, names_of([log])[0]), settings=given[0], mapping=given[1], config=constants_of(log, config)
-    )
+    given = {"settings": options.pairs(settings, "--set"), "mapping": options.pairs(mapping, "--map")}
+    readings = read_log(**source_of(log, names_of([log])[0]), **given, config=options.constants_of(log, config))
     analysis = analyze_readings(readings)
     done = simulate(analysis, labs, seed, progress_bar(labs))
     write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")
 
 
 def benchmark(
-    out: Annotated[
-        Path, typer.Option("--out", "-o", help="Folder for the charts.")
-    ] = Path("gyro-benchmark"),
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer labs and points: less than a minute.")] = False,
+    out: Annotated[Path, typer.Option("--out", "-o")] = Path("gyro-benchmark"),
+    quick: Annotated[bool, typer.Option("--quick")] = False,
 ) -> None:  # fmt: skip
     """Chart speed against accuracy on this machine, and show where methods fail.
 
@@ -169,13 +130,7 @@ SchemaName = Literal["analysis", "check", "grades", "predictions", "selfcheck", 
 
 
 def schema(
-    name: Annotated[
-        SchemaName,
-        typer.Argument(
-            metavar="[NAME]",
-            help="analysis, check, grades, predictions, selfcheck, rubric; or diagnostics, the table of codes.",
-        ),
-    ] = "analysis",
+    name: Annotated[SchemaName, typer.Argument(metavar="[NAME]")] = "analysis",
 ) -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
     from gyrodata.reporting.data import json_text

@@ -13,17 +13,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import physics
-from gyrodata.error_sources import (
-    DECAY_SPREAD,
-    DECAY_TIME,
-    LATE,
-    NORMAL_GRAVITY_U,
-    SOURCES,
-    TRANSVERSE_U,
-    WHOLE,
-    Quantity,
-)
+from gyrodata import error_sources, physics
+from gyrodata.error_sources import LATE, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import stated_u
@@ -165,7 +156,7 @@ def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterat
     late = math.hypot(LATE if delay_default else 0.0, delay.absolute)
     every = np.zeros(len(spin), dtype=int)
     if read_once(used) and drag is None:
-        rate = math.exp(DECAY_SPREAD**2) / DECAY_TIME
+        rate = math.exp(error_sources.DECAY_SPREAD**2) / error_sources.DECAY_TIME
         yield _source("spin_delay", every, 0.0, late * rate, delay_default)
     elif read_once(used) and drag is not None:
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -88,7 +88,7 @@ def selfcheck(
     from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
 
-    given = {"settings": options.pairs(settings, "--set"), "mapping": options.pairs(mapping, "--map")}
+    given: dict[str, Any] = {"settings": options.pairs(settings, "--set"), "mapping": options.pairs(mapping, "--map")}
     readings = read_log(**source_of(log, names_of([log])[0]), **given, config=options.constants_of(log, config))
     analysis = analyze_readings(readings)
     done = simulate(analysis, labs, seed, progress_bar(labs))

@@ -15,16 +15,7 @@ from gyrodata.measurements import sources as parts
 from gyrodata.measurements.measured import Measurements, timing_column, without_loads
 from gyrodata.measurements.sources import spin_columns, values_of
 from gyrodata.physics import RPM, Floats
-from gyrodata.readings import (
-    SHARED_UNCERTAINTIES,
-    Column,
-    Place,
-    Readings,
-    as_u_of,
-    kind_of_role,
-    to_display,
-    u_keys,
-)
+from gyrodata.readings import Column, Place, Readings, roles
 from gyrodata.units import Uncertainty, from_si, parse_unit
 
 STEADIEST = 0.06
@@ -135,8 +126,8 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
         base = key.removeprefix("u_")
         whole, is_read = timing.role == "time" and whole_turns and not u.relative, False
         for role in read:
-            is_read |= key in u_keys(role) and as_u_of(role, key, u) in dict(columns[role].stated).values()
-        if key in SHARED_UNCERTAINTIES:
+            is_read |= key in roles.u_keys(role) and roles.as_u_of(role, key, u) in dict(columns[role].stated).values()
+        if key in roles.SHARED_UNCERTAINTIES:
             why = silent.get(key)
         elif base in ("turns", "angle") and whole:
             why = "whole turns end where they began, so no mark is sighted"
@@ -242,7 +233,7 @@ def meant_in(readings: Readings, size: Size, run: int) -> tuple[str, float] | No
 
 def other_units(column: Column) -> Iterator[tuple[str, float]]:
     """List the other units that a column may have in this lab, each with the factor on its values."""
-    kind = kind_of_role(column.role)
+    kind = roles.kind_of_role(column.role)
     own = parse_unit(column.unit, kind).factor if column.unit else 1.0
     for unit in next((size.units for size in SIZES if size.role == column.role), ()):
         factor = parse_unit(unit, kind).factor / own
@@ -285,14 +276,14 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
         return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
     found = []
     for size in SIZES:
-        column, kind = readings.columns.get(size.role), kind_of_role(size.role)
+        column, kind = readings.columns.get(size.role), roles.kind_of_role(size.role)
         values = np.abs(values_of(column)) if column else np.zeros(0)
         odd = np.flatnonzero((values > 0) & ~((size.possible[0] <= values) & (values <= size.possible[1])))
         if column is None or not len(odd):
             continue
         run = int(odd[0])
         unit = unit_within(readings, size.role, size.usual)
-        own = column.unit or to_display(1.0, size.role)[1]
+        own = column.unit or roles.to_display(1.0, size.role)[1]
         meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)
         sizes = float(values[run]), *size.possible, there
         value, low, high, near = [f"{from_si(si, own, kind):.4g} {own}" for si in sizes]

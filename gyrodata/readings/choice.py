@@ -127,7 +127,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
         elif is_time and turns_in(header.text):
             stating.append(column)
-        elif found in (("spin",), ("time",)) and _has_pairs(texts, found[0]):
+        elif (found == ("spin",) or is_time) and _has_pairs(texts, found == ("spin",)):
             is_spin = found == ("spin",)
             what = "the spin at the start and at the end" if is_spin else "two times of one setting"
             faults.add("two_readings", column.cell, what=what)
@@ -163,11 +163,11 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     return choice
 
 
-def _has_pairs(texts: list[str], role: str) -> bool:
+def _has_pairs(texts: list[str], of_spin: bool) -> bool:
     """Return whether each cell has two readings of a spin, or two times that are nearly equal."""
     pairs = [TWO_READINGS.fullmatch(fold_number(text)) for text in texts]
     return bool(pairs) and all(
-        pair and (role == "spin" or 0.8 < to_float(pair[1]) / to_float(pair[2]) < 1.25) for pair in pairs
+        pair and (of_spin or 0.8 < to_float(pair[1]) / to_float(pair[2]) < 1.25) for pair in pairs
     )
 
 
@@ -327,9 +327,9 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             continue
         text = fit[0].cell.text
         if len(fit) > 1:
-            # "Alice's time" and "Bob's time" are two readings of one time.
-            names = {"".join(re.findall(r"[^\W\d_]+", roles.split_unit(one.cell.text)[0])[-1:]) for one in fit}
-            other = role != "time" or len(names) > 1 or "time" not in roles.name_roles(names.pop())[0]
+            # "Alice's time" and "Bob's time", or "time Alice" and "time Bob", are two readings of one time.
+            common = set.intersection(*(roles.squeezed_words(roles.split_unit(one.cell.text)[0]) for one in fit))
+            other = role != "time" or not any("time" in roles.name_roles(word)[0] for word in common)
         else:
             # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
             words = {

@@ -318,7 +318,7 @@ def header_of(role: str, unit: str) -> str:
     return f"{role} [{unit}]" if unit else role
 
 
-BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA"})
+BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA", "?"})
 """What students write if nothing was measured."""
 
 

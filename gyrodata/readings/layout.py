@@ -24,7 +24,7 @@ from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import kinds_of
 
-_NOT_USED = vocabulary.pattern("not_used")
+NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
 _UNUSUAL = rf"[0-9]|{vocabulary.pattern('weights')}"
 TITLES_LOOKED_AT = 60
@@ -68,7 +68,8 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         head = head or next((row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0])
         if 2 * _numbers(head) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
-        if early := next((row for row in rows[: rows.index(head)] if sum(map(is_bare, row.texts)) > 2), None):
+        bare = [(sum(map(is_bare, row.texts)), row) for row in rows[: rows.index(head)]]
+        if early := next((row for count, row in bare if count > 2 and 2 * count > len(filled_at(row))), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
         _move_units(grid.rows, head)
         heads = [row for row in grid.rows if is_head(row)] or [head]
@@ -109,7 +110,12 @@ def is_usual(grid: Grid) -> bool:
     """Return whether a table has one row of names, without numbers and without a count of weights, above its runs."""
     named = [row for row in grid.rows if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))]
     heads = list(filter(is_head, named))
-    return len(heads) == len(named) == 1 and not any(re.search(_UNUSUAL, text) for text in heads[0].texts)
+    if len(heads) != 1 or len(named) != 1 or any(re.search(_UNUSUAL, text) for text in heads[0].texts):
+        return False
+    if len(filled_at(heads[0])) > len(set(filter(None, heads[0].texts))):
+        return False
+    # Of a sentence that is split at its blanks, few words name a quantity.
+    return 2 * sum(bool(parse_header(text).roles) for text in heads[0].texts) > len(filled_at(heads[0]))
 
 
 def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid:
@@ -183,7 +189,9 @@ def is_head(row: Row) -> bool:
     physical = any(not roles.TEXTS.intersection(found) for found in named)
     # "t", "time for a quarter turn" explains a symbol.
     several = len(set(named)) > 1 or (len(named) > 1 and not any(map(turns_in, row.texts)))
-    return several and physical and _numbers(row) * 2 < len(headers) and not _units(row)
+    # "rpm", "t/s", "turns" are names, although each is a unit as well.
+    are_names = len(headers) > 2 and all(header.roles for header in headers)
+    return several and physical and _numbers(row) * 2 < len(headers) and (are_names or not _units(row))
 
 
 def _units(row: Row) -> list[str]:
@@ -250,7 +258,7 @@ _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 _TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
-_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|\w+\s*/\s*[0-9])|360\D{0,9}="
+_DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
 
@@ -276,14 +284,11 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
     joined: list[Row] = []
     for row in rows:
         last = joined[-1] if joined else row
-        goes_on = re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0])
-        goes_on = goes_on and re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts))
-        if (
-            goes_on
-            and not (said_in(last) and said_in(row))
-            and last is not row
-            and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1
-        ):
+        goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
+        goes_on = goes_on and bool(re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts)))
+        # "we timed half a turn" needs no beginning.
+        goes_on = goes_on and not (said_in(row) and (said_in(last) or re.search(_TIMED, " ".join(row.texts))))
+        if goes_on and last is not row and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1:
             spots = tuple(one.spot(at) for one in (last, row) for at in range(len(one.texts)))
             joined[-1] = Row(last.line, [*last.texts, *(text.removeprefix("#") for text in row.texts)], spots)
         else:
@@ -361,7 +366,8 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     parts = (whole, *re.split(_CLAUSE_END, whole))
     if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
         found.append(("turns", turns, len(whole)))
-    only_position = re.search(_NOT_TIMED, whole)
+    # "The tachometer said 616 rpm and the stopwatch 16.6 s" is a run.
+    only_position = re.search(_NOT_TIMED, whole) and not {"spin", "time"} <= {role for role, *_ in found}
     says_nothing, several = _SAYS_NOTHING.search(whole) or only_position, _SEVERAL_WEIGHTS.search(whole)
     for one in found if "?" not in whole else ():
         is_of_run = not says_nothing and not (several and one[0] != "turns")
@@ -548,7 +554,7 @@ class _Sheet:
             self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
-        elif any(re.search(_NOT_USED, text) for text in row.texts if not is_number(text)):
+        elif any(re.search(NOT_USED, text) for text in row.texts if not is_number(text)):
             self._leave_out("taken_out", row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
@@ -650,7 +656,10 @@ class _Sheet:
     def _begin_runs(self) -> None:
         """Give the columns of a table their places among all columns, unless its rows are not runs."""
         names = [cell.text for cell, _ in self.here]
-        timings = [header.text for _, header in self.here if set(header.roles).intersection(roles.TIMINGS)]
+        # Next to a table of times, one of rates is calculated.
+        timed = any("time" in header.roles for _, header in self.columns)
+        wanted = {*roles.TIMINGS} - ({"precession_rate"} if timed else set())
+        timings = [header.text for _, header in self.here if not wanted.isdisjoint(header.roles)]
         title = " ".join(text for words in self.words for text in words.texts if text[:1] != "#")
         means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
         untimed = self.any_timed and not timings and not any(map(turns_in, names))

@@ -343,6 +343,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if match := re.fullmatch(_BRACKET, text):
         name, square, round_ = match.groups()
         inside = (round_ if square is None else square).strip()
+        if inside in ("-", "–", "—"):
+            return split_unit(name)  # "Umdrehungen [-]"
         is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (_is_unit_of(name, inside) and not turns_in(inside))
         is_unit |= len(inside) > 1 and len(kinds_of(inside)) == 1
         if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):

@@ -11,7 +11,7 @@ from gyrodata import quantities, vocabulary
 from gyrodata.readings import layout, roles, source
 from gyrodata.readings.lablog import Fall, Faults, listing
 from gyrodata.readings.layout import SAID_KINDS, filled_at, is_bare, is_head, is_number, said_in
-from gyrodata.readings.roles import parse_header
+from gyrodata.readings.roles import parse_header, squeeze
 from gyrodata.readings.source import Grid, Row
 from gyrodata.units import UnitError, kinds_of
 
@@ -33,7 +33,7 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     tuple of Fall
         What a second table, of time and spin, says of the spin-down; empty if there is none.
     """
-    grid = _uncrossed(grid, faults)
+    grid = _uncrossed(_stacked(grid, faults), faults)
     _weigh(grid, faults)
     heads = [row for row in grid.rows if is_head(row)]
     # Of a sentence that is split at its blanks, few words name a quantity.
@@ -112,6 +112,34 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     return grid
 
 
+_NUMBER_OF_RUN = r"[\s_#]*[1-9][0-9]?(?=\s*(?:[\[(].*)?$)"
+
+
+def _stacked(grid: Grid, faults: Faults) -> Grid:
+    """Make a row of each run of a table with several in a row, as "mass, rpm 1, time 1, rpm 2, time 2" has them."""
+    for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
+        names = [re.sub(_NUMBER_OF_RUN, "", text) for text in head.texts]
+        places: dict[str, list[int]] = {}
+        for at in filled_at(head):
+            places.setdefault(squeeze(names[at]).lower(), []).append(at)
+        several = [of_name for of_name in places.values() if len(of_name) > 1]
+        shared = [of_name[0] for of_name in places.values() if len(of_name) == 1]
+        found = {role for of_name in several for role in parse_header(names[of_name[0]]).roles}
+        is_wide = "spin" in found and not found.isdisjoint(roles.TIMINGS) and len(set(map(len, several))) == 1
+        if not is_wide or not shared or max(shared) > min(map(min, several)):
+            continue
+        below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
+        groups = [(*shared, *group) for group in zip(*several, strict=True)]
+        rows = [Row(head.line, [names[at] for at in groups[0]], tuple(map(head.spot, groups[0])))]
+        for row in below:
+            texts = [*row.texts, *[""] * (len(head.texts) - len(row.texts))]
+            rows += [Row(row.line, [texts[at] for at in group], tuple(map(row.spot, group))) for group in groups
+                     if any(texts[at] for at in group[len(shared) :])]  # fmt: skip
+        faults.add("stacked", grid.cell(head, min(several[0])), line=[head.line], count=len(groups))
+        return replace(grid, rows=[*grid.rows[:index], *rows, *grid.rows[index + 1 + len(below) :]])
+    return grid
+
+
 def _weigh(grid: Grid, faults: Faults) -> None:
     """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
     heads = [row for row in grid.rows if is_head(row)]
@@ -172,6 +200,9 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
         times = [match[0] for kinds, match in quantities_of if "time" in kinds]
         if "spin" in said and len(times) > 1:
             said |= {f"time_{at}": (text, 0) for at, text in enumerate(times, 1)} | {"time": ("", 0)}
+        if {"spin", "time"} <= said.keys() and "turns" not in said:
+            part = roles.words_of_turns(re.split("[0-9]", line)[-1].rstrip(" .;,)"))  # "9.97 s for a third"
+            said |= {"turns": (part, 0)} if "/" in part else {}
         if line.lstrip().startswith("#") and {"spin", "time"} <= said.keys():
             continue  # a run that was taken out
         if said:
@@ -186,12 +217,15 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     there = [role for role in _SENTENCE_ROLES if any(said.get(role, ("",))[0] for said in runs)]
     there += sorted({role for said in runs for role in said if role.startswith("time_")})
     rows: list[Row] = []
+    begun = False
     for number, text, said in parts if len(runs) > 1 else ():
-        if not {"spin", "time"} <= said.keys():
-            rows.append(Row(number, [" ".join(text.split())]))
+        words, is_run = " ".join(text.split()), {"spin", "time"} <= said.keys()
+        if not is_run or re.search(layout.NOT_USED, words):
+            rows.append(Row(number, ["#", words] if is_run else [words]))
+            begun &= is_run
             continue
-        if not rows or len(rows[-1].texts) == 1:
-            rows.append(Row(number, list(there)))
+        rows += [] if begun else [Row(number, list(there))]
+        begun = True
         spots = (number * source.MAX_COLUMNS,) * len(there)
         rows.append(Row(number, [said.get(role, ("", 0))[0] for role in there], spots))
     return rows

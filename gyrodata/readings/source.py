@@ -131,6 +131,7 @@ def decode(data: bytes, faults: Faults) -> tuple[str, str]:
 def _known_letters(text: str) -> int:
     """Count the letters beyond ASCII in words of the vocabulary; a single letter of an alphabet is not a word."""
     words = {word for word in re.findall(r"[^\W\d_]+", text) if not word.isascii()}
+    words = {word for word in words if not re.search(r"[A-Za-z].*[\u0370-\u04ff]|[\u0370-\u04ff].*[A-Za-z]", word)}
     known = [word for word in words if (len(word) > 1 or word > "\u2e80") and roles.is_word(word)]
     return sum(map(len, known)) - 5 * text[:-1].count("\ufffd")
 
@@ -465,6 +466,12 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         rival = max(others.values())
         if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
+            counts = Counter(map(len, cells.values()))
+            usual = max(count for count, often in counts.items() if often > 1 or count == usual)
+            for i, row in cells.items():
+                # "time for one turn(s)" is one name.
+                names = list(re.finditer(r"[^\s(\[][^(\[]*[(\[][^)\]]*[)\]]", lines[i])) if len(row) > usual else []
+                cells[i] = names if len(names) == usual else row
             columns = list(zip(*(row for row in cells.values() if len(row) == usual), strict=True))
             spans = [(min(one.start() for one in many), max(one.end() for one in many)) for many in columns]
             for i, row in cells.items():

@@ -548,7 +548,8 @@ class TableReader:
         """Read the diameter of the ball from a sentence such as "(ball diameter 101.6 mm)"."""
         rows = [(self.grid.cell(row, layout.filled_at(row)[0]), " ".join(row.texts)) for row in self.grid.rows]
         cells = [replace(cell, text=text) for cell, text in rows if " " in text]
-        for cell in (*self.grid.comments, *cells, *(text for _, text in self.grid.metadata)):
+        keys = (replace(cell, text=f"{key.replace('_', ' ')}: {cell.text}") for key, cell in self.grid.metadata)
+        for cell in (*self.grid.comments, *cells, *keys):
             found = [one for part in re.split(layout.SENTENCE_END, cell.text) if (one := roles.diameter_in(part))]
             try:
                 quantity = read_cell(found[0], "length", None) if found else None

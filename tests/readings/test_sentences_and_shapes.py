@@ -23,8 +23,11 @@ def t(mass: str, spin: int, turns: float = 1.0, arm: str = "14.8") -> str:
 
 
 def runs(row: str, turns: float = 1.0, masses: Sequence[str] = MASSES) -> str:
-    """Write a row for each run; {d} is the mass, or a blank if the row above has the same mass."""
-    of_runs = ({"m": m, "s": s, "t": t(m, s, turns), "d": m if s == 206 else ""} for m in masses for s in SPINS)
+    """Write a row for each run; {d} is the mass, or blank below the same mass; {c} is the time in min:s."""
+    each = [(m, s, t(m, s, turns)) for m in masses for s in SPINS]
+    of_runs = (
+        {"m": m, "s": s, "t": time, "d": m if s == 206 else "", "c": f"0:{float(time):05.2f}"} for m, s, time in each
+    )
     return "".join(row.format_map(run) for run in of_runs)
 
 
@@ -89,6 +92,37 @@ READ = {
     + (HEAD + runs("{d}" + ROW[3:]).replace("\n;", '\n";')).replace(";", ","),
     "the ditto mark of Japan": HEAD + runs("{d}" + ROW[3:]).replace("\n;", "\n〃;"),
     "Italian thirds": HEAD + runs("{m};14.8;{s};{t};due terzi\n", 2 / 3),
+    "several runs in a line": "r = 14.8 cm from the centre, one full turn each\n" + "".join(
+        f"M{at} = {m} g: " + " ".join(f"({s} rpm; {t(m, s)} s)" for s in SPINS) + "\n"
+        for at, m in enumerate(MASSES, 1)),
+    "words between blanks": "rod pos 14.8 cm from ball center\ntimed one full turn each\n" + "".join(
+        f"\n{m} g weight\n" + "".join(f"{s} rpm - {t(m, s)} s\n" for s in SPINS) for m in MASSES),
+    "the mass in a sentence": "".join(
+        f"\nThe {m} g weight is on the rod, 14.8 cm from the centre of the ball.\n"
+        + "".join(f"Spin {s} rpm, one full turn took {t(m, s)} s.\n" for s in SPINS) for m in MASSES),
+    "turns by their unit": HEAD.replace("turns", "Precession (turns)") + runs(ROW),
+    "units as names": "g;cm;rpm;sec;turns\n" + runs(ROW),
+    "fewer units than names": " mass   r    spin  turn  time\n (g)  (cm)  (rpm)        (s)\n"
+    + runs("{m}  14.8    {s}     1  {t}\n"),
+    "units above the names": "# g; cm; 1/min; s; -\nmass;r;rpm;t;turns\n" + runs(ROW),
+    "1 as a unit": "mass;r;rpm;t;turns\ng;cm;1/min;s;1\n" + runs(ROW),
+    "results on the right": HEAD + runs(ROW).replace(";1\n", ";1;;;u;4e-5\n", 1),
+    "turns in the remarks": HEAD.replace("turns", "note") + runs(ROW.replace(";1\n", ";a full turn\n")),
+    "a typing error": HEAD.replace("r (cm)", "Postion (cm)") + runs(ROW),
+    "two times in a cell": HEAD.replace("time (s)", "times (s)") + runs(ROW.replace("{t}", "{t} / {t}")),
+    "numbers of the weights": HEAD.replace("mass (g)", "Weight;mass (g)") + runs("1;" + ROW),
+    "the unit of the mean": HEAD.replace("spin (rpm)", "spin before;spin after;spin avg (rpm)")
+    + runs(ROW.replace("{s}", "{s};{s};{s}")),
+    "two weights together": HEAD + runs(ROW.replace("{m}", "{m}+10")).replace("20.1+", "10.1+").replace(
+        "40.3+", "30.3+").replace("60.2+", "50.2+"),
+    "minutes and seconds": HEAD.replace("time (s)", "time m:ss") + runs(ROW.replace("{t}", "{c}")),
+    "rows of LaTeX together": "\\caption{Tiempo (una vuelta completa), $d=\\SI{0.148}{\\metre}$ del centro.}\n"
+     "$m$ [\\si{\\gram}] & $n$ [rpm] & $t$ [s]\\\\\n" + runs("<{d}> & {s} & {t} \\\\\n").replace(
+        "<>", "").replace("<", "\\multirow{3}{*}{").replace(">", "}"),
+    "a quoted mail": "".join(f"> {line}\n" for line in (HEAD + runs(ROW)).splitlines()),
+    "a Norwegian unit": HEAD.replace("spin (rpm)", "turtall (o/min)") + runs(ROW),
+    "one mass twice": "14,8 cm von der Mitte, je ein Umlauf\n" + "".join(
+        f"Masse: {m} g (Waage: {m}0 g)\nspin (rpm);time (s)\n" + runs("{s};{t}\n", 1, [m]) + "\n" for m in MASSES),
     "constants on a second sheet": workbook({
         "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
         "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),
@@ -128,7 +162,9 @@ def test_part_of_a_turn_is_read_in_a_header_and_in_a_line(words: str) -> None:
 
 HALF = "All times are for one full turn.\n" + HEAD.replace("time (s);turns", "half a turn (s)") + runs(SHORT, 0.5)
 ORIGINS = "The position is measured from the centre of the ball\n"
+FULL = "Time for one full revolution of the rod, weight 14.8 cm from the centre\n"
 ASKED = [
+    (FULL + PLAIN[0] + runs(PLAIN[1]) + "\nAll times are for 1/3 of a revolution.\n", "G303", "says 1/3"),
     ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
     (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and another says"),

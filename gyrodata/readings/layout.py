@@ -327,12 +327,10 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         if quantity and not roles.origin_in(part) and not re.search(_BALL, whole):
             found["position"] = {quantity[1]: filled[-1]}
     # "60 g (on the scale: 60.0 g)" is one mass.
-    plain = {role: {re.sub(r"[.,]0+(?![0-9])", "", text) for text in texts} for role, texts in found.items()}
-    return {
-        role: max(items.items(), key=lambda item: len(item[0]))
-        for role, items in found.items()
-        if len(plain[role]) == 1
-    }
+    values = {role: {(w.value, w.unit) if (w := quantities.take_apart(text)) else text for text in texts}
+              for role, texts in found.items()}  # fmt: skip
+    one = {role: texts for role, texts in found.items() if len(values[role]) == 1}
+    return {role: max(texts.items(), key=lambda item: len(item[0])) for role, texts in one.items()}
 
 
 def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[tuple[str, str, int]]:

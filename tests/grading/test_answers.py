@@ -53,6 +53,12 @@ def test_answer_without_instructions_is_read(name: str) -> None:
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=0.001))
 
 
+def test_square_of_a_metre_in_the_code_page_of_windows_is_read() -> None:
+    found = read_answers(None, [("a.txt", "Izz = (4,400 +/- 0,050) * 10^-3 kg m²".encode("cp1252"))]).inertia
+    assert found is not None
+    assert found.u == pytest.approx(5e-5)
+
+
 @pytest.mark.parametrize("text", [*PROSE["others"], "", "inertia = " + "[" * 100_000], ids=lambda text: text[:60])
 def test_other_values_are_not_the_answer(text: str) -> None:
     found = read_answers(None, [("report.txt", text.encode())]).inertia

@@ -295,17 +295,10 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
     inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
     differ = adjustment.torques_differ(adjusted.problem.measured.torque[adjusted.kept > 0])
     return FitResult(
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        covariance=adjusted.covariance,
-        chi2=chi2,
-        dof=int(adjusted.kept.sum()) - 1 - int(differ),
-        deviations=adjusted.deviations,
-        widths=widths,
-        sense=sense,
+        inertia=inertia, residual_torque=residual_torque, timing_bias=bias, covariance=adjusted.covariance, chi2=chi2,
+        dof=int(adjusted.kept.sum()) - 1 - int(differ), deviations=adjusted.deviations, widths=widths, sense=sense,
         adjusted=adjusted,
-    )
+    )  # fmt: skip
 
 
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:

@@ -142,20 +142,11 @@ def grade_class(
     grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
     flags = flag_class(prints, [*partners, *desk.partners], previous)
     return ClassGrades(
-        source=items[0].source.resolve().name,
-        submissions=replace(submissions, items=items),
-        rubric=rubric,
-        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades),
-        references=references,
-        scatters=scatters,
-        flags=flags,
-        again=again,
-        damaged=damaged,
-        desk=desk,
-        roster=roster,
-        partners=partners,
+        source=items[0].source.resolve().name, submissions=replace(submissions, items=items), rubric=rubric,
+        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades), references=references,
+        scatters=scatters, flags=flags, again=again, damaged=damaged, desk=desk, roster=roster, partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
-    )
+    )  # fmt: skip
 
 
 # --- the journal: a line for each grade, with its inputs ------------------------------------------------------

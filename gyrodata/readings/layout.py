@@ -348,7 +348,8 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         behind = clause + (re.match(r"[^,;.()0-9]*", whole[match.end() :]) or [""])[0]
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
-        if match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit():
+        split = match.start() in ends and number.isdigit() and whole[match.start() - 2].isdigit()
+        if split and not re.search("[0-9],[0-9]", whole):
             continue  # "Position 15,5 cm" may be split at its decimal comma
         kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")

@@ -167,7 +167,7 @@ def _has_pairs(texts: list[str], of_spin: bool) -> bool:
     """Return whether each cell has two readings of a spin, or two times that are nearly equal."""
     pairs = [TWO_READINGS.fullmatch(fold_number(text)) for text in texts]
     return bool(pairs) and all(
-        pair and (of_spin or 0.8 < to_float(pair[1]) / to_float(pair[2]) < 1.25) for pair in pairs
+        pair and (of_spin or abs(to_float(pair[1]) - to_float(pair[2])) < 0.2 * to_float(pair[1])) for pair in pairs
     )
 
 

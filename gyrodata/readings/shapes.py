@@ -128,6 +128,8 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
         is_wide = "spin" in found and not found.isdisjoint(roles.TIMINGS) and len(set(map(len, several))) == 1
         if not is_wide or not shared or max(shared) > min(map(min, several)):
             continue
+        if any(max(one) > min(other) for one, other in pairwise(zip(*several, strict=True))):
+            continue  # "n1, n2, t1, t2" has the spin before and after
         below = list(takewhile(lambda row: any(map(is_number, row.texts[1:])), grid.rows[index + 1 :]))
         groups = [(*shared, *group) for group in zip(*several, strict=True)]
         rows = [Row(head.line, [names[at] for at in groups[0]], tuple(map(head.spot, groups[0])))]
@@ -196,8 +198,8 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     runs_in_lines = ((number, one) for number, line in enumerate(lines, grid.rows[0].line) for one in _runs_in(line))
     for number, line in (*runs_in_lines, (grid.rows[-1].line + 1, "")):
         said = said_in(Row(number, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
-        quantities_of = [(kinds_of(match[2] or match[3]), match) for match in re.finditer(layout.QUANTITY, line)]
-        times = [match[0] for kinds, match in quantities_of if "time" in kinds]
+        matches = [match for match in re.finditer(layout.QUANTITY, line) if "time" in kinds_of(match[2] or match[3])]
+        times = [match[0] for match in matches if not layout.is_of_means(re.split("[0-9]", line[: match.start()])[-1])]
         if "spin" in said and len(times) > 1:
             said |= {f"time_{at}": (text, 0) for at, text in enumerate(times, 1)} | {"time": ("", 0)}
         if {"spin", "time"} <= said.keys() and "turns" not in said:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from gates import whatif
 from gates.labs import Bench, Table, draw, write
+from labs import analyze_briefly
 from scipy import stats
 
 import gyrodata
@@ -97,9 +98,9 @@ def test_a_ball_without_u_is_exact_and_no_ball_is_not_compared() -> None:
 def pattern(table: Table) -> str:
     """Name of the pattern that a diagnostic names in a typed log, or nothing."""
     stated = "# u_time: 0.14 s\n# u_time_bias: 0.05 s\n# u_spin_delay: 0 s\n"
-    lab = gyrodata.analyze(write(table, stated).encode())
+    lab = analyze_briefly(write(table, stated).encode())
     named = {"G431", "G432"} & {one.code for one in lab.diagnostics}
-    return lab.to_dict()["result"]["patterns"][0]["name"] if named else ""
+    return lab.patterns[0].name if named else ""
 
 
 def drifting(seed: int) -> Table:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from labs import analyze_briefly
 from msgspec.structs import replace
 from typer.testing import CliRunner, Result
 
@@ -39,7 +40,7 @@ def found(log: str) -> gyrodata.Analysis:
 
 def off(done: Simulation) -> float:
     """Relative error of I_zz that the analysis makes of a log."""
-    return found(done.log).inertia.value / done.truth.inertia - 1
+    return analyze_briefly(done.log).inertia.value / done.truth.inertia - 1
 
 
 SCENES: dict[str, tuple[Truth, Design]] = {
@@ -61,7 +62,7 @@ SCENES: dict[str, tuple[Truth, Design]] = {
 
 @pytest.mark.parametrize(("truth", "design"), SCENES.values(), ids=SCENES.keys())
 def test_an_exact_log_gives_the_truth_to_eight_digits(truth: Truth, design: Design) -> None:
-    analysis = found(simulate(truth, design, EXACT).log)
+    analysis = analyze_briefly(simulate(truth, design, EXACT).log)
     low, high = analysis.inertia.interval_95
     # The phase of the nutation is not followed from run to run: it is in u.
     near = {"abs": analysis.inertia.u} if truth.motion == "released" else {"rel": 1e-8}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gates.labs import INERTIA, Bench, Table, draw, write
+from labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
@@ -59,7 +60,7 @@ SLIPS = [
 
 @pytest.mark.parametrize(("run", "role", "typed", "words"), SLIPS)
 def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: str, words: str) -> None:
-    found = analyze(log((run, role, typed)))
+    found = analyze_briefly(log((run, role, typed)))
     (odd,) = (one for one in found.run_table if one.flagged)
     assert odd.run == str(run)
     assert odd.left_out
@@ -67,14 +68,14 @@ def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: st
     named = re.findall(r"(mass|position|spin|time) ([\d.]+) (?:g|cm|rpm|s)\b[^;]* would fit", odd.reason)
     assert named
     for other, number in named:
-        corrected = analyze(log((run, role, typed), (run, other, number)))
+        corrected = analyze_briefly(log((run, role, typed), (run, other, number)))
         assert not any(one.flagged for one in corrected.run_table)
         assert abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
 
 
 def odd(text: str) -> set[str]:
     """Reasons of the runs that are odd."""
-    return {one.reason for one in analyze(text).run_table if one.flagged}
+    return {one.reason for one in analyze_briefly(text).run_table if one.flagged}
 
 
 HZ = log((4, "spin", "3.37"), (5, "spin", "6.57"), (6, "spin", "10.03"))
@@ -158,7 +159,7 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
 def test_three_runs_of_a_rough_hand_are_not_refused() -> None:
     for seed in range(30):
         table = Table(*(column[::4] for column in draw(WORSE._replace(hand=0.0, in_proportion=0.03), seed)))
-        assert analyze(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
+        assert analyze_briefly(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
 
 
 @pytest.mark.parametrize("run", [0, 1, 2])

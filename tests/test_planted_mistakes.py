@@ -157,8 +157,9 @@ def test_check_shows_every_doubt_of_analyze(name: str) -> None:
     result = analysed(text)[1]["result"]
     doubts = result["doubts"] if result else []
     done = CliRunner().invoke(app, ["check", "-"], input=text)
-    machine = json.loads(CliRunner().invoke(app, ["check", "-", "--format", "json"], input=text).stdout)
-    assert machine["doubts"] == doubts
+    if doubts:
+        machine = json.loads(CliRunner().invoke(app, ["check", "-", "--format", "json"], input=text).stdout)
+        assert machine["doubts"] == doubts
     assert all(doubt["words"] in done.output for doubt in doubts)
     assert done.output.count("Do not rely on this answer") == bool(doubts)
     assert done.exit_code == 1 or not doubts

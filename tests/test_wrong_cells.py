@@ -116,7 +116,10 @@ WORSE = Bench(imbalance=0.025, hand=0.14)
 
 
 def outcome(table: Table) -> str:
-    found = analyze(write(table))
+    found = analyze_briefly(write(table))
+    # Which of two runs is wrong is only asked where one is left out.
+    if any(run.left_out for run in found.run_table):
+        found = analyze(write(table))
     if any("either" in doubt.words for doubt in found.doubts):
         return "doubted"
     return "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
@@ -131,14 +134,14 @@ def counted(table: Table, turns: float) -> Table:
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
 def test_six_runs_with_wrong_counts_are_right_or_doubted(turns: int, more: int, miscounts: int) -> None:
     outcomes = []
-    for seed in range(6):
+    for seed in range(4):
         table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns)
         wrong = np.random.default_rng([turns, seed]).choice(6, miscounts, replace=False)
         table.time[wrong] *= (turns + more) / turns
         outcomes.append(outcome(table))
     assert outcomes.count("wrong") <= (miscounts == 2)
     # Which of two pairs of runs is wrong is decided by the other weight, but for two runs of one weight.
-    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 5}[miscounts]
+    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 3}[miscounts]
 
 
 def test_both_answers_are_named_where_either_may_be_right() -> None:

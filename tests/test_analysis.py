@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from gates.labs import Bench, draw, write
+from labs import analyze_briefly
 
 import gyrodata
 from gyrodata.diagnostics import explanations
@@ -84,6 +85,14 @@ def test_the_sample_is_recovered() -> None:
     assert abs(a.residual_torque.value - 6e-4) < 2 * a.residual_torque.u
     assert a.inertia.interval_95[0] < 4.44e-3 < a.inertia.interval_95[1]
     assert all(abs(law.exponent - 1) < 3 * law.u for law in a.power_law if law.exponent is not None)
+
+
+@pytest.mark.parametrize("path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem)
+def test_what_only_a_report_shows_changes_no_number(path: Path) -> None:
+    whole, brief = gyrodata.analyze(path), analyze_briefly(path)
+    assert (brief.inertia, brief.residual_torque, brief.run_table, brief.patterns) == (
+        whole.inertia, whole.residual_torque, whole.run_table, whole.patterns
+    )  # fmt: skip
 
 
 def test_the_sample_is_what_its_maker_makes() -> None:

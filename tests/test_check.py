@@ -7,7 +7,6 @@ import re
 import shlex
 from pathlib import Path
 
-import jsonschema
 import pandas as pd
 import pytest
 from labs import analyze_briefly
@@ -39,6 +38,8 @@ class TestCheck:
         done = gyro("check", SAMPLE)
         *_, last = done.stdout.splitlines()
         assert (done.exit_code, last) == (0, "air_gyroscope.csv: 10 runs, complete")
+        assert json.loads(gyro("check", SAMPLE, "--format", "json").stdout)["clean"]
+        assert not json.loads(gyro("check", "none.csv", "--format", "json").stdout)["clean"]
 
     def test_reasons_are_numbers(self) -> None:
         told = found(HEAD + "60.00,15.0,206,2.26,1/3\n60.00,15.0,407,4.4,1/3\n40.00,15.0,407,20.1,1\n")
@@ -58,12 +59,6 @@ class TestCheck:
         lines = {"check none.csv": 2, "check -": 0, "check - --strict": 1, "check - --strict --exit-zero": 0}
         assert {line: gyro(*line.split(), stdin=poor).exit_code for line in lines} == lines
         assert gyro("selfcheck", "-", stdin=wrong).exit_code == 1
-
-    def test_json_follows_its_schema(self, tmp_path: Path) -> None:
-        for log in (SAMPLE, tmp_path / "none.csv"):
-            document = json.loads(gyro("check", log, "--format", "json").stdout)
-            jsonschema.validate(document, schema.json_schema("check"))
-            assert document["clean"] == (log == SAMPLE)
 
 
 class TestTemplate:
@@ -128,7 +123,9 @@ def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypat
             Path("eleven-megabytes.csv").write_bytes(b"1" * 11_000_000)
         if code == "G223":
             Path("hundred-thousand-rows.csv").write_text(LOG + "20,15,400,7,1\n" * 100_001)
-        assert code in gyro(*shlex.split(example)).output
+        before, done = sorted(tmp_path.iterdir()), gyro(*shlex.split(example))
+        assert code in done.output
+        assert code[:3] != "G63" or (done.exit_code, done.stdout, sorted(tmp_path.iterdir())) == (2, "", before)
 
 
 class TestFix:

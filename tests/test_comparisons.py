@@ -156,7 +156,6 @@ def test_one_torque_is_not_known_without_the_balance() -> None:
 
 RELEASED = Design(pitches=(0.2,), masses=(0.06, 0.12))
 CHANGED = {
-    "level": write(draw(Bench(), 3)),
     "tilted": write(draw(Bench(pitch=30.0), 3), "# u_imbalance: 2e-4 N*m\n# u_time: 0.14 s", 30.0),
     "released": simulate(Truth(motion="released"), RELEASED, TYPICAL).log,
 }

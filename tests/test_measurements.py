@@ -117,11 +117,6 @@ def test_a_spin_read_once_is_read_late() -> None:
     assert "spin_delay" not in budget(FALLING)
 
 
-def test_only_a_part_of_a_turn_is_sighted() -> None:
-    assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
-    assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
-
-
 @pytest.mark.parametrize(
     ("second", "source", "shared"),
     [
@@ -138,13 +133,6 @@ def test_only_a_part_of_a_turn_is_sighted() -> None:
 def test_equal_values_share_their_error(second: str, source: str, shared: bool) -> None:
     share = budget(f"# u_{source}: 1 %\n{HEAD}20,15,400,23.1,1\n{second}\n")[source]
     assert share == pytest.approx(0.01, rel=1e-3) if shared else share < 0.008
-
-
-@pytest.mark.parametrize(("masses", "shared"), [((20, 20, 40), True), ((20, 30, 40), False)])
-def test_two_runs_with_one_weight_make_its_error_a_shared_one(masses: tuple[int, ...], shared: bool) -> None:
-    rows = (f"{m},15,{400 + 10 * i},{40 * 20 / m + i:.2f},1\n" for i, m in enumerate(masses))
-    told = {one["source"]: one["shared"] for one in result(f"{HEAD}{''.join(rows)}")["budget"]}
-    assert (told["mass"], told["time"]) == (shared, False)
 
 
 def test_report_says_where_an_uncertainty_is_from() -> None:

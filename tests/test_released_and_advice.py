@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -201,15 +200,3 @@ class TestTemplate:
         example = re.search(r"# A row that is filled in: (.*)", text)[1]
         found = gyrodata.analyze((text + example + "\n").encode())
         assert found.inertia.value == pytest.approx(4.4e-3, rel=0.1)
-
-
-class TestOptions:
-    def test_its_hints_are_followed(self, tmp_path: Path) -> None:
-        for name, more in (("a.json", ("--format", "json")), ("a.csv", ("--format", "csv")), ("report", ())):
-            done = gyro("analyze", "-", "--out", str(tmp_path / name), *more, stdin=README)
-            assert done.exit_code == 0
-        assert (tmp_path / "report" / "report.html").exists()
-        assert (tmp_path / "a.json").is_file()
-        # The page is named only if there is one.
-        assert "open the HTML report" in done.stdout
-        assert "open the HTML report" not in analyzed(README).stdout

@@ -80,7 +80,6 @@ def encrypted() -> bytes:
 HOSTILE = {
     "link": (link, "G703"),
     "too many entries": (lambda: packed(dict.fromkeys(map(str, range(1001)), "")), "G704"),
-    "cut": (lambda: ONE[:-10], "G702"),
     "encrypted": (encrypted, "encrypted"),
     "bzip2": (lambda: packed({"a/lab.csv": LOG}, zipfile.ZIP_BZIP2), "no platform"),
 }

@@ -251,15 +251,13 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G340", written([SURFACE_HEAD, *TABLE[1:]]),
      lambda hint: above(named(hint, r'"(# position_from: centre)"'), written([SURFACE_HEAD, *TABLE[1:]]))),
     ("G342", GOOD.replace("1/3", "0.33"), lambda hint: GOOD.replace("1/3", named(hint, r"write (\S+) where"))),
-    ("G502", GOOD, lambda hint: (GOOD, {"mapping": {"time": named(hint, r"(time \[s\])")}})),
 ]  # fmt: skip
 """Code, log, and what the words of the hint make of it."""
 
 
 @pytest.mark.parametrize(("code", "log", "mend"), READER, ids=[f"{one[0]}-{k}" for k, one in enumerate(READER)])
 def test_a_hint_of_the_reader_gives_the_truth(code: str, log: str | bytes, mend: Callable[[str], Any]) -> None:
-    given = {"mapping": {"time": "Zeitpunkt"}} if code == "G502" else {}
-    made = mend(next(d.hint for d in said_of(log, **given)[1] if d.code == code))
+    made = mend(next(d.hint for d in said_of(log)[1] if d.code == code))
     mended, options = made if isinstance(made, tuple) else (made, {})
     assert_mended(mended, code, options)
 

@@ -84,8 +84,6 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
          {"time": 0.2 / 7.06}),
         ("# u_precession_rate: 0.016 rad/s\n# u_spin: 20 rpm\n" + RATE,
          {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
-        # A part of a turn is sighted at both ends, a whole turn is not.
-        (PERIOD, {"angle": None}),
         ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 * 2**0.5 / 360}),
         (SIGHTED + "angle [deg]\n20.0,15.0,206,7.06,120 ± 3\n", {"angle": 3 * 3 / 360}),
         (HEAD + ROW.replace("1/3", "0.33"), {"angle": math.hypot(2**0.5 / 360, 0.01 / 3**0.5) / 0.33}),
@@ -109,10 +107,15 @@ def test_each_source_of_error_has_its_size(log: str, shares: dict[str, float | N
     }
 
 
-def test_a_spin_down_shows_the_decay_time() -> None:
-    # 100 s.
+def test_a_spin_read_once_is_read_late() -> None:
+    # A spin-down shows the decay time: 100 s.
     down = budget("# spin_down: 412 rpm to 151.6 rpm in 100 s\n" + HEAD + ROW.replace("206", "250"))
     assert down["spin_delay"] == pytest.approx(0.017, rel=0.01)
+
+
+def test_only_a_part_of_a_turn_is_sighted() -> None:
+    assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
+    assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
 
 
 @pytest.mark.parametrize(

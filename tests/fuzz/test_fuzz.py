@@ -44,7 +44,7 @@ def test_any_log_has_an_answer_that_can_be_believed_or_words(part: int) -> None:
     ends = {seed: tried(attempt, seed, "analysis") for seed in seeds(20)}
     wrong = {seed: end for seed, end in ends.items() if end[1]}  # type: ignore[index]
     assert wrong == {}
-    assert sum(end[0] == "answered" for end in ends.values()) > 3, "else only the reader is tried"  # type: ignore[index]
+    assert sum(end[0] == "answered" for end in ends.values()) > 2, "else only the reader is tried"  # type: ignore[index]
 
 
 @pytest.mark.parametrize("part", range(2))

@@ -17,7 +17,7 @@ from gyrodata.benchmark.estimators import ESTIMATORS, SCENES, Trial, TrialPanel,
 from gyrodata.benchmark.motions import METHODS, MODELS
 from gyrodata.cli import app
 
-TINY = Effort(motion_labs=8, turns=25, evaluations=8_000, labs=60, repeats=1)
+TINY = Effort(motion_labs=4, turns=16, evaluations=8_000, labs=40, repeats=1)
 CHARTS = ("motion", "motion_order", "estimators", "failures")
 
 

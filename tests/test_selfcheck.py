@@ -21,18 +21,17 @@ def selfcheck(log: str, labs: int, *options: str) -> str:
     return done.stdout
 
 
-def fits(log: str, labs: int, table: str = "estimators", *options: str) -> dict[str, dict[str, Any]]:
-    """Performance of each fit by its name, but for the time that it takes."""
-    found = json.loads(selfcheck(log, labs, "--format", "json", *options))[table]
-    return {one["name"]: {key: value for key, value in one.items() if key != "time_us"} for one in found}
+def fits(log: str, labs: int) -> dict[str, dict[str, Any]]:
+    """Performance of each fit by its name."""
+    return {one["name"]: one for one in json.loads(selfcheck(log, labs, "--format", "json"))["estimators"]}
 
 
 @pytest.mark.parametrize("bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str)
 def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> None:
-    by_name = fits(write(draw(bench, 3), "# u_time: 0.14 s"), 400)
+    by_name = fits(write(draw(bench, 3), "# u_time: 0.14 s"), 200)
     best = by_name["recommended"]
-    assert best["coverage_68"] == pytest.approx(0.683, abs=0.07)  # three standard deviations of a binomial of 400
-    assert best["coverage_95"] == pytest.approx(0.954, abs=0.032)
+    assert best["coverage_68"] == pytest.approx(0.683, abs=0.1)  # three standard deviations of a binomial of 200
+    assert best["coverage_95"] == pytest.approx(0.954, abs=0.044)
     assert best["bias"] == pytest.approx(0, abs=0.002)
     assert best["mean_u"] == pytest.approx(best["rmse"], rel=0.2)
     for name in ("through_origin", "with_constant", "mean_of_ratios"):
@@ -55,13 +54,13 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     assert agreeing.count("\nrecommended ") == 1
 
 
-@pytest.mark.parametrize("table", ["estimators", "estimators_with_scatter"])
-def test_salort_log_is_covered_and_no_lab_is_refused(table: str) -> None:
-    best = fits(SALORT.read_text(encoding="utf-8"), 120, table)["recommended"]
-    assert best["coverage_95"] > 0.9
-    assert abs(best["bias"]) < 0.15
-    assert best["mean_u"] > 0
-    assert best["refused"] == 0
+def test_salort_log_is_covered_and_no_lab_is_refused() -> None:
+    found = json.loads(selfcheck(SALORT.read_text(encoding="utf-8"), 120, "--format", "json"))
+    for best in (found["estimators"][0], found["estimators_with_scatter"][0]):
+        assert (best["name"], best["refused"]) == ("recommended", 0)
+        assert best["coverage_95"] > 0.9
+        assert abs(best["bias"]) < 0.15
+        assert best["mean_u"] > 0
 
 
 ONE = write(draw(Bench(masses=(40,)), 2))

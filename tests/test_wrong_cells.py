@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from gates.labs import INERTIA, Bench, Table, draw, write
+from labs import analyze_briefly
 from typer.testing import CliRunner
 
 import gyrodata
@@ -59,7 +59,7 @@ SLIPS = [
 
 @pytest.mark.parametrize(("run", "role", "typed", "words"), SLIPS)
 def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: str, words: str) -> None:
-    found = analyze(log((run, role, typed)))
+    found = analyze_briefly(log((run, role, typed)))
     (odd,) = (one for one in found.run_table if one.flagged)
     assert odd.run == str(run)
     assert odd.left_out
@@ -67,14 +67,14 @@ def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: st
     named = re.findall(r"(mass|position|spin|time) ([\d.]+) (?:g|cm|rpm|s)\b[^;]* would fit", odd.reason)
     assert named
     for other, number in named:
-        corrected = analyze(log((run, role, typed), (run, other, number)))
+        corrected = analyze_briefly(log((run, role, typed), (run, other, number)))
         assert not any(one.flagged for one in corrected.run_table)
         assert abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
 
 
 def odd(text: str) -> set[str]:
     """Reasons of the runs that are odd."""
-    return {one.reason for one in analyze(text).run_table if one.flagged}
+    return {one.reason for one in analyze_briefly(text).run_table if one.flagged}
 
 
 HZ = log((4, "spin", "3.37"), (5, "spin", "6.57"), (6, "spin", "10.03"))
@@ -98,24 +98,19 @@ def test_the_cell_that_is_wrong_is_named_in_its_own_way(text: str, words: str) -
     assert all(words in reason for reason in reasons)
 
 
-def test_all_outputs_say_the_same_of_an_odd_run(tmp_path: Path) -> None:
-    text = log((5, "time", "130.9"))
-    words = f"time 13.09 s would fit, not 130.9{POINT}"
-
-    def gyro(*options: str) -> str:
-        return CliRunner().invoke(app, options, input=text).output
-
-    for output in (gyro("analyze", "-", "--out", str(tmp_path)), gyro("check", "-")):
-        assert words in " ".join(output.split())
-    assert words in " ".join((tmp_path / "report.html").read_text().split())
-    assert analyze(text).to_dict()["result"]["runs"][4]["reason"] == words
+def test_check_says_the_same_of_an_odd_run() -> None:
+    shown = CliRunner().invoke(app, ["check", "-"], input=log((5, "time", "130.9"))).output
+    assert f"time 13.09 s would fit, not 130.9{POINT}" in " ".join(shown.split())
 
 
 WORSE = Bench(imbalance=0.025, hand=0.14)
 
 
 def outcome(table: Table) -> str:
-    found = analyze(write(table))
+    found = analyze_briefly(write(table))
+    # Which of two runs is wrong is only asked where one is left out.
+    if any(run.left_out for run in found.run_table):
+        found = analyze(write(table))
     if any("either" in doubt.words for doubt in found.doubts):
         return "doubted"
     return "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
@@ -130,14 +125,14 @@ def counted(table: Table, turns: float) -> Table:
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
 def test_six_runs_with_wrong_counts_are_right_or_doubted(turns: int, more: int, miscounts: int) -> None:
     outcomes = []
-    for seed in range(6):
+    for seed in range(4):
         table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns)
         wrong = np.random.default_rng([turns, seed]).choice(6, miscounts, replace=False)
         table.time[wrong] *= (turns + more) / turns
         outcomes.append(outcome(table))
     assert outcomes.count("wrong") <= (miscounts == 2)
     # Which of two pairs of runs is wrong is decided by the other weight, but for two runs of one weight.
-    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 5}[miscounts]
+    assert outcomes.count("doubted") <= {0: 0, 1: 1, 2: 3}[miscounts]
 
 
 def test_both_answers_are_named_where_either_may_be_right() -> None:
@@ -158,7 +153,7 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
 def test_three_runs_of_a_rough_hand_are_not_refused() -> None:
     for seed in range(30):
         table = Table(*(column[::4] for column in draw(WORSE._replace(hand=0.0, in_proportion=0.03), seed)))
-        assert analyze(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
+        assert analyze_briefly(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
 
 
 @pytest.mark.parametrize("run", [0, 1, 2])

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cells import CHANCE, NINE, STATED, Number, cells, plain
 
 CELLS = {cell.name: cell for cell in cells()}
-LABS = 160
+LABS = 100
 
 
 TELLING = [
@@ -44,7 +44,7 @@ PAGE = (Path(__file__).parents[2] / "gyrodata" / "docs" / "statistics.md").read_
 SHOWN = re.findall(r"^\| (.*) \| ([\d.]+) % \| ([\d.]+) % \|$", PAGE.split("<!-- coverage -->")[1], re.MULTILINE)
 
 
-@pytest.mark.parametrize(("name", "covers", "length"), SHOWN[::4])
+@pytest.mark.parametrize(("name", "covers", "length"), SHOWN[::7])
 def test_the_page_shows_what_the_table_tells(name: str, covers: str, length: str) -> None:
     labs = int(re.findall(r"of (\d+) labs each", " ".join(PAGE.split()))[0])
     # Another machine may round one lab in or out.

@@ -87,7 +87,7 @@ def attempt(seed: int) -> tuple[str, str, str]:
 
 def gate(accept: bool = False, part: bool = False, count: int = COUNT) -> Found:
     """Try the same logs in each run."""
-    count = 2 * TOGETHER if part else count
+    count = TOGETHER if part else count
     with ProcessPoolExecutor(2) as pool:
         ends = list(pool.map(attempt, range(count), chunksize=50))
     of = {word: sum(end == word for end, *_ in ends) for word in ("answered", "refused", "fault", "silent")}

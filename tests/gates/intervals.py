@@ -43,17 +43,17 @@ def inside(job: tuple[Bench, int]) -> bool:
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
-    """Draw the labs of all cells, or of the first three, one in ten."""
-    cells, few = list(CELLS)[: 3 if part else None], LABS // (10 if part else 1)
+    """Draw the labs of all cells; a part would tell nothing."""
+    cells = list(CELLS)
     with ProcessPoolExecutor(2) as pool:
 
         def covered(at: int, labs: int) -> float:
             jobs = [(CELLS[cells[at]], 1000 * at + lab) for lab in range(labs)]
             return 100 * sum(pool.map(inside, jobs, chunksize=30)) / labs
 
-        shares = [covered(at, few) for at in range(len(cells))]
-        if not part:  # 150 labs do not distinguish 99 % from 100 %
-            shares = [share if 92 <= share <= 99 else covered(at, MORE) for at, share in enumerate(shares)]
-    measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {few} labs or more"
+        shares = [covered(at, LABS) for at in range(len(cells))]
+        # 150 labs do not distinguish 99 % from 100 %.
+        shares = [share if 92 <= share <= 99 else covered(at, MORE) for at, share in enumerate(shares)]
+    measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {LABS} labs or more"
     lines = [f"{name}: 92 to 99 % | {share:.1f} %" for name, share in zip(cells, shares, strict=True)]
-    return Found(measured, "92 to 99 %", part or (min(shares) >= 92 and max(shares) <= 99), lines)
+    return Found(measured, "92 to 99 %", min(shares) >= 92 and max(shares) <= 99, lines)

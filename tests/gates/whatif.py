@@ -99,10 +99,10 @@ def told(text: str, document: dict[str, Any]) -> Iterator[Told]:
             yield Told(found[1], changed, float(found[2]) / 100, None, 0.005 * 10.0 ** -len(found[3]))
 
 
-def off(one: Told) -> tuple[float, float]:
+def off(one: Told, analyze: Callable[[bytes], gyrodata.Analysis] = gyrodata.analyze) -> tuple[float, float]:
     """Analyse the changed file: how far the report's value is off in u, and its u over the right one, minus 1."""
     try:
-        right = gyrodata.analyze(one.text.encode(), name="log.csv").inertia
+        right = analyze(one.text.encode()).inertia
     except gyrodata.GyroError:
         return math.inf, math.inf
     u = (right.u or 0.0) / (right.value if one.value is None else 1.0)

@@ -121,9 +121,12 @@ def test_a_stream_that_cannot_be_used(lab: Path) -> None:
         line = f'gyro() {{ "{sys.executable}" -m gyrodata "$@"; }}\n{line}'
         return subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False).stdout
 
-    full = shell("gyro --version 2>&1 > /dev/full")
-    assert ("G606" in full, "write to another file" in full) == (True, True)
-    typed = found("(- < log.csv)", shell("gyro check - <&-"))
+    full, closed = shell("gyro --version 2>&1 > /dev/full; echo $?"), shell("gyro check - 2>&1 <&-; echo $?")
+    assert "write to another file" in full
+    for told in (full, closed):
+        assert ("G606" in told, told[-2:]) == (True, "2\n")
+        assert not re.search("Traceback|Exception ignored", told)
+    typed = found("(- < log.csv)", closed)
     assert "9 runs" in shell(f"gyro check {typed}")
 
 

@@ -8,8 +8,9 @@ import math
 from collections.abc import Sequence
 
 import pytest
+from labs import analyze_briefly as analyze
 
-from gyrodata import LogError, analyze
+from gyrodata import LogError
 
 TRUTH, ARM = 4.4e-3, "14.8"
 G_LINE = "# g: 9.80665 m/s^2\n"

@@ -1,11 +1,10 @@
 """A log in an unusual form, what gyro says of it, and what a student who does just that gets: the truth.
 
-Everything goes through the command line; what a hint prints to copy is copied from the hint.
+What a hint prints to copy is copied from the hint.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import re
 import shlex
@@ -13,9 +12,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+from labs import analyze_briefly
+from msgspec.structs import asdict
 
-from gyrodata.cli import app
+from gyrodata import LogError
 
 TRUTH = 4.4e-3
 MASSES, SPINS = (20.1, 40.3, 60.2), (206, 394, 604)
@@ -39,11 +39,12 @@ def plain(mass: float, spin: int, time: float) -> str:
 GOOD = log(HEAD, plain)
 
 
-def analyze(text: str | bytes, *options: str) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
+def analyze(text: str, **given: Any) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
     """Give the result and what is said of a log."""
-    given = text.encode() if isinstance(text, str) else text
-    done = CliRunner().invoke(app, ["analyze", "-", "--format", "json", "--exit-zero", *options], input=given)
-    answer = json.loads(done.stdout)
+    try:
+        answer = analyze_briefly(text, **given).to_dict()
+    except LogError as error:
+        return None, [asdict(one) for one in error.diagnostics]
     return answer["result"], answer["diagnostics"]
 
 
@@ -59,8 +60,8 @@ def found(pattern: str, text: str) -> str:
     return match[1]
 
 
-def gives_truth(text: str | bytes, *options: str) -> bool:
-    result, said = analyze(text, *options)
+def gives_truth(text: str, **given: Any) -> bool:
+    result, said = analyze(text, **given)
     assert result, said
     return abs(result["inertia"]["value"] / TRUTH - 1) < 0.02
 
@@ -82,7 +83,8 @@ def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
 
 def test_a_radius_beside_the_arm() -> None:
     text = log("m (g),r (cm),d (cm),f (rpm),time (s),turns", lambda m, s, t: f"{m},5.08,14.8,{s},{t:.2f},1")
-    assert gives_truth(text, *shlex.split(found("(--map .*)", hint_of(text, "G401"))))
+    words = shlex.split(found("(--map .*)", hint_of(text, "G401")))
+    assert gives_truth(text, mapping=dict(word.split("=", 1) for word in words if word != "--map"))
 
 
 # Notes that gyro does not apply -----------------------------------------------------------------------------------

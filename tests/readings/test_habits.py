@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from labs import analyze_briefly as analyze
 
-from gyrodata import LogError, analyze
+from gyrodata import LogError
 from gyrodata.readings import read_log
 
 TRUTH = 4.4e-3

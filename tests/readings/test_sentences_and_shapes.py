@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
+from labs import analyze_briefly as analyze
 from readings.test_first_attempt import TRUTH, TURN
 from sheets import workbook
 
-from gyrodata import LogError, analyze
+from gyrodata import LogError
 from gyrodata.readings import read_log
 
 MASSES, SPINS = ("20.1", "40.3", "60.2"), (206, 407, 598)

@@ -78,10 +78,8 @@ def test_rows_of_one_name_are_a_question_unless_the_number_tells(tmp_path: Path)
 
 
 def test_number_in_the_name_of_a_folder_is_that_of_the_roster(tmp_path: Path) -> None:
-    files = {
-        "doe_jane_253316/lab.csv": a_log(1, "# partner: Max Roe"),
-        "roe_max_256796/lab.csv": a_log(1, "# partner: Doe, Jane"),
-    }
+    partners = {"doe_jane_253316": "Max Roe", "roe_max_256796": "Doe, Jane"}
+    files = {f"{folder}/lab.csv": a_log(1, f"# partner: {name}") for folder, name in partners.items()}
     (tmp_path / "roster.csv").write_text("name,id\nJane Doe,253316\nMax Roe,256796\nIda Poe,111111\n", encoding="utf-8")
     rows, _, told = grade(make_folder(tmp_path / "class", files), "--roster", tmp_path / "roster.csv")
     assert "2 graded, 0 not, 1 handed in nothing" in told

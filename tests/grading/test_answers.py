@@ -50,7 +50,7 @@ def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
 def test_answer_without_instructions_is_read(name: str) -> None:
     # The square of a metre must be read in the code page of Windows too.
     found = read_answers(
-        None, [(name, PROSE["hand_ins"][name].encode("cp1252" if name == "k.txt" else "utf-8"))]
+        None, [(name, PROSE["hand_ins"][name].encode("cp1252" if name == "windows.txt" else "utf-8"))]
     ).inertia
     assert found
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=0.001))

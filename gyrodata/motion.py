@@ -304,6 +304,25 @@ def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> A
     return nod.flip[..., 0] * (nod.rate(_X) * nod.weight).sum(axis=-1) / nod.weight.sum(axis=-1)
 
 
+def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
+    """Compute the mean of φ̇ cosθ of rods released from rest [rad/s]: their total spin minus the mean of ψ̇.
+
+    It is negative if the rod sags.
+    """
+    nod = _nod(top, spin, pitch)
+    level = nod.rate(_X) * (1 - nod.poles(_X)[0])
+    return (level * nod.weight).sum(axis=-1) / nod.weight.sum(axis=-1)
+
+
+def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
+    """Compute the total spin of rods released from rest, which is conserved, from the mean of ψ̇ > 0 [rad/s]."""
+    total = np.asarray(spin, dtype=float)
+    for _round in range(6):
+        # A rod that falls far has no such motion; half of the spin is a limit for the steps.
+        total = np.maximum(spin + spin_excess(top, total, pitch), np.multiply(0.5, spin))
+    return total
+
+
 class Nutation(Struct, frozen=True):
     """The nutation of a rod that is released from rest."""
 

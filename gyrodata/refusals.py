@@ -13,7 +13,7 @@ from gyrodata import fitting, motion, physics
 from gyrodata.changes import CLEARLY, FALLEN, STEEP
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import FitResult
-from gyrodata.measurements import Measurements
+from gyrodata.measurements import Measurements, select
 from gyrodata.physics import RPM
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words, turn_words
@@ -59,7 +59,7 @@ def count_findings(
 def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Name the released run with the largest sag, if the sag is too large for a fit."""
     loaded = np.flatnonzero(measured.torque)
-    torque, spin, pitch = measured.torque[loaded], measured.spin[loaded], measured.pitch[loaded]
+    torque, pitch = measured.torque[loaded], measured.pitch[loaded]
     load = np.nan_to_num(measured.mass * measured.position**2)[loaded]
 
     def across(inertia: Any) -> Any:
@@ -70,6 +70,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     # is nearest to the truth, and one wrong run does not change it.
     own = np.abs(torque / measured.product[loaded])
     inertia = np.sort(own)[(len(own) + 1) // 4]
+    kept = select(measured, loaded.tolist())
+    spin = fitting.conserved_spin(kept, motion.Top(np.full(len(loaded), inertia), across(inertia), torque))
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     # An I that is far from I_zz shows a wrong unit, which `refusal` names.
     if sag.max() < FALLEN or not (inertia / 3 < across(inertia)).all() or not (across(inertia) < 10 * inertia).all():
@@ -79,7 +81,7 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     for _turn in range(30):
         top = motion.Top(better, fitting.DEFAULT_TRANSVERSE_RATIO * better + load, torque)
         rate = motion.mean_precession_rate(top, spin, pitch)
-        better = np.maximum(np.abs(own * rate * better * spin / torque), own / 10)
+        better = np.maximum(np.abs(own * rate * better * kept.spin / torque), own / 10)
     inertia = min(inertia, np.sort(better)[(len(own) + 1) // 4])
     sag = physics.greatest_sag(torque, spin, inertia, across(inertia), pitch)
     worst, steep = int(sag.argmax()), int(np.sum(sag > STEEP))

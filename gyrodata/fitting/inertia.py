@@ -24,7 +24,7 @@ from gyrodata import motion, physics
 from gyrodata.fitting import adjustment, posterior
 from gyrodata.fitting.adjustment import ADDED, PITCH, SPIN, TRANSVERSE, TURNS, Adjusted, NoFit, Problem, Start
 from gyrodata.fitting.posterior import Posterior
-from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source
+from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source, total_spin_excess
 from gyrodata.physics import Floats
 
 ONE_SIGN = 1e-4
@@ -448,7 +448,7 @@ def _released(
 ) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
     top = motion.Top(whole, across, total)
-    mean = motion.mean_precession_rate(top, measured.spin, measured.pitch)
+    mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
     # Without a torque both rates are zero.
     effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
     part = 1.0 if is_stated else PART_RELEASED
@@ -475,6 +475,19 @@ def _released(
             for name, groups, shared_by in (("habit", every, "all runs (the same hand)"), ("push", own, ""))
         ]
     return replace(measured, slowing=1 + part * effect, sources=(*measured.sources, *more))
+
+
+def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
+    """Return the total spin of each run if the rod was released from rest [rad/s], shape (n,).
+
+    A tachometer that follows the rod reads more than it while the rod sags. Spins at the start and the end are read
+    before the rod sags.
+    """
+    if measured.tachometer == "still":
+        return measured.spin + total_spin_excess(measured.sense, measured.turns, measured.time, measured.pitch)
+    if measured.spin_start is not None:
+        return measured.spin
+    return cast(Floats, motion.total_spin(top, measured.spin, measured.pitch))
 
 
 def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:

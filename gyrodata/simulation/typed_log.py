@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import motion
 from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import Floats
@@ -133,6 +134,10 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
     }
     if runs.spin_end is None:
         columns["spin"] = np.abs(runs.spin)
+        if truth.motion == "released":
+            # The tachometer follows the rod.
+            top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
+            columns["spin"] = np.abs(runs.spin - motion.spin_excess(top, runs.spin, runs.pitch))
     else:
         columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
     if runs.pitch.any():

@@ -440,7 +440,8 @@ OF_RELEASE = ("nutation", "release", "habit", "push")
 
 PART_RELEASED, PART_U = 0.5, 0.4
 """Part of the effect of a release, and its standard uncertainty, if the log does not say how the rod was started: a rod
-that gets a push of the share k of the steady rate shows (1 − k)(2 − k)/2 of it, to second order in I φ̇/(I_zz ψ̇)."""
+that gets a push of the share k of the steady rate shows (1 − k)(4 − 2k − (3 − k)q)/(4 − 3q) of it, with q = I_zz/I, to
+second order in I φ̇/(I_zz ψ̇)."""
 
 
 def _released(

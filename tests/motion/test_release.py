@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from gyrodata import physics
+from gyrodata import motion, physics
 from gyrodata.motion import State, Top, integrate, mean_precession_rate, nutation, released, steady, time_to_turn
 
 INERTIA, TRANSVERSE, TORQUE = 4.44e-3, 6.6156e-3, 0.0588
@@ -123,6 +123,14 @@ def test_a_turn_that_never_comes_takes_for_ever() -> None:
     assert list(time_to_turn(TOP, 300 * RPM, 0.0, [-0.5, 0.0])) == [np.inf, 0]
     assert time_to_turn(Top(INERTIA, TRANSVERSE, 0.0), 300 * RPM, 0.0, 1.0) == np.inf
     assert mean_precession_rate(Top(INERTIA, TRANSVERSE, 0.0), 300 * RPM) == 0
+
+
+def test_tachometer_that_follows_a_released_rod_reads_more_than_the_total_spin() -> None:
+    for spin, rel in ((200 * RPM, 0.06), (100 * RPM, 0.25)):
+        total, sag = float(motion.total_spin(TOP, spin)), TRANSVERSE * TORQUE / (INERTIA * spin) ** 2
+        assert total - float(motion.spin_excess(TOP, total)) == pytest.approx(spin, rel=1e-6)
+        # To second order the mean of φ̇ cosθ is −3/2 φ̇ δ: rate and sag grow together.
+        assert 1 - total / spin == pytest.approx(1.5 * sag**2 * INERTIA / TRANSVERSE, rel=rel)
 
 
 def test_published_bias_of_a_released_rod() -> None:

@@ -259,6 +259,12 @@ class _Nod(Struct, frozen=True, eq=False):
         upper, lower = self.poles(x)
         return self.about_rod * self.sunk(x) / (upper * lower)
 
+    def excess(self) -> Any:
+        """Compute the mean of φ̇ cosθ over one nutation [rad/s], shape (...)."""
+        upper, lower = self.poles(_X)
+        level = self.about_rod * self.sunk(_X) / (upper * lower) * (1 - upper)
+        return (level * self.weight).sum(axis=-1) / self.weight.sum(axis=-1)
+
     def swept(self, x: Any) -> tuple[Any, Any]:
         """Compute the time [s] and the azimuth in the frame [rad] from the start to x, an array of shape (..., 1).
 
@@ -309,9 +315,7 @@ def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
 
     It is negative if the rod sags.
     """
-    nod = _nod(top, spin, pitch)
-    level = nod.rate(_X) * (1 - nod.poles(_X)[0])
-    return (level * nod.weight).sum(axis=-1) / nod.weight.sum(axis=-1)
+    return _nod(top, spin, pitch).excess()
 
 
 def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
@@ -319,7 +323,7 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     total = np.asarray(spin, dtype=float)
     for _round in range(6):
         # A rod that falls far has no such motion; half of the spin is a limit for the steps.
-        total = np.maximum(spin + spin_excess(top, total, pitch), np.multiply(0.5, spin))
+        total = np.maximum(spin + _nod(top, total, pitch).excess(), np.multiply(0.5, spin))
     return total
 
 

@@ -131,17 +131,12 @@ def predict_precession(
     if horizontal is None:
         reasons.append("horizontal: a level rod that does not spin falls")
     return Precession(
-        why=_say("precession", case, sense=sense, never=never, moves=moves),
-        reason="; ".join(reasons),
-        slow=slow,
-        fast=fast,
-        horizontal=horizontal,
-        exists=slow is not None,
-        critical_spin=critical,
+        why=_say("precession", case, sense=sense, never=never, moves=moves), reason="; ".join(reasons), slow=slow,
+        fast=fast, horizontal=horizontal, exists=slow is not None, critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
         released=_released(motion.Top(inertia, transverse_inertia, torque), spin, pitch),
         sleeping=Sleeping(abs(spin) > upright or torque < 0, upright, growth),
-    )
+    )  # fmt: skip
 
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
@@ -366,18 +361,10 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
         why = f"{why} {_say('tip', 'slow')}"
         direction = "at right angles to the force and also far along it: the spin is slow"
     return replace(
-        tip,
-        why=why,
-        reason="",
-        speed=speed,
-        turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
-        angle_deg=math.copysign(90.0, spin),
-        direction=direction,
-        yields=nutation.mean_sag,
-        nutation_rate=2 * math.pi / nutation.period,
-        estimate=estimate,
-        estimate_error=error,
-    )
+        tip, why=why, reason="", speed=speed, turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
+        angle_deg=math.copysign(90.0, spin), direction=direction, yields=nutation.mean_sag,
+        nutation_rate=2 * math.pi / nutation.period, estimate=estimate, estimate_error=error,
+    )  # fmt: skip
 
 
 # --- as text ---------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from collections.abc import Collection
 from contextlib import suppress
 from functools import cached_property, partial
 from operator import attrgetter, itemgetter
-from typing import Any, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 from msgspec import Struct
@@ -421,8 +421,9 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     with np.errstate(divide="ignore", invalid="ignore"):
         steady = physics.precession_rate(total, measured.spin, whole, *lean)
         if chosen.released:
-            is_stated = chosen.asked or measured.motion is not None
-            runs = _released(measured, steady, total, whole, across, is_stated)
+            top = motion.Top(whole, across, total)
+            mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
+            runs = _released(measured, steady, mean, physics.click_error(measured.spin, whole, across), chosen.asked)
         elif chosen.tilted and measured.spin_start is not None:
             runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     if not chosen.earth:
@@ -444,18 +445,16 @@ that gets a push of the share k of the steady rate shows (1 − k)(4 − 2k − 
 second order in I φ̇/(I_zz ψ̇)."""
 
 
-def _released(
-    measured: Measurements, steady: Floats, total: Floats, whole: Any, across: Floats, is_stated: bool
-) -> Measurements:
-    """Correct runs of a released rod by the ratio of the steady rate [rad/s] and the mean rate."""
-    top = motion.Top(whole, across, total)
-    mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
+def _released(measured: Measurements, steady: Floats, mean: Floats, click: Floats, asked: bool) -> Measurements:
+    """Correct runs of a released rod by the ratio of the steady rate and the mean rate [rad/s].
+
+    `click` is the largest error of a time by the phase of the nutation [s].
+    """
+    is_stated = asked or measured.motion is not None
     # Without a torque both rates are zero.
     effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
     part = 1.0 if is_stated else PART_RELEASED
-    click = physics.click_error(measured.spin, whole, across)
-    own, every = np.arange(len(total)), np.zeros(len(total), dtype=int)
-    nothing = np.zeros(len(total))
+    own, every, nothing = np.arange(len(mean)), np.zeros(len(mean), dtype=int), np.zeros(len(mean))
     # A log without a pitch and without the word "released" has no source for I, though it may state I.
     given = measured.transverse_inertia is not None or measured.nutation_ratio is not None
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U

@@ -311,7 +311,8 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         typed = column.cell in choice.unplaced and column.header.unit and not re.search("[0-9]", column.cell.text)
         role = roles.suggest_role(column.cell.text, 0.85) if typed else ""
         lacks = choice.there.isdisjoint(roles.TIMINGS) if role == "precession_period" else role not in choice.there
-        if role in ("precession_period", "position", "mass", "spin") and lacks:
+        one_word = re.fullmatch(r"[^\W\d_]+", roles.split_unit(column.cell.text)[0])
+        if lacks and (role == "precession_period" or (role in ("position", "mass", "spin") and one_word)):
             kind = kind_of_role(role)
             if kind in kinds_of(column.header.unit or ""):
                 choice.serve(replace(column, role=role))

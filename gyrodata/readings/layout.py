@@ -258,6 +258,8 @@ _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 _TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
+_PART_IS = rf"{vocabulary.pattern('parts')}\W*="
+"""What a part of a turn is: "three screws = once around"."""
 _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""
 
@@ -268,7 +270,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     Such a clause names a time, or a mass of a run, or it contains hardly anything else.
     """
     turns, parts = turns_in(clause), set(re.findall(r"[1-9]\s*/\s*[2-9]", whole))
-    if not turns or len(parts) > 1 or re.search(_DEFINITION, clause):
+    if not turns or len(parts) > 1 or re.search(_DEFINITION, clause) or re.search(_PART_IS, whole):
         return ""
     words = {word for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.

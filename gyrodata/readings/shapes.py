@@ -194,7 +194,11 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     """
     parts: list[tuple[int, str, layout.Given]] = []
     block: list[tuple[int, str, layout.Given]] = []
-    lines = grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]
+    # The commas of "215,392,582" separate cells.
+    lines = [re.sub(r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line)
+             for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]]  # fmt: skip
+    if any(re.search(r"[)\]]\W*[0-9.]+(?:\s+[0-9.]+){2,}", line) for line in lines):
+        return []  # "spin (rpm) 215 392 582" has several runs in columns
     runs_in_lines = ((number, one) for number, line in enumerate(lines, grid.rows[0].line) for one in _runs_in(line))
     for number, line in (*runs_in_lines, (grid.rows[-1].line + 1, "")):
         said = said_in(Row(number, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)

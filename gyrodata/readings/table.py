@@ -319,8 +319,12 @@ class TableReader:
         meant: dict[str, str] = {}
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
         names = {text for text in texts if text[:1].isalpha() and len(text) <= 20} if chosen.role in roles.LOADS else ()
+        if chosen.role == "mass" and unit is None and all(re.fullmatch("[1-9]?", text) for text in texts):
+            names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight"
         for name in sorted(names)[:30]:
-            stated = rf"(?<![\w.]){re.escape(name)}\s*[=:]\s*({quantities.NUMBER}\s*[^\W\d_]+)\s*(?=[,;)\"]|$)"
+            owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
+            quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?=\s*(?:[,;)\"]|$)|\s{{2}}|\t)"
+            stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:]\s*{quantity}"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
             if len(found) == 1:
                 meant[name] = found.pop()

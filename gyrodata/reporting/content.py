@@ -65,17 +65,11 @@ def report(analysis: Analysis) -> elements.Report:
     known = {key.lower(): (key, text) for key, text in analysis.readings.metadata.items()}
     lines = [f"{key.capitalize()}: {text}" for key, text in (known[one] for one in BYLINE if one in known)]
     return elements.Report(
-        name=analysis.name,
-        size=size,
+        name=analysis.name, size=size,
         title=say("Gyroscope lab {}: {}, {}", "worksheet" if is_worksheet else "report", analysis.name, size),
-        byline=say("{}", " · ".join(lines)),
-        read_as=_read_as(n),
-        doubts=tuple(_doubts(analysis)),
-        answer=answer,
-        top=tuple(_top(n)),
-        brief=tuple(_brief(n)),
-        sections=sections,
-    )
+        byline=say("{}", " · ".join(lines)), read_as=_read_as(n), doubts=tuple(_doubts(analysis)), answer=answer,
+        top=tuple(_top(n)), brief=tuple(_brief(n)), sections=sections,
+    )  # fmt: skip
 
 
 # --- the first screen --------------------------------------------------------------------------------------------

@@ -133,6 +133,7 @@ def _least_squares(lab: Measurements) -> tuple[float, float]:
         weights = np.linalg.solve(covariance, design)
         normal = np.linalg.inv(design.T @ weights)
         inertia, m0 = np.array([inertia, m0]) + normal @ weights.T @ (lab.time - time)
+        m0 = np.clip(m0, *0.9 * np.abs(lab.torque).min() * np.array([-1, 1]))  # the steps can diverge
     return float(inertia), math.sqrt(normal[0, 0])
 
 

@@ -292,14 +292,11 @@ def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles:
     torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
     return Twist(
-        why=_say("twist", "turns" if wheel_spin else "no_spin"),
-        twist_rate=rate,
-        torque=torque,
-        force=torque / handles,
-        momentum_change=2 * wheel_inertia * abs(wheel_spin),
+        why=_say("twist", "turns" if wheel_spin else "no_spin"), twist_rate=rate, torque=torque,
+        force=torque / handles, momentum_change=2 * wheel_inertia * abs(wheel_spin),
         turn_left=f"the {low} hand pushes down, the {high} hand up" if wheel_spin else "no steady push",
         right_end_up=f"the {low} hand pushes forward, the {high} hand back" if wheel_spin else "no steady push",
-    )
+    )  # fmt: skip
 
 
 # --- a force on the tip ----------------------------------------------------------------------------------------
@@ -343,14 +340,10 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
     nutation = motion.nutation(top, spin)
     missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
     tip = Tip(
-        torque=torque,
-        greatest_yield=nutation.greatest_sag,
-        acceleration=torque * length / transverse_inertia,
-        why=_say("tip", "no_spin"),
-        reason=f"{missing}: without spin the rod follows the force",
-        angle_deg=0.0,
+        torque=torque, greatest_yield=nutation.greatest_sag, acceleration=torque * length / transverse_inertia,
+        why=_say("tip", "no_spin"), reason=f"{missing}: without spin the rod follows the force", angle_deg=0.0,
         direction="along the force",
-    )
+    )  # fmt: skip
     if spin == 0:
         return tip
     speed = length * abs(nutation.sideways)

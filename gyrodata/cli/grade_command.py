@@ -100,14 +100,12 @@ def grade(
     complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
-        workers=count_workers() if workers is None else workers,
-        limit=timeout,
+        workers=count_workers() if workers is None else workers, limit=timeout,
         cluster=_executor_of(cluster) if cluster else None,
-        journal=None if folder is None else folder / classroom.JOURNAL,
-        keep=not dry_run,
+        journal=None if folder is None else folder / classroom.JOURNAL, keep=not dry_run,
         figures=target / output.FIGURES if target is not None and figures else None,
         progress=None if quiet else progress_bar(len(found.items), time.monotonic, "graded "),
-    )
+    )  # fmt: skip
     years = _earlier(previous or [])
     with ExitStack() as at_work:
         if folder is not None:

@@ -311,14 +311,11 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     conditions = posterior.Conditions(
-        unknowns=rows[:, :3],
-        shared=rows[:, 3:],
+        unknowns=rows[:, :3], shared=rows[:, 3:],
         left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
-        ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
-        unit=unit,
-        runs=float(adjusted.kept.sum()),
+        ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0), unit=unit, runs=float(adjusted.kept.sum()),
         scatter=result.widths.scatter,
-    )
+    )  # fmt: skip
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest

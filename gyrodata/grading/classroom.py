@@ -121,9 +121,9 @@ def grade_class(
     # A student who handed in nothing is graded if a person decides so.
     absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
     source, why = submissions.items[0].source, "nothing is handed in"
-    extra = (
+    extra = [
         Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
-    )
+    ]
     items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
     left = tuple(one for one in roster.absent if one.student not in absent)
     roster, meant = Roster({**roster.people, **absent}, left, roster.unclear), roster.who_is_meant(submissions)

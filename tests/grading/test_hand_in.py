@@ -54,13 +54,10 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
         assert (read["inertia"] is None) == (habit == "PDF") == bool(code), habit
 
 
-@pytest.mark.parametrize(
-    ("files", "place"),
-    [
-        ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
-        ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
-    ],
-)
+@pytest.mark.parametrize(("files", "place"), [
+    ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
+    ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
+])  # fmt: skip
 def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, tmp_path: Path) -> None:
     text, code = check(make_folder(tmp_path / "mine", files))
     value, u = re.findall(r"[\d.]+(?=e-3)", ANSWER)
@@ -97,18 +94,25 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
 
 
-@pytest.mark.parametrize(
-    ("files", "given", "says"),
-    [
-        ({"report.pdf": b"%PDF"}, ("",), "no log: only report.pdf"),
-        ({"a.csv": LOG, "b.csv": LOG.replace("20", "21")}, ("a.csv", "b.csv"), "several files that read as logs"),
-        ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
-        ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
-    ],
-)
+@pytest.mark.parametrize(("files", "given", "says"), [
+    ({"report.pdf": b"%PDF"}, ("",), "no log: only report.pdf"),
+    ({"a.csv": LOG, "b.csv": LOG.replace("20", "21")}, ("a.csv", "b.csv"), "several files that read as logs"),
+    ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
+    ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
+])  # fmt: skip
 def test_what_cannot_be_a_hand_in_is_told(
     files: Mapping[str, str], given: tuple[str, ...], says: str, tmp_path: Path
 ) -> None:
     root = make_folder(tmp_path / "mine", files)
     text, code = check(*(root / name for name in given))
     assert (code, says in text) == (2, True)
+
+
+def test_what_the_log_lacks_is_read_from_the_text_beside_it() -> None:
+    runs = [(mass, spin, 6.633 * spin / mass / 10) for mass in (20, 40, 60) for spin in (200, 400, 600)]
+    log = "mass [g],position [cm],spin [rpm],time [s]\n" + "".join(f"{m},15.0,{s},{t:.2f}\n" for m, s, t in runs)
+    files = {"jane/lab.csv": log, "jane/answer.txt": "All times are for 1/3 turn.\nI_zz = (4.45 ± 0.03)e-3 kg m^2\n"}
+    assert grade(files | {"max/lab.csv": log})["students"]["max"]["status"] != "graded"
+    found = grade(files)["students"]["jane"]
+    assert found["points"] == 20
+    assert "All times are for 1/3 turn." in str(found["diagnostics"])

@@ -198,27 +198,24 @@ WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
            "position": table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]])}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("line", "missing"),
-    [
-        ("Three marks on the circle, 120 deg apart", "turns"),
-        ("rod horizontal (90 deg to the axis)", "turns"),
-        ("1 turn = 360 deg", "turns"),
-        ("one screw every third of a turn", "turns"),
-        ("counterweight moved by 1/2 turn", "turns"),
-        ("Ventil eine halbe Umdrehung geöffnet", "turns"),
-        ("times at 1/3, 2/3 or 1 turn", "turns"),
-        ("Time of 1 turn = t/3", "turns"),
-        ("stopwatch: 3 trials of one turn, added together", "turns"),
-        ("We waited for the rod to turn", "turns"),
-        ("Runs 1-4: a quarter turn. Runs 5-9: a full turn.", "turns"),
-        ("Kugelradius r = 5.08 cm", "position"),
-        ("R = 5.08 cm (ball)", "position"),
-        ("a tape mark 5.0 cm wide", "position"),
-        ("The weight is 2.0 cm long.", "position"),
-        ("Position 15,5 cm", "position"),
-    ],
-)
+@pytest.mark.parametrize(("line", "missing"), [
+    ("Three marks on the circle, 120 deg apart", "turns"),
+    ("rod horizontal (90 deg to the axis)", "turns"),
+    ("1 turn = 360 deg", "turns"),
+    ("one screw every third of a turn", "turns"),
+    ("counterweight moved by 1/2 turn", "turns"),
+    ("Ventil eine halbe Umdrehung geöffnet", "turns"),
+    ("times at 1/3, 2/3 or 1 turn", "turns"),
+    ("Time of 1 turn = t/3", "turns"),
+    ("stopwatch: 3 trials of one turn, added together", "turns"),
+    ("We waited for the rod to turn", "turns"),
+    ("Runs 1-4: a quarter turn. Runs 5-9: a full turn.", "turns"),
+    ("Kugelradius r = 5.08 cm", "position"),
+    ("R = 5.08 cm (ball)", "position"),
+    ("a tape mark 5.0 cm wide", "position"),
+    ("The weight is 2.0 cm long.", "position"),
+    ("Position 15,5 cm", "position"),
+])  # fmt: skip
 def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str, missing: str) -> None:
     elsewhere = (f"# {line}\n{WITHOUT[missing]}", f"{WITHOUT[missing]}{line}\n") if missing == "turns" else ()
     for text in (f"{line}\n{WITHOUT[missing]}", *elsewhere):

@@ -66,7 +66,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         more = _candidates("", lines) if read.u is None or read.fault else ()
         same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
         return Answers(replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line), (), log.name)
-    found = [one for name, data in reports for one in islice(_candidates(name, _lines(name, data)), _MOST_VALUES)]
+    found = [one for name, data in reports for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)]
     if not found:
         return Answers()
     best = max(one.rank for one in found)
@@ -91,7 +91,7 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 # --- the sentences of a file ---------------------------------------------------------------------------------
 
 
-def _lines(name: str, data: bytes) -> list[str]:
+def lines_of(name: str, data: bytes) -> list[str]:
     """Read a file as lines of plain text; none if it cannot be read."""
     with suppress(GyroError, zipfile.BadZipFile, zlib.error, csv.Error, KeyError, OSError, RuntimeError, ValueError):
         return _read_lines(name, data)
@@ -133,14 +133,14 @@ def _in_cells(lines: Sequence[str]) -> list[str]:
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
     """Return the partners that lines of the log name, and behind ``~`` those that a sentence of any text names."""
     named = [one[1].strip() for one in re.finditer(SAYS["partner"], log.source_text, re.M)]
-    lines = [log.source_text, *(line for name, data in reports for line in _lines(name, data))]
+    lines = [log.source_text, *(line for name, data in reports for line in lines_of(name, data))]
     said = [one[1] for one in re.finditer(SAYS["together"], "\n".join(lines))]
     return " & ".join(named) + (f" ~ {' & '.join(said)}" if said else "")
 
 
 def as_log(name: str, data: bytes) -> bytes:
     """Return a file as `read_log` reads it: a report of Word as its text, with ``|`` between the cells of a table."""
-    return ("\n".join(_lines(name, data)).encode() if ending(name) == ".docx" else b"") or data
+    return ("\n".join(lines_of(name, data)).encode() if ending(name) == ".docx" else b"") or data
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:

@@ -17,8 +17,10 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.submissions.answers import SAYS, Answers, as_log, read_answers
+from gyrodata.grading.submissions.answers import SAYS, Answers, as_log, lines_of, read_answers
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
+from gyrodata.readings.layout import said_in
+from gyrodata.readings.source import Row
 
 _MOST_REPORT = 30_000_000  # bytes
 
@@ -76,10 +78,18 @@ class Submission(Struct, frozen=True, dict=True):
         The value may be in any row of the log, if no line of the log and no other text reports it.
         """
         name = PurePosixPath(self.log_file or self.log_name or "").name
-        log = readings.read_log(self.log(), name=name, settings=settings)
+        log = readings.read_log(data := self.log(), name=name, settings=settings)
+        if not log.ok and log.columns and data[:2] != b"PK":
+            # Another text may say what the log lacks: "all times are for 1/3 turn".
+            said = [line for one in self.reports() for line in lines_of(*one) if said_in(Row(1, [line]))]
+            more = "".join(f"\n# {line}" for line in said).encode("ascii", "ignore")
+            again = readings.read_log(data + more, name=name, settings=settings)
+            words = f"read from another text: {readings.listing(said, 4)}"
+            found = (*again.diagnostics, Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, words, file=name))
+            log = replace(again, diagnostics=found) if again.ok else log
         answers = read_answers(log, self.reports())
         if answers.inertia is None:
-            answers = read_answers(None, [(name, self.log())])
+            answers = read_answers(None, [(name, data)])
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 

@@ -89,7 +89,8 @@ def fall_findings(readings: Readings, measured: Measurements) -> list[Diagnostic
     least = float(physics.spin_of_sag(STEEP, torque, inertia, across(inertia), pitch)[worst]) / RPM
     more = f"; {steep} of the {len(measured.runs)} runs fall by more than 45 degrees" if steep > 1 else ""
     fall = {"spin": spin[worst] / RPM, "sag": math.degrees(sag[worst]), "least": 5 * math.ceil(least / 5)}
-    words = {"run": measured.runs[run], "load": load_words(measured, run), "more": more}
+    read = f" ({kept.spin[worst] / RPM:.0f} rpm is read while it sags)" if kept.spin[worst] > 1.02 * spin[worst] else ""
+    words = {"run": measured.runs[run], "load": load_words(measured, run), "read": read, "more": more}
     return [readings.say("release_falls", readings.place(run), **words, **fall)]
 
 

@@ -66,6 +66,14 @@ class TestReleased:
                 rpm = int(re.search(r"at least (\d+) rpm for this weight", str(refused))[1])
                 assert off(released(f"{rpm},{2 * rpm},{3 * rpm}", seed)) < 3
 
+    def test_tachometer_line_of_the_hint_is_answered(self) -> None:
+        head, *rows = [line.split(",") for line in released("60,100,150", 1).splitlines() if line[0] not in "#"]
+        at, spins = head.index("spin [rpm]"), ("60", "100", "150")
+        typed = [[*row[:at], spins[i % 3], *row[at + 1 :]] for i, row in enumerate(rows)]
+        log = "# motion: released\n" + "".join(",".join(row) + "\n" for row in [head, *typed])
+        assert "write # tachometer: still" in analyzed(log).stderr
+        assert off("# tachometer: still\n" + log) < 4
+
     def test_motion_line_of_the_hint_is_answered(self) -> None:
         log = gyro("simulate", "--spins", "20,30,40rpm", "--seed", "1").stdout
         assert "write # motion: steady" in analyzed(log.replace("# motion: steady", "# motion: released")).stderr

@@ -181,7 +181,7 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         places = [(row, side + 1 if at > side and len(row.texts) == side + 2 < width else at) for row in of_table]
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(of_table[0].line, texts, tuple(row.spot(k) for row, k in places)))
-    return replace(grid, rows=[*said, *rows])
+    return replace(grid, rows=[*said, *(row for row in rows if any(row.texts))])
 
 
 _SENTENCE_ROLES = ("mass", "position", "spin", "turns", "time")

@@ -419,7 +419,7 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
 
 
 def release_may_matter(lab: Lab, least: float = 0.7 * DROP_ONE) -> bool:
-    """Return whether a release may change I_zz by `least` standard uncertainties: only a fit can then tell its size."""
+    """Return whether a release may change I_zz by `least` standard uncertainties: only a fit can then show how much."""
     measured, fit, u = lab.measured, lab.fit, fitting.relative_u(lab.fit.inertia)
     if measured.pitch.any() or lab.chosen.released or not u:
         return True

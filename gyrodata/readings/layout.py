@@ -114,8 +114,12 @@ def is_usual(grid: Grid) -> bool:
         return False
     if len(filled_at(heads[0])) > len(set(filter(None, heads[0].texts))):
         return False
-    # Of a sentence that is split at its blanks, few words name a quantity.
-    return 2 * sum(bool(parse_header(text).roles) for text in heads[0].texts) > len(filled_at(heads[0]))
+    return names_quantities(heads[0])
+
+
+def names_quantities(row: Row) -> bool:
+    """Return whether most cells of a row name a quantity; of a sentence that is split at its blanks, few do."""
+    return 2 * sum(bool(parse_header(text).roles) for text in row.texts) > len(filled_at(row))
 
 
 def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid:

@@ -36,11 +36,7 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     grid = _uncrossed(_stacked(grid, faults), faults)
     _weigh(grid, faults)
     heads = [row for row in grid.rows if is_head(row)]
-    # Of a sentence that is split at its blanks, few words name a quantity.
-    named = [sum(bool(parse_header(text).roles) for text in row.texts) for row in heads]
-    sure = any(2 * count > len(filled_at(row)) for row, count in zip(heads, named, strict=True))
-    sentences = [] if sure else _rows_of_sentences(grid)
-    if sentences:
+    if not any(map(layout.names_quantities, heads)) and (sentences := _rows_of_sentences(grid)):
         return _split_spin_down(replace(grid, rows=sentences))
     return _split_spin_down(grid if heads else _turned_into_table(grid, faults))
 

@@ -397,16 +397,7 @@ _LATEX_WAYS = (
     (r"\\(?:SI|qty)\{([^{}]*)\}\{([^{}]*)\}", r"\1 \2"),
     (r"\\['`^\"~]\{?([A-Za-z])\}?", r"\1"),
 )
-_WRITTEN = {
-    "\\metre": "m",
-    "\\meter": "m",
-    "\\pm": "±",
-    "\\per": "/",
-    "\\centi": "centi",
-    "\\milli": "milli",
-    "\\kilo": "kilo",
-    "\\degree": "deg",
-}
+_WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
 _WRITTEN |= {"\\omega": "ω", "\\Omega": "Ω", "\\tau": "τ", "\\psi": "ψ", "\\varphi": "φ", "\\phi": "φ"}
 
 

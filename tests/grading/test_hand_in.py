@@ -108,11 +108,14 @@ def test_what_cannot_be_a_hand_in_is_told(
     assert (code, says in text) == (2, True)
 
 
-def test_what_the_log_lacks_is_read_from_the_text_beside_it() -> None:
+@pytest.mark.parametrize("says", ["All times are for 1/3 turn.", "All times are for ⅓ of a turn.", "时间是三分之一圈"])
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-16"])
+def test_what_the_log_lacks_is_read_from_the_text_beside_it(says: str, encoding: str) -> None:
     runs = [(mass, spin, 6.633 * spin / mass / 10) for mass in (20, 40, 60) for spin in (200, 400, 600)]
-    log = "mass [g],position [cm],spin [rpm],time [s]\n" + "".join(f"{m},15.0,{s},{t:.2f}\n" for m, s, t in runs)
-    files = {"jane/lab.csv": log, "jane/answer.txt": "All times are for 1/3 turn.\nI_zz = (4.45 ± 0.03)e-3 kg m^2\n"}
+    text = "mass [g],position [cm],spin [rpm],time [s]\n" + "".join(f"{m},15.0,{s},{t:.2f}\n" for m, s, t in runs)
+    log = f"# Müller\n{text}".encode(encoding)
+    files = {"jane/lab.csv": log, "jane/answer.txt": f"{says}\nI_zz = (4.45 ± 0.03)e-3 kg m^2\n"}
     assert grade(files | {"max/lab.csv": log})["students"]["max"]["status"] != "graded"
     found = grade(files)["students"]["jane"]
     assert found["points"] == 20
-    assert "All times are for 1/3 turn." in str(found["diagnostics"])
+    assert says in str(found["diagnostics"])

@@ -76,7 +76,7 @@ def test_headers_in_many_languages_and_styles(header: str) -> None:
     assert is_right(G_LINE + table(";", head=header.split(";")))
 
 
-TEX = ("$m$ [\\si{\\gram}]", "$x$ [cm]", "$f$ [rpm]", "$t$ [s]", "$N$")
+TEX = ("$m$ [\\si{\\gram}]", "$x$ [\\si{\\centi\\metre}]", "$f$ [rpm]", "$t$ [s]", "$N$")
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
 CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
          for row in ROWS]  # fmt: skip

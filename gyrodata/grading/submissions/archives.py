@@ -32,18 +32,8 @@ TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 REPORTS = (".tex", ".docx", ".html", ".htm", "")  # of files that are a log if it is a table in them
-TEXTS = (
-    *WORKBOOKS,
-    ".txt",
-    ".md",
-    ".html",
-    ".htm",
-    ".text",
-    ".toml",
-    ".docx",
-    ".tex",
-    ".ipynb",
-)  # of files with the answer
+# Endings of files with the answer.
+TEXTS = (*WORKBOOKS, ".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".tex", ".ipynb")
 
 
 class Listing(Struct, frozen=True):

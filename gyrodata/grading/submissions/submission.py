@@ -82,8 +82,8 @@ class Submission(Struct, frozen=True, dict=True):
         if not log.ok and log.columns and data[:2] != b"PK":
             # Another text may say what the log lacks: "all times are for 1/3 turn".
             said = [line for one in self.reports() for line in lines_of(*one) if said_in(Row(1, [line]))]
-            more = "".join(f"\n# {line}" for line in said).encode("ascii", "ignore")
-            again = readings.read_log(data + more, name=name, settings=settings)
+            text = readings.decode(data, readings.Faults(name))[0] + "".join(f"\n# {line}" for line in said)
+            again = readings.read_log(text.encode(), name=name, settings=settings)
             words = f"read from another text: {readings.listing(said, 4)}"
             found = (*again.diagnostics, Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, words, file=name))
             log = replace(again, diagnostics=found) if again.ok else log

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 from labs import analyze_briefly as analyze
-from readings.test_first_attempt import TRUTH, TURN
+from readings.test_first_attempt import TRUTH, TURN, is_right
 from sheets import workbook
 
 from gyrodata import LogError
@@ -182,3 +182,15 @@ def test_what_contradicts_itself_is_asked_about(log: str, code: str, words: str)
 def test_option_decides_which_turns_are_right() -> None:
     found = [analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")]
     assert found == pytest.approx([TRUTH, TRUTH / 2], rel=0.02)
+
+
+def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> None:
+    typed = HEAD + runs("{m};14.8;{s};{t} / {t};1\n")
+    assert "write them in two columns" in str(read_log(typed).diagnostics)
+    assert is_right(HEAD.replace("time (s)", "time 1 (s);time 2 (s)") + runs("{m};14.8;{s};{t};{t};1\n"))
+    hertz = "".join(f"{m};14.8;{s};{s / 60:.3f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    header = HEAD.replace("spin (rpm)", "spin before (rpm);spin after")
+    assert "write it into the header" in str(read_log(header + hertz).diagnostics)
+    with pytest.raises(LogError):
+        analyze(header + hertz)
+    assert is_right(header.replace("spin after", "spin after (Hz)") + hertz)

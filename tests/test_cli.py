@@ -129,7 +129,7 @@ def test_word_that_users_try_runs_the_command_that_is_meant(line: str, typed: Ca
     ("line", "message", "hint"),
     [
         ("anal demo.csv", "no such command 'anal'", "did you mean 'analyze'?"),
-        ("analyze", "missing argument 'LOG...'", "for example: gyro analyze demo.csv"),
+        ("analyze", "missing argument 'LOG'", "for example: gyro analyze demo.csv"),
         ("analyze demo.csv --json", "no such option: --json", "did you mean --format json?"),
         ("check demo.csv -f JSON", "invalid value for '--format' / '-f': 'JSON' is not one of 'text', 'json', 'ndjson'",
          "did you mean json?"),

@@ -57,6 +57,9 @@ def _load(name: str) -> Any:
     command.name, command.short_help = name, kind.short
     for param in command.params:
         param.help = kind.options.get(param.name, param.help)
+        if param.param_type_name == "argument":
+            # Typer writes the Python type behind the name: "LOG <list[str]>".
+            param.display_type_rich = lambda ctx: None
     return command
 
 

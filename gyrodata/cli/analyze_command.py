@@ -49,7 +49,7 @@ OpenOption = Annotated[bool, typer.Option("--open", help="Open the report in the
 
 
 def analyze(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
     form: Annotated[Format, typer.Option("--format", "-f")] = "text",
     settings: SettingsOption = None,
     mapping: MappingOption = None,

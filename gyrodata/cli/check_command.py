@@ -149,7 +149,7 @@ def _workbook(text: str) -> bytes:
 
 
 def check(
-    logs: Annotated[list[str], typer.Argument(metavar="LOG...")],
+    logs: Annotated[list[str], typer.Argument(metavar="LOG")],
     hand_in: Annotated[bool, typer.Option("--hand-in")] = False,
     fix: Annotated[bool, typer.Option("--fix")] = False,
     form: Annotated[CheckFormat, typer.Option("--format", "-f")] = "text",

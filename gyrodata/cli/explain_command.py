@@ -35,7 +35,7 @@ def explain(
     topics: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[PAGE | CODE | WORD | KEY]...",
+            metavar="PAGE | CODE | WORD | KEY",
             autocompletion=_topics,
             help=f"A page of the documentation; a code of a message, such as {diagnostics.NO_UNLOADED_RUN}; a word, "
             "such as M0; or a key of a log, such as u_time. Without one, the pages and words are listed.",

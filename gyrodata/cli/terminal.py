@@ -65,6 +65,7 @@ def _usage_error(error: Any) -> Diagnostic:
 
     words = " ".join(error.format_message().split())
     message, *names = re.split(r"\.? (?:Did you mean |\(Possible options: )", words)
+    message = re.sub("(?i)value error, ", "", message)
     message = (message[:1].lower() + message[1:]).rstrip(".")
     hint = "see: gyro --help"
     if error.ctx is not None:
@@ -79,7 +80,7 @@ def _usage_error(error: Any) -> Diagnostic:
         hint = f"did you mean {near[0]}?" if near else hint
     wrong = getattr(error, "option_name", "").lstrip("-")
     for option in error.ctx.command.params if error.ctx else ():
-        if wrong in getattr(option.type, "choices", ()):
+        if wrong in (option.type_descriptor.choices or ()):
             hint = f"did you mean {option.opts[0]} {wrong}?"
         elif "--out" in option.opts and message.startswith("got unexpected extra argument"):
             hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"

@@ -130,7 +130,7 @@ SchemaName = Literal["analysis", "check", "grades", "predictions", "selfcheck", 
 
 
 def schema(
-    name: Annotated[SchemaName, typer.Argument(metavar="[NAME]")] = "analysis",
+    name: Annotated[SchemaName, typer.Argument(metavar="NAME", show_choices=False)] = "analysis",
 ) -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
     from gyrodata.reporting.data import json_text

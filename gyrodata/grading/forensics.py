@@ -78,11 +78,14 @@ def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous
 
 # --- the fingerprint of a log --------------------------------------------------------------------------------
 
+WEIGHED_AGAIN = 0.015
+"""Largest share by which the torques of one weight differ."""
+
 MOST_ROWS = 200  # a longer log is compared by the rows with the shortest times
 
 
 class Fingerprint(Struct, frozen=True):
-    """One log's n rows in SI units, in the order of torque and then spin.
+    """One log's n rows in SI units, in the order of weight and then spin.
 
     The steps of the last digits show how far a copy may differ from its original by rounding only.
     """
@@ -103,7 +106,7 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
     torque = np.array([float(f"{value:.9g}") for value in measured.torque.tolist()])
     # Rows with equal torque and spin keep the order of the file: sorted times would look alike by themselves.
-    order = np.lexsort((measured.spin, torque))
+    order = np.lexsort((measured.spin, weights(torque)))
     if len(order) > MOST_ROWS:
         order = order[np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])]
     spin_step = measured.spin * np.max([_relative_step(column) for column in spin_columns(readings)], axis=0)
@@ -113,6 +116,15 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     kept = {name: tuple([float(f"{one:.10g}") for one in values[order].tolist()]) for name, values in rows.items()}
     lines = tuple([measured.lines[i] for i in order.tolist()])
     return Fingerprint(sha256=readings.sha256, by_hand=timing.role == "time", lines=lines, **kept)
+
+
+def weights(torque: Floats) -> Integers:
+    """Return the number of the weight of each row, in the order of torque: a weight that is weighed again is the same.
+
+    Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
+    """
+    sizes = np.unique(torque)
+    return np.searchsorted(sizes[1:][np.diff(sizes) > WEIGHED_AGAIN * np.abs(sizes[1:])], torque, side="right")
 
 
 def _relative_step(column: Column) -> Floats:
@@ -135,14 +147,16 @@ _EXACT = 1e-9
 
 
 def measure_scatter(log: Fingerprint) -> tuple[int, float]:
-    """Fit the n times of a log by T = a f ψ̇ + b, with a slope a for each torque; return the scatter around the fit.
+    """Fit the n times of a log by T = a f ψ̇/|M| + b, with a slope a for each weight; return the scatter around the fit.
 
     This is eq. (9) with any I_zz, balance, weights, ruler and scale of the tachometer, and b is the timing bias.
     Everything else that changes the times only adds to the scatter. Returns the degrees of freedom (n minus the slopes
     minus the bias), and the standard deviation of a time [s], with the variance that rounding may have hidden.
     """
     time, lever = np.array(log.time), np.array(log.turns) * np.array(log.spin)
-    slopes = [lever * (np.array(log.torque) == torque) for torque in dict.fromkeys(log.torque)]
+    torque = np.array(log.torque)
+    weight, lever = weights(torque), lever / np.where(torque == 0, 1.0, np.abs(torque))
+    slopes = [lever * (weight == number) for number in dict.fromkeys(weight.tolist())]
     design = np.column_stack([*slopes, np.ones(len(time))])
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
@@ -341,7 +355,7 @@ def similar(logs: Logs) -> Pairs:
     logs of the class to their nearest neighbour; from the log to the middle of the class.
     """
     found: Pairs = {}
-    patterns = [tuple(np.unique(one.torque, return_inverse=True)[1].tolist()) for one in logs.prints]
+    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.prints]
     for pattern, members in grouped(zip(patterns, range(len(patterns)), strict=True)).items():
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
             continue

@@ -121,7 +121,7 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     title: str  # of the rubric
     fingerprint: Fingerprint | None = None
     """Summary of the log to compare it with others; None if the log cannot be analysed."""
-    partner: str = ""  # the partners that the log names, and behind "~" those that a sentence names
+    partner: str = ""  # the partners that the log names, and behind "~" all words that may be a name
 
     @property
     def reported_inertia(self) -> float | None:
@@ -175,9 +175,10 @@ def grade_submission(
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
         cells = reported is None and ending(answers.file) in WORKBOOKS
         evidence = replace(evidence, matched=matched, d=d, slips=slips, from_cells=cells)
+    two = [answers.other] * (bool(answers.other) and reported is None)
     grade = replace(
         blank, marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
-        slips=evidence.slips, look=(*blank.look, *_looks(evidence)), station=station_of(readings),
+        slips=evidence.slips, look=(*blank.look, *_looks(evidence), *two), station=station_of(readings),
         partner=partners_in(readings, submission.reports()),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values}, inertia=analysis.inertia.value,

@@ -88,7 +88,7 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
         listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
         own, _, said = grade.partner.partition(" ~ ")
         named[grade.student], unknown = students_of(own, meant)
-        # A sentence may be about something else, such as "together with Logger Pro".
+        # Other words may be a name as well, such as "Moment of Inertia".
         named[grade.student] |= students_of(said, meant)[0]
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:

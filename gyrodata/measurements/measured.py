@@ -110,6 +110,19 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         return list(groups.values())
 
     @cached_property
+    def by_weight(self) -> list[list[int]]:
+        """Indices of the runs of each weight: torques and positions within 1 %, as if it was weighed for each run."""
+        groups: list[list[int]] = []
+        for group in self.by_torque:
+            sizes = ((values[group[0]], values) for values in (self.torque, self.position))
+            near = np.all([np.isclose(values, size, rtol=0.01, atol=0, equal_nan=True) for size, values in sizes], 0)
+            if known := next((one for one in groups if near[one[0]]), None):
+                known.extend(group)
+            else:
+                groups.append([*group])
+        return groups
+
+    @cached_property
     def product(self) -> Floats:
         """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)

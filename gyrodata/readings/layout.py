@@ -233,6 +233,10 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
 
 
+def _has_inertia_unit(text: str) -> bool:
+    return "inertia" in kinds_of(parse_header(text).unit or text)
+
+
 def is_of_means(header: str) -> bool:
     """Return whether a column contains means, by its name."""
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
@@ -509,7 +513,7 @@ class _Sheet:
         beyond = len(head.texts)
         self.apart = not any("".join(row.texts[beyond : beyond + 1]) for row in self.grid.rows)
         """Whether a blank column separates the table from what is on its right."""
-        self.fresh, self.skipped = True, False
+        self.fresh, self.skipped, self.below_results = True, False, False
         self.places: list[int] = []
         self.given: Given = dict(self.general)
         for comment in self.grid.comments:
@@ -559,11 +563,13 @@ class _Sheet:
             self._leave_out("summary", row)
         elif _is_text(row, headers):
             self.words.append(row)
+            # "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
+            self.below_results = bool(self.runs) and len(filled_at(row)) > 1 and any(map(_has_inertia_unit, row.texts))
         elif any(re.search(NOT_USED, text) for text in row.texts if not is_number(text)):
             self._leave_out("taken_out", row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
-        elif not is_note and self._is_result(row):
+        elif not is_note and (self.below_results or self._is_result(row)):
             self._leave_out("summary", row)
         else:
             self._take_run(row)
@@ -583,8 +589,12 @@ class _Sheet:
         """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
         filled = filled_at(row)
         text, written = row.texts[filled[0]], quantities.take_apart(row.texts[filled[0]])
+        if any(_has_inertia_unit(cell) and not is_number(cell) for cell in row.texts):
+            return True
         timed = (at for at, (_, header) in enumerate(self.here) if set(header.roles).intersection(roles.TIMINGS))
-        untimed = not any(row.texts[at : at + 1] > [""] for at in timed)
+        # "standard error" may be in the column of the times; "l2.3" is a time.
+        label = filled[0] if 2 * len(filled) < len(self.here) and re.search(r"[^\W\d_]{3}", text) else None
+        untimed = not any(row.texts[at : at + 1] > [""] for at in timed if at != label)
         no_quantity = written is None or bool(written.unit and not kinds_of(written.unit))
         few = 3 * len(filled) < len(self.here)
         return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (

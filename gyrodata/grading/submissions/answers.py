@@ -34,7 +34,7 @@ from gyrodata.units import kinds_of
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "plain"))
 SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
-_MOST_LINES, _MOST_VALUES, _MOST_BELOW = 1000, 100, 7
+_MOST_LINES, _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 1000, 100, 7, 100
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 
@@ -44,6 +44,7 @@ class Answers(Struct, frozen=True):
     inertia: Reported | None = None  # I_zz [kg*m^2]; None if nothing is reported
     diagnostics: tuple[Diagnostic, ...] = ()  # notes on how it was read
     file: str = ""  # name of the file with I_zz
+    other: str = ""  # in words, a value in another file that disagrees; or ""
 
 
 class _Candidate(Struct, frozen=True):
@@ -59,14 +60,15 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
 
     `reports` are names and bytes of the other texts. Never raises: a value that cannot be read has a fault.
     """
+    found = [one for name, data in reports for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)]
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
         lines = _in_cells(readings.lablog.split_lines(log.source_text))[max(0, (read.line or 0) - 1) :][:_MOST_BELOW]
         more = _candidates("", lines) if read.u is None or read.fault else ()
         same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
-        return Answers(replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line), (), log.name)
-    found = [one for name, data in reports for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)]
+        read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
+        return Answers(read, (), log.name, _disagrees(read, log.name, found))
     if not found:
         return Answers()
     best = max(one.rank for one in found)
@@ -79,7 +81,18 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         problem = f"two values are found: {first} and {second}"
         read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
     note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
-    return Answers(read, (note,), chosen.place.rpartition(", line ")[0])
+    file = chosen.place.rpartition(", line ")[0]
+    return Answers(read, (note,), file, "" if others else _disagrees(read, file, found))
+
+
+def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
+    """Describe a value with a name and an uncertainty in another file that differs by more than both uncertainties."""
+    for one in found:
+        apart = abs((one.read.value or 0.0) - (read.value or 0.0))
+        elsewhere = one.place.rpartition(", line ")[0] != file
+        if elsewhere and one.rank[:2] == (True, True) and apart > (one.read.u or 0.0) + (read.u or 0.0):
+            return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
+    return ""
 
 
 def _agree(rounded: Reported, other: Reported) -> bool:
@@ -131,10 +144,15 @@ def _in_cells(lines: Sequence[str]) -> list[str]:
 
 
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
-    """Return the partners that lines of the log name, and behind ``~`` those that a sentence of any text names."""
+    """Return the partners that lines of the log name, and behind ``~`` all words of any text that may be a name."""
     named = [one[1].strip() for one in re.finditer(SAYS["partner"], log.source_text, re.M)]
     lines = [log.source_text, *(line for name, data in reports for line in lines_of(name, data))]
-    said = [one[1] for one in re.finditer(SAYS["together"], "\n".join(lines))]
+    called: dict[str, None] = {}
+    for words in (re.split("[ ,]+", one[0]) for one in re.finditer(SAYS["called"], "\n".join(lines))):
+        # "Team Ann Lee" contains "Ann Lee".
+        parts = (words[at : at + size] for size in (2, 3, 4) for at in range(len(words) - size + 1))
+        called |= dict.fromkeys(" ".join(part) for part in parts)
+    said = list(called)[:_MOST_NAMES]
     return " & ".join(named) + (f" ~ {' & '.join(said)}" if said else "")
 
 
@@ -213,6 +231,7 @@ def _unit_behind(text: str) -> str:
 # --- the candidates ------------------------------------------------------------------------------------------
 
 _UNIT = r"(?i)g[\s·*.⋅/-]{0,3}[cm]?m|n[\s·*.⋅]*m"
+_OTHER_UNIT = r"[\d.,()±+/−⁻⁰-⁹\s×x*·^eE-]+?[kmc]{0,2}[gN](?:[\s·*⋅./]*(?:[ckm]?m|s|rad)(?:\^|\*\*)?[\d²³]?){1,3}"
 _POWER = r"[x×·*\s]*10\s?\^?\s?[-−⁻]\s?[\d⁰¹²³⁴-⁹]+\s*"
 _START = r"(?<![\w.,^(+\-−±/*×·])(?<![/*×·]\s)\(?[-+−]?\(?(?:\d|[.,]\d)"
 _CUT = r"[,;.|]?\s+|[.,;|]*$"
@@ -247,7 +266,7 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
             if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
-                rank = (named, u, result and not re.search(r"\d", before), re.search(SAYS["final"], before) is not None)
+                rank = (named, u and read.fault != "wrong unit", result and not re.search(r"\d", before), re.search(SAYS["final"], before) is not None)
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
@@ -280,8 +299,11 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
         with_unit = f"{cut} {unit[1].lstrip(' x×·*')}" if near and unit else ""
         if with_unit and read_reported("inertia", with_unit).fault is None:
             return with_unit, len(cut)
-        bare = near and whole and re.search(r"\w\w\W*$", name)
-        if read_reported("inertia", cut).fault in ((None, "no unit") if bare else (None,)):
+        read = read_reported("inertia", cut)
+        long = near and whole and (read.u is not None or re.search(r"\w\w\W*$", name))
+        # "I_zz = 4.4e-3 ± 0.1e-3 kg/m^2" is an answer, and its unit costs a point.
+        almost = read.fault == "no unit" or (read.u is not None and re.fullmatch(_OTHER_UNIT, cut))
+        if read.fault is None or (long and almost):
             return cut, len(cut)
     return None
 

@@ -260,6 +260,9 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         return replace(last, value=last.value + math.fsum(one.value for one in others))
     if kind == "angle" and unit in (None, "rad") and (part := re.fullmatch(_PARTS_OF_PI, plain)):
         return Quantity(math.pi * to_float(part[1] or "1") / int(part[2] or 1), None, None, "rad")
+    if kind == "number" and plain[-1:] == "%" and PLAIN.fullmatch(plain[:-1].strip()):
+        whole = read_cell(plain[:-1].strip(), kind, unit, ask)  # 25 % of a turn
+        return replace(whole, value=whole.value / 100, step=whole.step and whole.step / 100)
     if kind == "time" and '"' in text:
         text = plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None

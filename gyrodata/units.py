@@ -150,12 +150,19 @@ _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = [(way.replace("PER", vocabulary.words("per", "|")), usual) for way, usual in vocabulary.WAYS["unit"]]
 
 
+_SCALED = r"(?:\*?\s*10(?:\^|(?=[-+]))([-+]?[0-9]{1,2})|[x*]\s*1(0+)|1/1(0+))[\s*]*([^\W\d].*)"
+"""A power of ten and a unit: "10^-3 kg", "x100 rpm", "1/100 s"."""
+
+
 @lru_cache(maxsize=1024)
 def parse(text: str) -> Unit:
     """Read a unit text: symbols with powers, and ``*`` or ``/`` between them; a turn has 2π."""
     if len(text) > MAX_UNIT_LENGTH:
         raise UnitError(f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read")
     rest = fold_letters(text.strip()).translate(_PRODUCT_SIGNS).replace("**", "^").strip()
+    if scaled := re.fullmatch(_SCALED, rest):
+        power, unit = int(scaled[1] or 0) + len(scaled[2] or "") - len(scaled[3] or ""), parse(scaled[4])
+        return Unit(f"10^{power} {unit.text}", float(f"1e{power}") * unit.factor, unit.dimensions)
     for way, usual in _USUAL:
         rest = re.sub(way, usual, rest)
     up: list[str] = []

@@ -345,9 +345,9 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
         falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
     if not falls:
         return None
-    stated = [
-        u.at(value) / value for column in used for i, u in column.stated if (value := abs(column.values[i] or 0.0))
-    ]
+    values = [(u, abs(column.values[i] or 0.0)) for column in used for i, u in column.stated]
+    # "100 ± 0" says nothing of the other readings.
+    stated = [share for u, value in values if value and (share := u.at(value) / value)]
     u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
     u_exponent = stated_or_default(readings, "decay_exponent")[0].at(1.0)
     start, end, seconds = np.array(falls).T

@@ -118,6 +118,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             found = ("turns",)  # "1/3 rev" below "precession"
         elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
+        elif not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in roles.START_WORDS | roles.END_WORDS:
+            found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
         first_of_all = column.at == 0 and found == ("turns",) and any(turns_in(cell.text) for cell in table.cells)
         if (
             (column.at in letters or first_of_all)
@@ -255,13 +257,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
 
 def _told_of_parts(table: layout.Layout) -> bool:
     """Return whether a note is about parts of a turn, such as "T is the time from one mark to the next"."""
-    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in _notes(table))
-
-
-def _notes(table: layout.Layout) -> list[str]:
-    """Return the comments and the rows without numbers."""
-    rows = (" ".join(row.texts) for row in table.grid.rows if not any(map(layout.is_number, row.texts)))
-    return [*(text.text for text in table.grid.comments), *rows]
+    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in layout.texts_of(table.grid))
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:
@@ -347,7 +343,8 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             if role == "position":  # "length is from the centre" says it
                 name = roles.split_unit(text)[0].strip()
                 other &= not any(
-                    roles.from_centre(note) and re.search(rf"(?i)\b{re.escape(name)}\b", note) for note in _notes(table)
+                    roles.from_centre(note) and re.search(rf"(?i)\b{re.escape(name)}\b", note)
+                    for note in layout.texts_of(table.grid)
                 )
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))

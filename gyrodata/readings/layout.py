@@ -49,6 +49,12 @@ Given = dict[str, tuple[str, int]]
 """Content of captions: text and number of the cell by role."""
 
 
+def texts_of(grid: Grid) -> list[str]:
+    """Return the comments, and the rows without numbers."""
+    rows = (" ".join(row.texts) for row in grid.rows if not any(map(is_number, row.texts)))
+    return [*(text.text for text in grid.comments), *rows]
+
+
 def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table.
 
@@ -72,6 +78,7 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         if early := next((row for count, row in bare if count > 2 and 2 * count > len(filled_at(row))), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
         _move_units(grid.rows, head)
+        _name_counter(grid, head)
         heads = [row for row in grid.rows if is_head(row)] or [head]
         if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
             # A line behind # may give a quantity without a column: "# each time is for one full turn".
@@ -156,6 +163,19 @@ def _move_units(rows: list[Row], head: Row) -> None:
             for row in rows:
                 if row.texts[at : at + 1] == cells[:1]:
                     row.texts[at:] = ["", *row.texts[at + 1 :]] if row.texts[at + 1 :] else []
+
+
+def _name_counter(grid: Grid, head: Row) -> None:
+    """Call a column such as "Lap" run if its cells are 1, 2, 3, …; they may repeat if a text states the turns."""
+    for at, text in enumerate(head.texts):
+        if squeeze(text).lower() in roles.COUNTER_WORDS:
+            rows = (row.texts for row in grid.rows if row.line > head.line)
+            cells = [texts[at] for texts in rows if is_number("".join(texts[at : at + 1]))]
+            numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
+            counts = [1, *(1 if two == 1 else one + 1 for one, two in pairwise(numbers))]
+            once = cells.count("1") == 1 or any(map(turns_in, texts_of(grid)))
+            if len(cells) > 3 and max(numbers) > 1 and numbers == counts and once:
+                head.texts[at] = "run"
 
 
 # What a row is ----------------------------------------------------------------------------------------------------
@@ -266,7 +286,7 @@ _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 _TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
-_PART_IS = rf"{vocabulary.pattern('parts')}\W*="
+_PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
 """What a part of a turn is: "three screws = once around"."""
 _DEFINITION = r"(?i)(?:[=:]|\b(?:is|are|ist|sind|est|es|è))\s*(?:360|2\s*(?:pi|π)|[^\W\d]+\s*/\s*[0-9])|360\D{0,9}="
 """What a turn is: "one turn = 360 deg"; or what was calculated: "time of 1 turn = t/3"."""

@@ -165,8 +165,9 @@ def _words(key: str) -> set[str]:
 
 START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
 THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
-MEAN_WORDS, SCALE_WORDS = map(_words, ("mean", "scale"))
-"""Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments."""
+MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = map(_words, ("mean", "scale", "counter"))
+"""Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments; and
+words for a turn that may also number the runs."""
 SUMMARY_WORDS = MEAN_WORDS | _words("summary")
 """Words for what is below a table and is not a run."""
 NOT_THE_WEIGHT, DIMENSION_WORDS = map(_words, ("not_the_weight", "dimension"))
@@ -384,7 +385,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if is_time or any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
         return name, unit  # "period s" is not "periods"; "half_turn_s" and "time m:ss" are times
     if name_roles(text)[0]:
-        return ("spin", text) if kinds_of(text) == {"rate"} else (text, None)
+        own = unit if name_roles(text)[0] == ("spin",) and kinds_of(unit) == {"rate"} else None  # "ball rpm"
+        return ("spin", text) if kinds_of(text) == {"rate"} else (text, own)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     tokens = [token for token in text.split() if token not in small]
     if "_" in text and kinds_of(text.partition("_")[0]) == {"rate"}:

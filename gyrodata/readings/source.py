@@ -49,6 +49,10 @@ _OTHER_FILES = {
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """Beginnings of files that are not tables."""
+_PROGRAM = (
+    r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|<-\s*c\("
+)
+"""Where a list, rows or a long string begin in a program."""
 _CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"
 _CODE_PAGES += " koi8_r iso8859_2 mac_roman"
 """Encodings of spreadsheets and editors that do not write UTF-8; of several that fit equally, the first is used."""
@@ -72,12 +76,22 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
         return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
     is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b", data)
-    if not is_page and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
+    is_table = is_page or (data[:1] == b"{" and b'"cells"' in data)
+    if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
         raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
     if not text.strip():
         raise faults.refuse("empty")
-    faults = Faults(shown, _text_of_page(text) if is_page else text)
+    if is_page:
+        text = _text_of_page(text)
+    elif is_table or re.search(_PROGRAM, text):
+        from gyrodata.readings import program
+
+        try:
+            text = program.table_of(text)
+        except (ValueError, KeyError, TypeError):
+            raise faults.refuse("other_kind", kind="JSON") from None
+    faults = Faults(shown, text)
     if page:
         faults.add("code_page", page=page)
     return _grid(digest, faults)
@@ -351,6 +365,13 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _MOST_LINES_OF_A_CELL = 100
 
 
+_STAMP = (
+    r"^\[?[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4},?\s+[0-9]{1,2}:[0-9]{2}(?::[0-9]{2})?(?:\s?[AaPp][Mm])?\]?[\s-]*"
+    r"[^\W\d][^:\d]{0,30}:\s"
+)
+"""Day, time and name in front of a message: "[13/02/2024, 14:01:10] Lena: "."""
+
+
 def _grid(
     sha256: str, faults: Faults, delimiter: str = "", floats: frozenset[int] = frozenset()
 ) -> tuple[Grid, Faults]:
@@ -362,6 +383,9 @@ def _grid(
         re.sub(r"(?<=[0-9])．(?=[0-9])|^>[> ]*(?=\S)", lambda sign: sign[0].replace("．", ".").replace(">", " "), line)
         for line in lines
     ]
+    # The stamps of a chat, and the header row of a table of MediaWiki.
+    lines = [re.sub(_STAMP, lambda stamp: " " * len(stamp[0]), line) for line in lines]
+    lines = [line.replace("!", "|") if line[:1] == "!" and "!!" in line else line for line in lines]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
@@ -382,6 +406,10 @@ def _grid(
         grid = replace(grid, delimiter=delimiter)
     if len(body) - 1 > MAX_ROWS:  # without the header
         raise faults.refuse("too_many_rows", count=len(body) - 1)
+    slashes, often = Counter(lines[index].count(" / ") for index in body).most_common(1)[0] if body else (0, 0)
+    if slashes > 2 and 2 * often > len(body):
+        for index in body:
+            lines[index] = lines[index].replace(" / ", " \t ")
     if body and not delimiter:
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     rows = _split_rows(grid, body, faults)

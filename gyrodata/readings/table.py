@@ -478,6 +478,16 @@ class TableReader:
         elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
             self.faults.add("line_not_used", given.place, given=given, header=column.header)
 
+    def _check_counter(self, turns: Column) -> None:
+        """Report each line that states turns if no cell of a column such as "Lap" agrees with it."""
+        given, texts = self.settings.roles.get("turns"), filter(turns_in, layout.texts_of(self.grid))
+        lines = {line: layout.said_in(sources.Row(1, [line])).get("turns", ("", 0))[0] for line in texts}
+        lines |= {f"{given.label}: {given.text}": given.text} if given else {}
+        for line, said in lines.items():
+            if said and all(abs((value or 0.0) - read_cell(said, "number", "").value) > 0.02 for value in turns.values):
+                values = {"line": line, "turns": said, "header": turns.header, "says": turns.readings[0].text}
+                self.faults.add("turns_contradict_line", turns.place(0), **values)
+
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
         for role, many in self.stating.items():
@@ -503,6 +513,8 @@ class TableReader:
                         self.faults.add("turns_contradict_header", given.place(run), says=says, **values)
                         break
         turns = columns.get("turns")
+        if turns and roles.squeeze(turns.header).lower() in roles.COUNTER_WORDS:
+            self._check_counter(turns)
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
             meant, doubt = rounded_turns(text)

@@ -266,7 +266,8 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
             named = result or _names_inertia(before)
             if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
-                rank = (named, u and read.fault != "wrong unit", result and not re.search(r"\d", before), re.search(SAYS["final"], before) is not None)
+                best = re.search(SAYS["final"], before) is not None
+                rank = (named, u and read.fault != "wrong unit", result and not re.search(r"\d", before), best)
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.

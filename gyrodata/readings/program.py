@@ -1,0 +1,52 @@
+"""Write the numbers in a program or in a notebook as a table."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import msgspec
+
+from gyrodata.readings.roles import parse_header
+from gyrodata.units import kinds_of
+
+_NAME = r"(?m)^[\s{(,]*(?:\w+\s*=\s*[\w.]+\(\{)?\s*(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
+_SAID = r"[^#%\n]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
+_LIST = rf"{_NAME}(?:[\w.]+\(|[\[(])+(?P<cells>[^\[\](){{}}=#%:]+)[\])]+{_SAID}"
+"""A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g": [20.1, 40.2]``."""
+_ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)\b{_SAID}"
+"""A single number: ``x = 15.0  # cm``."""
+_CODE = (
+    r"^\s*\w+\s*=\s*(?:[\w.]*\()*(?:\"\"\"|'''|[\[({]+)|\"\"\"|'''|^[\s\[(]*(?=[-+\d.])"
+    r"|(?<=[\d.])[\s\])]*[,;]?\s*$|^[\])};,\s]+$"
+)
+"""What is around the rows of a table in a program."""
+
+
+def table_of(text: str) -> str:
+    """Return the lists of a program as the columns of a table, or its rows without brackets."""
+    if text.startswith("{"):
+        text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
+    lists = [
+        (_header(found), re.split(r"[\s,;]+", found["cells"].strip(" ,;\n"))) for found in re.finditer(_LIST, text)
+    ]
+    often = Counter(len(cells) for _, cells in lists if len(cells) > 2).most_common(1)
+    columns = [(header, cells) for header, cells in lists if often and len(cells) == often[0][0]]
+    comments = [f"# {line.lstrip(' #%')}" for line in text.split("\n") if re.match(r"\s*[#%]", line)]
+    if len(columns) < 2:
+        lines = (re.sub(_CODE, "", re.sub(r"^\s*%+", "#", line)) for line in text.split("\n"))
+        return "\n".join(line for line in lines if not re.match(r"\s*(?:import|from|print|df)\b", line))
+    single = ((parse_header(_header(found)), found["cells"]) for found in re.finditer(_ONE, text))
+    given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
+    rows = zip(*(cells for _, cells in columns), strict=True)
+    table = [", ".join(header for header, _ in columns), *map(", ".join, rows)]
+    return "\n".join([*comments, *given, *table]) + "\n"
+
+
+def _header(found: re.Match[str]) -> str:
+    """Return the name of a list, with the unit in the comment behind it, or else that comment if it names a column."""
+    name, said = found["name"].strip("\"'"), (found["said"] or "").strip()
+    unit, _, words = said.partition(" ")
+    if kinds_of(unit.strip(",;:()[]")):
+        said = f"{name} {words} [{unit.strip(',;:()[]')}]" if not parse_header(name).unit else name
+    return (said if parse_header(said).roles else name).replace(",", " ")

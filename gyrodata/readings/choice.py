@@ -118,16 +118,13 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             found = ("turns",)  # "1/3 rev" below "precession"
         elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
-        elif not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in roles.START_WORDS | roles.END_WORDS:
-            found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
-        first_of_all = column.at == 0 and found == ("turns",) and any(turns_in(cell.text) for cell in table.cells)
-        if (
-            (column.at in letters or first_of_all)
-            and len(texts) > 3
-            and texts == [str(number) for number, _ in enumerate(texts, 1)]
+        elif (
+            not found
+            and kinds_of(header.unit or "") == {"rate"}
+            and name.lower() in roles.START_WORDS | roles.END_WORDS
         ):
-            choice.serve(replace(column, role="run"))  # "n" that is 1, 2, 3, … numbers the runs
-        elif is_time and turns_in(header.text):
+            found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
+        if is_time and turns_in(header.text):
             stating.append(column)
         elif (found == ("spin",) or is_time) and _has_pairs(texts, found == ("spin",)):
             is_spin = found == ("spin",)

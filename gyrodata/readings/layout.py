@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from decimal import Decimal, DecimalException
 from itertools import accumulate, pairwise
 
@@ -166,14 +166,16 @@ def _move_units(rows: list[Row], head: Row) -> None:
 
 
 def _name_counter(grid: Grid, head: Row) -> None:
-    """Call a column such as "Lap" run if its cells are 1, 2, 3, …; they may repeat if a text states the turns."""
+    """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, …; they may repeat if a text states turns."""
+    stated = any(map(turns_in, head.texts))
     for at, text in enumerate(head.texts):
-        if squeeze(text).lower() in roles.COUNTER_WORDS:
-            rows = (row.texts for row in grid.rows if row.line > head.line)
-            cells = [texts[at] for texts in rows if is_number("".join(texts[at : at + 1]))]
+        is_turns = at == 0 and stated and parse_header(text).roles == ("turns",)
+        if is_turns or squeeze(text).lower() in roles.COUNTER_WORDS or re.fullmatch(r"[^\W\d]|(?i:count)", text):
+            rows = (row.texts for row in grid.rows if row.line > head.line and _numbers(row) > 1)
+            cells = [texts[at] for texts in rows if "".join(texts[at : at + 1])]
             numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
             counts = [1, *(1 if two == 1 else one + 1 for one, two in pairwise(numbers))]
-            once = cells.count("1") == 1 or any(map(turns_in, texts_of(grid)))
+            once = cells.count("1") == 1 or (not is_turns and any(map(turns_in, texts_of(grid))))
             if len(cells) > 3 and max(numbers) > 1 and numbers == counts and once:
                 head.texts[at] = "run"
 
@@ -335,7 +337,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
     filled = filled_at(row)
     # "x = 15,5 cm" above a table with commas between the cells is one number.
     whole = "\0".join(row.texts[at] for at in filled)
-    whole = whole.replace("**", "  ")
+    whole = whole.replace("**", "  ").replace("$", " ")
     whole = re.sub(r"([=:]\s*[0-9]+)\0(?=[0-9]{1,3}\s*[^\W\d])", r"\1,", whole).replace("\0", " ")
     ends = list(accumulate(len(row.texts[at]) + 1 for at in filled))
     found: dict[str, dict[str, int]] = {}
@@ -389,6 +391,9 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
             if roles.noted_origin(whole) and not re.search(roles.DIAMETER, clause):
                 found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
             continue
+        # Of "Rod weight at 16.0 cm", the rod is not meant.
+        if re.search(rf"{_WEIGHT}\w*\s+(?:\w+\s+)?$", whole[: match.start()]):
+            beside = {word for word in beside if not re.fullmatch(vocabulary.pattern("ball"), word)}
         of_the_ball = re.search(_BALL, clause) and not re.search(_WEIGHT, clause)
         if role and (roles.from_centre(behind) or not (of_the_ball or beside & roles.NOT_THE_WEIGHT)):
             found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
@@ -816,7 +821,7 @@ class _Sheet:
                 raise self.faults.refuse("repeated_table", cell, line=[part[0].line])
             seen.update(rows)
         if len(parts) > 1:
-            spans = ", ".join(self.faults.span([row.line for row in part]) for part in parts)
+            spans = ", ".join(self.faults.span(sorted({row.line for row in part})) for part in parts)
             self.faults.add("tables_joined", cells[0], count=len(parts), lines=spans)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
         there = {role for header in headers for role in header.roles}
@@ -848,6 +853,11 @@ _COPY = re.compile(r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$")
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 
+def _cut(row: Row, places: Iterable[int]) -> Row:
+    cells = [at for at in places if at < len(row.texts)]
+    return Row(row.line, [row.texts[at] for at in cells], tuple(map(row.spot, cells)))
+
+
 def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]]]:
     """Put tables that are side by side below each other: the words above each, its header, its rows."""
     head = rows[first]
@@ -859,10 +869,18 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     blocks = []
     last = max((at for at, row in enumerate(rows) if any(map(is_number, row.texts))), default=first)
     rows, notes = rows[: last + 1], rows[last + 1 :]
-    for start, end in pairwise([*filled_at(head)[:: len(names_of_one)], len(head.texts)]):
-        cut = [Row(row.line, row.texts[start:end], tuple(map(row.spot, range(start, end)))) for row in rows]
-        words, below = ([row for row in part if any(row.texts)] for part in (cut[:first], cut[first + 1 :]))
-        blocks.append((words, replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts]), below))
+    starts = filled_at(head)[:: len(names_of_one)]
+    titles = [row for row in rows[:first] if len(filled_at(row)) == 1 and filled_at(row)[0] <= starts[0]]
+    for start, end in pairwise([*starts, len(head.texts)]):
+        words = [] if blocks else titles
+        cut = [_cut(row, range(start, end)) for row in rows]
+        for row, own in zip(rows[:first], cut, strict=False):
+            if row not in titles and any(own.texts):
+                # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
+                named = start > 0 and not is_number(row.texts[0])
+                words = [*words, _cut(row, [0, *range(start, end)]) if named else own]
+        names = [_COPY.sub("", text) for text in cut[first].texts]
+        blocks.append((words, replace(cut[first], texts=names), [row for row in cut[first + 1 :] if any(row.texts)]))
     blocks[-1][2].extend(notes)
     return blocks
 

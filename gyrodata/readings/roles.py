@@ -626,7 +626,8 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
     # "thirds of a turn" above 3 is something else.
-    named = bool(re.search(_TURN, header.text)) and _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower()))
+    numbered = not _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower())) and "/" not in turns_in(header.text)
+    named = bool(re.search(_TURN, header.text)) and not numbered
     return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 

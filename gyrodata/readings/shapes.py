@@ -36,6 +36,8 @@ def reshape(grid: Grid, faults: Faults) -> tuple[Grid, tuple[Fall, ...]]:
     grid = _uncrossed(_stacked(grid, faults), faults)
     _weigh(grid, faults)
     heads = [row for row in grid.rows if is_head(row)]
+    if not heads and (blocks := _turned_blocks(grid, faults)):
+        return _split_spin_down(replace(grid, rows=blocks))
     if not any(map(layout.names_quantities, heads)) and (sentences := _rows_of_sentences(grid)):
         return _split_spin_down(replace(grid, rows=sentences))
     return _split_spin_down(grid if heads else _turned_into_table(grid, faults))
@@ -153,6 +155,25 @@ def _weigh(grid: Grid, faults: Faults) -> None:
         head.texts[at] = "mass"
         for row in cells:
             row.texts[at] = f"{row.texts[at]} x {min(masses)}" if row.texts[at] != "0" else "0 g"
+
+
+def _turned_blocks(grid: Grid, faults: Faults) -> list[Row]:
+    """Turn each of several tables with the same names at the side, below their captions; none if there are not two."""
+    rows: list[Row] = []
+    block: list[Row] = []
+    blocks = 0
+    for row in [*grid.rows, Row(0, [""])]:
+        if sum(map(is_bare, row.texts[1:])) > 1 and not is_number(row.texts[0]):
+            block.append(row)
+            continue
+        if block and is_head(Row(0, [one.texts[0] for one in block])):
+            rows += _turned_into_table(replace(grid, rows=block), Faults("") if blocks else faults).rows
+            blocks += 1
+        else:
+            rows += block
+        block = []
+        rows += [row] * (row.line > 0)
+    return rows if blocks > 1 else []
 
 
 def _turned_into_table(grid: Grid, faults: Faults) -> Grid:

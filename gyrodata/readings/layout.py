@@ -866,7 +866,7 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     names_of_one = match[1].split() if match else []
     if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
         return [(rows[:first], head, rows[first + 1 :])]
-    blocks = []
+    blocks: list[tuple[list[Row], Row, list[Row]]] = []
     last = max((at for at, row in enumerate(rows) if any(map(is_number, row.texts))), default=first)
     rows, notes = rows[: last + 1], rows[last + 1 :]
     starts = filled_at(head)[:: len(names_of_one)]
@@ -877,10 +877,10 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
         for row, own in zip(rows[:first], cut, strict=False):
             if row not in titles and any(own.texts):
                 # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
-                named = start > 0 and not is_number(row.texts[0])
+                named = start > 0 and re.fullmatch(r"[^\d=]+:?", row.texts[0]) and (starts[0] or row.texts[0][-1] == ":")
                 words = [*words, _cut(row, [0, *range(start, end)]) if named else own]
-        names = [_COPY.sub("", text) for text in cut[first].texts]
-        blocks.append((words, replace(cut[first], texts=names), [row for row in cut[first + 1 :] if any(row.texts)]))
+        own_head = replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts])
+        blocks.append((words, own_head, [row for row in cut[first + 1 :] if any(row.texts)]))
     blocks[-1][2].extend(notes)
     return blocks
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from itertools import pairwise, takewhile
+from itertools import groupby, pairwise, takewhile
 
 from msgspec.structs import replace
 
@@ -159,21 +159,12 @@ def _weigh(grid: Grid, faults: Faults) -> None:
 
 def _turned_blocks(grid: Grid, faults: Faults) -> list[Row]:
     """Turn each of several tables with the same names at the side, below their captions; none if there are not two."""
-    rows: list[Row] = []
-    block: list[Row] = []
-    blocks = 0
-    for row in [*grid.rows, Row(0, [""])]:
-        if sum(map(is_bare, row.texts[1:])) > 1 and not is_number(row.texts[0]):
-            block.append(row)
-            continue
-        if block and is_head(Row(0, [one.texts[0] for one in block])):
-            rows += _turned_into_table(replace(grid, rows=block), Faults("") if blocks else faults).rows
-            blocks += 1
-        else:
-            rows += block
-        block = []
-        rows += [row] * (row.line > 0)
-    return rows if blocks > 1 else []
+    parts = groupby(grid.rows, lambda row: sum(map(is_bare, row.texts[1:])) > 1 and not is_number(row.texts[0]))
+    blocks = [(is_table, list(rows)) for is_table, rows in parts]
+    if sum(is_table and is_head(Row(0, [row.texts[0] for row in rows])) for is_table, rows in blocks) < 2:
+        return []
+    turned = [_turned_into_table(replace(grid, rows=of), faults).rows if is_table else of for is_table, of in blocks]
+    return [row for rows in turned for row in rows]
 
 
 def _turned_into_table(grid: Grid, faults: Faults) -> Grid:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping
 from fractions import Fraction
@@ -10,14 +11,14 @@ from operator import attrgetter
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from gyrodata import quantities, units, vocabulary
+from gyrodata import units, vocabulary
 from gyrodata.quantities import PLAIN, fold_number, to_float
 from gyrodata.readings import layout, roles
 from gyrodata.readings.lablog import Faults, Settings, Text, listing
 from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
 from gyrodata.units import kinds_of
 
-TWO_READINGS = re.compile(r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)")
+TWO_READINGS = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
 _PART_OF_TURN = vocabulary.pattern("parts")
 """Words for a part of a turn."""
@@ -25,7 +26,7 @@ _OF_TILT = vocabulary.pattern("tilted")
 """Words for an angle that the rod does not sweep."""
 
 
-_PERIOD_SYMBOL = re.compile(r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])")
+_PERIOD_SYMBOL = r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])"
 """A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
 _TIME_OF_DAY = re.compile(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?")
 
@@ -102,21 +103,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         if not header.roles and name and name[0] in "Δδσε":  # "ΔT" next to "T"
             found = tuple(f"u_{role}" for role in named.get(name[1:], ()) if f"u_{role}" in roles.UNCERTAINTIES)
             column = replace(column, header=replace(header, roles=found))
-        # "trial 1" above "18.9 s"; its 1 may look like a unit.
-        if header.unit in (None, *"123456789") and header.roles in ((), ("run",), ("turns",)):
-            written = [quantities.take_apart(text) for text in texts if text]
-            [unit, *others] = {one.unit if one else None for one in written} or {None}
-            if unit and not others and (kinds_of(unit) if header.roles != ("turns",) else kinds_of(unit) == {"time"}):
-                explained = roles.parse_header(f"{header.text} [{unit}]")
-                column = replace(column, header=replace(explained, text=header.text))
         typed.append(column)
         header = column.header
         found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
-        if header.unit is None and found == ("precession_rate",) and texts and all(map(roles.said_turns, texts)):
-            found = ("turns",)  # "1/3 rev" below "precession"
-        elif header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
+        if header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
         elif (
             not found
@@ -126,12 +118,6 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
         if is_time and turns_in(header.text):
             stating.append(column)
-        elif (found == ("spin",) or is_time) and _has_pairs(texts, found == ("spin",)):
-            is_spin = found == ("spin",)
-            what = "the spin at the start and at the end" if is_spin else "two times of one setting"
-            faults.add("two_readings", column.cell, what=what)
-            for part, role in enumerate(("spin_start", "spin_end") if is_spin else ("time", "time"), 1):
-                choice.serve(replace(column, role=role, part=part, number=None if is_spin else part))
         elif len(found) == 1:
             choice.serve(replace(column, role=found[0], number=header.number))
         elif found:
@@ -141,7 +127,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     if stating or mapped:
         _serve_stating(stating, table, choice, faults)
     times = choice.used.get("time", [])
-    of_one_turn = times and all(_PERIOD_SYMBOL.match(one.cell.text) and one.number and not one.turns for one in times)
+    of_one_turn = times and all(
+        re.match(_PERIOD_SYMBOL, one.cell.text) and one.number and not one.turns for one in times
+    )
     if of_one_turn and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) and not _told_of_parts(table):
         choice.used["time"] = [replace(one, turns="1") for one in times]  # "T1 [s]", "T2 [s]"
         faults.add("period_of_one_turn", times[0].cell)
@@ -149,25 +137,22 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         _eliminate(table, several, choice, faults)
     if choice.unplaced or ("note" in choice.used and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))):
         _place_by_cells_and_unit(sorted(typed, key=attrgetter("at")), table, choice, faults)
-    # "spin before, spin after, mean spin (rpm)"
-    spins = [one for role in ("spin", "spin_start", "spin_end") for one in choice.used.get(role, [])]
-    own = {one.header.unit for one in spins if one.header.unit}
-    for one in spins if len(own) == 1 else ():
-        if not one.header.unit and any(PLAIN.fullmatch(row.texts[one.at]) for row in table.rows):
-            choice.used[one.role] = [replace(one, header=replace(one.header, unit=min(own)))]
-            faults.add("unit_of_another", one.cell, unit=min(own))
+    for one in [*choice.used.get("spin", []), *choice.used.get("time", [])]:
+        pairs = [re.fullmatch(TWO_READINGS, fold_number(row.texts[one.at])) for row in table.rows]
+        apart = (abs(to_float(pair[1]) / (to_float(pair[2]) or math.inf) - 1) if pair else 1 for pair in pairs)
+        if max(apart, default=1) < 0.2:
+            is_spin = one.role == "spin"
+            what = "the spin at the start and at the end" if is_spin else "two times of one setting"
+            faults.add("two_readings", one.cell, what=what)
+            choice.used[one.role] = [other for other in choice.used.pop(one.role) if other is not one]
+            choice.there.discard("spin" if is_spin else "")
+            for part, role in enumerate(("spin_start", "spin_end") if is_spin else ("time", "time"), 1):
+                choice.serve(replace(one, role=role, part=part, number=None if is_spin else part))
+            choice.used = {role: many for role, many in choice.used.items() if many}
     choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
     return choice
-
-
-def _has_pairs(texts: list[str], of_spin: bool) -> bool:
-    """Return whether each cell has two readings of a spin, or two times that are nearly equal."""
-    pairs = [TWO_READINGS.fullmatch(fold_number(text)) for text in texts]
-    return bool(pairs) and all(
-        pair and (of_spin or abs(to_float(pair[1]) - to_float(pair[2])) < 0.2 * to_float(pair[1])) for pair in pairs
-    )
 
 
 def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:

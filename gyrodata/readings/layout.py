@@ -74,10 +74,11 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         head = head or next((row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0])
         if 2 * _numbers(head) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
-        bare = [(sum(map(is_bare, row.texts)), row) for row in rows[: rows.index(head)]]
+        # "turns:", "1", "", "1" is a caption of tables beside each other.
+        above = [row for row in rows[: rows.index(head)] if not row.texts[0].endswith(":")]
+        bare = [(sum(map(is_bare, row.texts)), row) for row in above]
         if early := next((row for count, row in bare if count > 2 and 2 * count > len(filled_at(row))), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
-        _move_units(grid.rows, head)
         _name_counter(grid, head)
         heads = [row for row in grid.rows if is_head(row)] or [head]
         if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
@@ -151,18 +152,6 @@ def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid
     # A sheet of constants gives what the runs lack.
     dropped = {id(row) for rows in others.values() for row in rows if lacking.isdisjoint(said_in(row))}
     return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
-
-
-def _move_units(rows: list[Row], head: Row) -> None:
-    """Move units that are in a column of their own, without a name, to the header on their left."""
-    for at, text in enumerate([*head.texts, ""]):
-        runs = (row.texts for row in rows if row is not head and at < len(row.texts))
-        cells = [texts[at] for texts in runs if is_number(texts[at - 1])]
-        if at and not text and 2 * len(cells) > len(rows) and len(set(cells)) == 1 and kinds_of(cells[0]):
-            head.texts[at - 1] += f" [{cells[0]}]"
-            for row in rows:
-                if row.texts[at : at + 1] == cells[:1]:
-                    row.texts[at:] = ["", *row.texts[at + 1 :]] if row.texts[at + 1 :] else []
 
 
 def _name_counter(grid: Grid, head: Row) -> None:
@@ -352,12 +341,6 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
             found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
-        # "Radius arm = 16.5 cm"
-        is_named = rest and " " in name and parse_header(name).roles == ("position",) and "position" not in found
-        is_named = is_named and roles.squeezed_words(name) - roles.NOT_THE_WEIGHT
-        quantity = re.fullmatch(rf"({_AMOUNT}\s*{_UNIT})\W*", rest[0]) if is_named else None
-        if quantity and not roles.origin_in(part) and not re.search(_BALL, whole):
-            found["position"] = {quantity[1]: filled[-1]}
     # "60 g (on the scale: 60.0 g)" is one mass.
     values = {role: {(w.value, w.unit) if (w := quantities.take_apart(text)) else text for text in texts}
               for role, texts in found.items()}  # fmt: skip
@@ -498,14 +481,10 @@ class _Sheet:
                 notes += [(grid.cell(row, at), row.texts[at]) for at in filled_at(row)]
         self.units: dict[str, str] = {}
         """Unit of each kind of quantity that a text states for all columns."""
-        told: dict[int, tuple[Text, list[str]]] = {}
         for cell, note in notes:
-            stated = _stated_units(note)
-            self.units |= stated
-            said = [f"{SAID_KINDS.get(kind, kind)} in {unit}" for kind, unit in stated.items()]
-            if said:
-                told.setdefault(cell.place.line, (cell, []))[1].extend(said)
-        self.said += [(cell, "below", ", ".join(said)) for cell, said in told.values()]
+            if stated := _stated_units(note):
+                self.units |= stated
+                self.said.append((cell, "below", ", ".join(f"{kind} in {unit}" for kind, unit in stated.items())))
         names = [name for row in grid.rows if is_head(row) for name in row.texts]
         found = {role for name in names for role in parse_header(name).roles}
         self.any_timed = not found.isdisjoint(roles.TIMINGS) or any(map(turns_in, names))
@@ -526,9 +505,10 @@ class _Sheet:
                 if "time" in explained.roles:
                     self.here[at] = replace(cell, text=words), explained
         for at, (cell, header) in enumerate(self.here if self.units else ()):
-            own = {unit: parse_header(f"{cell.text} [{unit}]") for unit in self.units.values() if header.unit is None}
-            fit = [replace(one, text=cell.text) for unit, one in own.items() if self._fits(header, one)]
-            self.here[at] = cell, fit[0] if len(fit) == 1 else header
+            kinds = self.units.keys() & set(map(roles.kind_of_role, header.roles))
+            if header.unit is None and len(kinds) == 1:
+                own = parse_header(f"{cell.text} [{self.units[min(kinds)]}]")
+                self.here[at] = cell, replace(own, text=cell.text)
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
             sign = squeeze(roles.split_unit(cell.text)[0]).lower()
             if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
@@ -546,14 +526,6 @@ class _Sheet:
             units = Row(0, re.split(r"\s*[;,|\t]\s*", comment.text))
             if len(units.texts) == len(head.texts) > 2 and abs(comment.place.line - head.line) == 1:
                 self._take_units(_units(units))
-
-    def _fits(self, header: Header, with_unit: Header) -> bool:
-        """Return whether a unit that a text states is that of a column, by its role; "trial 2" is a time."""
-        if header.roles in ((), ("run",)):
-            return with_unit.roles == ("time",) and (with_unit.number is not None or bool(turns_in(header.text)))
-        is_symbol = len(squeeze(header.text)) == 1
-        kinds = {roles.kind_of_role(role) for role in with_unit.roles if role in header.roles or is_symbol}
-        return not kinds.isdisjoint(kinds_of(with_unit.unit or ""))
 
     def take(self, row: Row) -> None:
         """Read the next row."""
@@ -640,9 +612,6 @@ class _Sheet:
         for at, text in enumerate(row.texts):
             over = named[at][0].text or over
             name, unit = roles.split_unit(over)
-            if turns_in(over) and (number := re.search("[1-9]", text)):
-                named[at] = (replace(named[at][0], text=f"{name} {number[0]} [{unit}]"), parse_header(over))
-                continue  # "1st, 2nd, 3rd" below "Time of one turn (s)"
             if text and not (parse_header(text).roles and parse_header(text).unit):
                 text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
             if text and not parse_header(text).roles:
@@ -877,8 +846,8 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
         for row, own in zip(rows[:first], cut, strict=False):
             if row not in titles and any(own.texts):
                 # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
-                named = start > 0 and re.fullmatch(r"[^\d=]+:?", row.texts[0]) and (starts[0] or row.texts[0][-1] == ":")
-                words = [*words, _cut(row, [0, *range(start, end)]) if named else own]
+                label = re.fullmatch(r"[^\d=]+" if starts[0] else r"[^\d=]+:", row.texts[0]) if start else None
+                words = [*words, _cut(row, [0, *range(start, end)]) if label else own]
         own_head = replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts])
         blocks.append((words, own_head, [row for row in cut[first + 1 :] if any(row.texts)]))
     blocks[-1][2].extend(notes)

@@ -180,12 +180,7 @@ def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
         return grid
     faults.add("turned", grid.cell(of_table[0], side), names=listing(names.texts, 3))
     rows = []
-    units = [row.texts[side + 1] if len(row.texts) > side + 2 else "" for row in of_table]
-    if sum(bool(kinds_of(unit)) for unit in units) > 1 and not any(map(is_number, units)):
-        # A column of units behind the names.
-        joined = (f"{name} [{unit}]" if kinds_of(unit) else name for name, unit in zip(names.texts, units, strict=True))
-        rows = [Row(of_table[0].line, list(joined), tuple(row.spot(side) for row in of_table))]
-    for at in range(side + 2 if rows else side, width):
+    for at in range(side, width):
         places = [(row, side + 1 if at > side and len(row.texts) == side + 2 < width else at) for row in of_table]
         texts = ["".join(row.texts[k : k + 1]) for row, k in places]
         rows.append(Row(of_table[0].line, texts, tuple(row.spot(k) for row, k in places)))

@@ -308,7 +308,7 @@ class TableReader:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = [row.texts[chosen.at] for row in self.rows]
         if chosen.part:
-            return [match[chosen.part] for text in texts if (match := TWO_READINGS.fullmatch(fold_number(text)))]
+            return [match[chosen.part] for text in texts if (match := re.fullmatch(TWO_READINGS, fold_number(text)))]
         if chosen.role == "mass":
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")

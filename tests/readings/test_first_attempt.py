@@ -164,7 +164,6 @@ FORMS = {
     + '"A = 20.1 g, B = 40.3 g, C = 60.2 g"\n',
     "a result below the table": table(rows=[[*row, "", "4.4e-3"] for row in ROWS], head=[*HEAD, "ω", "I (kg m²)"])
     + "2/5 m r²,,,,,,4.48e-3\n% error,,,,,,0.9%\n",
-    "turns below another name": table(rows=[[*row[:4], "1 rev"] for row in ROWS], head=[*HEAD[:4], "Precession"]),
     "footnotes": table(rows=[[*row[:3], f"{row[3]}*", row[4]] for row in ROWS], head=["mass¹ (g)", *HEAD[1:]])
     + "¹ kitchen scale\n* by phone\n",
     "the time of the day": table("\t", rows=[["14:05", *row] for row in ROWS],
@@ -172,8 +171,6 @@ FORMS = {
     "other words for the ball": table(head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]),
     "quotes for seconds": table(rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
                                 head=[*HEAD[:3], "time", "turns"]).replace('""', '"'),
-    "units in columns of their own": table(rows=[[a, "g", b, "cm", c, "rpm", d, "s", "1"] for a, b, c, d, _ in ROWS],
-                                           head=["mass", "", "position", "", "spin", "", "time", "", "turns"]),
     "unknown units below the names": "mass,position,spin,T,Ωω\n" + table(
         rows=[[*row[:4], "31"] for row in ROWS], head=["g", "cm", "rpm", "s", "rad²/s²"]),
     "blank below a merged cell": "m [g]     x [cm]    f [rpm]   t [s]     turns\n" + "".join(

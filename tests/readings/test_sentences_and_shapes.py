@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 
 import pytest
@@ -34,6 +35,25 @@ def runs(row: str, turns: float = 1.0, masses: Sequence[str] = MASSES) -> str:
 
 def crossed(label: str = "{s}", masses: Sequence[str] = MASSES) -> str:
     return "".join(f"{label.format(s=s)},{','.join(t(m, s) for m in masses)}\n" for s in SPINS)
+
+
+def sheet(mass: str) -> list[list[str]]:
+    head = [["Mass (g)", mass], ["r (cm)", "14.8"], ["Turns", "1"], ["Spin (rpm)", "Time (s)"]]
+    return [*head, *([str(s), t(mass, s)] for s in SPINS)]
+
+
+def program(list_of: str) -> str:
+    """Write each quantity as a list of a program, with its unit in a comment."""
+    columns = (("m", "{m}", "g"), ("rpm", "{s}", ""), ("turns", "1", ""), ("t", "{t}", "s"))
+    cells = {name: ", ".join(runs(cell + ";").split(";")[:-1]) for name, cell, _ in columns}
+    return "".join(f"{name} = {list_of.format(cells[name])}  # {unit}\n" for name, _, unit in columns)
+
+
+def notebook(sources: Sequence[str]) -> str:
+    """Write cells as a notebook of Jupyter."""
+    return json.dumps(
+        {"cells": [{"cell_type": "code", "source": [source]} for source in sources], "nbformat": 4}, indent=1
+    )
 
 
 SURFACE, FROM_SURFACE = "{m};9.72;{s};{t};1\n", "r is measured from the surface of the ball"
@@ -72,7 +92,7 @@ READ = {
     "t;time for one turn in s\n\nm;R;w;t\n" + runs(SHORT),
     "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n" + runs(SHORT),
     "seconds per turn": HEAD.replace("time (s);turns", "sec per turn") + runs(SHORT),
-    "units in the cells": "mass;position;spin;1st trial;turns\n" + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
+    "units in the cells": "mass;position;spin;time;turns\n" + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
     "commas in Markdown": (MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")).replace(".", ","),
     "commas between blanks": (HEAD + runs("{m};  14.8;  {s};  {t};  1\n")).replace(";", "   ").replace(".", ","),
     "names in the second column": "".join(f",{name}{runs(',' + cell)}\n" for name, cell in (
@@ -112,8 +132,6 @@ READ = {
     "a typing error": HEAD.replace("r (cm)", "Postion (cm)") + runs(ROW),
     "two times in a cell": HEAD.replace("time (s)", "times (s)") + runs(ROW.replace("{t}", "{t} / {t}")),
     "numbers of the weights": HEAD.replace("mass (g)", "Weight;mass (g)") + runs("1;" + ROW),
-    "the unit of the mean": HEAD.replace("spin (rpm)", "spin before;spin after;spin avg (rpm)")
-    + runs(ROW.replace("{s}", "{s};{s};{s}")),
     "two weights together": HEAD + runs(ROW.replace("{m}", "{m}+10")).replace("20.1+", "10.1+").replace(
         "40.3+", "30.3+").replace("60.2+", "50.2+"),
     "minutes and seconds": HEAD.replace("time (s)", "time m:ss") + runs(ROW.replace("{t}", "{c}")),
@@ -124,6 +142,48 @@ READ = {
     "a Norwegian unit": HEAD.replace("spin (rpm)", "turtall (o/min)") + runs(ROW),
     "one mass twice": "14,8 cm von der Mitte, je ein Umlauf\n" + "".join(
         f"Masse: {m} g (Waage: {m}0 g)\nspin (rpm);time (s)\n" + runs("{s};{t}\n", 1, [m]) + "\n" for m in MASSES),
+    "results below their own names": workbook({
+        **{f"{m} g": sheet(m) for m in MASSES},
+        "Result": [["I_zz (kg m^2)", "uncertainty (kg m^2)"], ["0.0044", "5e-5"]]}),
+    "a result with its unit in a cell": HEAD + runs(ROW)
+    + ";;;average;0.0044\n;;;standard error;5e-5\nI (kg m2);0.0044\n",
+    "laps that number the runs": "One full turn in every measurement\n" + HEAD.replace("mass", "Lap;mass").replace(
+        ";turns", "") + "".join(f"{n};{row}\n" for n, row in enumerate(runs(SHORT).splitlines(), 1)),
+    "parts in percent": HEAD + runs("{m};14.8;{s};{t};25 %\n", 0.25),
+    "quarters as words": HEAD.replace("turns", "Quarter turns") + runs("{m};14.8;{s};{t};3\n", 0.75),
+    "powers of ten in units": HEAD.replace("(g)", "(10^-3 kg)").replace("(rpm)", "(x10 rpm)").replace(
+        "(s)", "(1/100 s)")
+    + "".join(f"{m};14.8;{s / 10:.1f};{100 * float(t(m, s)):.0f};1\n" for m in MASSES for s in SPINS),
+    "before and after": HEAD.replace("spin (rpm)", "Before (rpm);After (rpm);Average (rpm)")
+    + runs(ROW.replace("{s}", "{s};{s};{s}")),
+    "a bare rpm": HEAD.replace("spin (rpm)", "ball rpm") + runs(ROW),
+    "slashes between the cells": "weight at 14.8 cm\nmass / rpm / turns / time\n"
+    + runs("{m} g / {s} rpm / 1 / {t} s\n"),
+    "a weight on the rod": "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm)\\mass,20.1 g,40.3 g,60.2 g\n"
+    + crossed(),
+    "a formula in Markdown": "We used $x = 14.8$ cm for all runs.\n\n" + MARKDOWN.replace(" r (cm) |", "").replace(
+        "|---", "", 1) + runs("| {m} | {s} | {t} | 1 |\n"),
+    "stamps of a chat": "".join(
+        f"[13/02/2024, 14:0{n}:32] Mia: {row}\n" for n, row in enumerate(
+            runs("{m} g, 14.8 cm, {s} rpm, 1 turn, {t} s\n").splitlines())),
+    "a table of a wiki": '{| class="wikitable"\n! mass (g) !! r (cm) !! spin (rpm) !! turns !! t (s)\n'
+    + runs("|-\n| {m} || 14.8 || {s} || 1 || {t}\n") + "|}\n",
+    "names at the side of three tables": "r = 14.8 cm;;;;;;\nmass:;20.1 g;;40.3 g;;60.2 g;\nturns:;1;;1;;1;\n"
+    + ";rpm;t/s" * 3 + "\n" + "".join(
+        f"run {n}" + "".join(f";{s};{t(m, s)}" for m in MASSES) + "\n" for n, s in enumerate(SPINS, 1)),
+    "three turned tables": "position of the weight: 14.8 cm\n" + "".join(
+        f"\nmass = {m} g, 1 turn\nrpm,206,407,598\ntime (s),{','.join(t(m, s) for s in SPINS)}\n" for m in MASSES),
+    "lists of a program": "import numpy as np\nx = 14.8  # cm\n" + program("np.array([{}])") + "I = m * x / rpm\n",
+    "lists of R": "x <- 14.8  # cm\n" + program("c({})").replace("=", "<-"),
+    "a matrix of MATLAB": "% mass(g)  dist(cm)  spin(rpm)  turns  time(s)\ndata = [\n"
+    + runs("  {m}  14.8  {s}  1  {t};\n") + "];\n",
+    "a table of a notebook": notebook(["# Gyro\n\n" + MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n"), "m.mean()"]),
+    "a string of a notebook": notebook(['data = """' + HEAD + runs(ROW) + '"""\ndf = pd.read_csv(io.StringIO(data))']),
+    "tuples of a notebook": notebook(["# mass (g), r (cm), spin (rpm), turns, t (s)\ndata = [\n"
+                                      + runs("    ({m}, 14.8, {s}, 1, {t}),\n") + "]"]),
+    "a dictionary of a notebook": notebook(["df = pd.DataFrame({\n" + "".join(
+        f'    "{name}": [{", ".join(runs(cell + ";").split(";")[:-1])}],\n' for name, cell in (
+            ("mass_g", "{m}"), ("r_cm", "14.8"), ("spin_rpm", "{s}"), ("turns", "1"), ("time_s", "{t}"))) + "})"]),
     "constants on a second sheet": workbook({
         "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
         "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),
@@ -168,6 +228,8 @@ ASKED = [
     (FULL + PLAIN[0] + runs(PLAIN[1]) + "\nAll times are for 1/3 of a revolution.\n", "G303", "says 1/3"),
     ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
+    ("All times are for half a turn\n" + HEAD.replace("turns", "Lap") + runs(ROW, 0.5), "G303", "rename it to run"),
+    ("# turns: 1/2\n" + HEAD.replace("turns", "Rev") + runs(ROW, 0.5), "G303", "rename it to run"),
     (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and another says"),
     (f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}", "G340", "and another says"),
 ]  # fmt: skip
@@ -190,7 +252,7 @@ def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> Non
     assert is_right(HEAD.replace("time (s)", "time 1 (s);time 2 (s)") + runs("{m};14.8;{s};{t};{t};1\n"))
     hertz = "".join(f"{m};14.8;{s};{s / 60:.3f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
     header = HEAD.replace("spin (rpm)", "spin before (rpm);spin after")
-    assert "write it into the header" in str(read_log(header + hertz).diagnostics)
+    assert 'write the header as "spin after [rpm]"' in str(read_log(header + hertz).diagnostics)
     with pytest.raises(LogError):
         analyze(header + hertz)
     assert is_right(header.replace("spin after", "spin after (Hz)") + hertz)

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from fractions import Fraction
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -90,13 +90,15 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
 
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
-    def later(one: Chosen) -> tuple[bool, ...]:
-        is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
-        return is_number, layout.is_of_means(one.cell.text), one.at in letters, bool(roles.origin_in(one.cell.text))
-
+    # "Weight" above 1, 2 is later than "mass [g]".
+    later = [
+        (one.header.unit is None and one.header.roles in with_unit, layout.is_of_means(one.cell.text), one.at in letters,
+         bool(roles.origin_in(one.cell.text)))
+        for one in columns
+    ]  # fmt: skip
     typed: list[Chosen] = []
     """The columns, with the units of their cells."""
-    for column in sorted(columns, key=later):
+    for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):
         header = column.header
         texts = [row.texts[column.at] for row in table.rows]
         name = squeeze(roles.split_unit(header.text)[0])

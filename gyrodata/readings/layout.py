@@ -244,10 +244,6 @@ def _is_text(row: Row, headers: list[Header]) -> bool:
     return BLANKS.isdisjoint(row.texts[at] for at in filled) and not remark
 
 
-def _has_inertia_unit(text: str) -> bool:
-    return "inertia" in kinds_of(parse_header(text).unit or text)
-
-
 def is_of_means(header: str) -> bool:
     """Return whether a column contains means, by its name."""
     return any(squeeze(word).lower() in roles.MEAN_WORDS for word in re.split(r"[\s_,;()\[\]\-]+", header))
@@ -542,6 +538,8 @@ class _Sheet:
         is_note = first < len(headers) and "note" in headers[first].roles
         # "R2" in a full row is a label.
         is_note |= bool(re.fullmatch(r"[A-Z][0-9]", row.texts[first])) and len(filled_at(row)) >= len(headers)
+        names = [text for text in row.texts if not is_number(text)]
+        names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
         if is_head(row):
             if self.fresh and not self.words:
                 self._leave_out("title", self.head)  # a row of names above the header
@@ -561,12 +559,12 @@ class _Sheet:
         elif _is_text(row, headers):
             self.words.append(row)
             # "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
-            self.below_results = bool(self.runs) and len(filled_at(row)) > 1 and any(map(_has_inertia_unit, row.texts))
+            self.below_results = bool(self.runs) and len(filled_at(row)) > 1 and names_result
         elif any(re.search(NOT_USED, text) for text in row.texts if not is_number(text)):
             self._leave_out("taken_out", row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
-        elif not is_note and (self.below_results or self._is_result(row)):
+        elif not is_note and (self.below_results or names_result or self._is_result(row)):
             self._leave_out("summary", row)
         else:
             self._take_run(row)
@@ -586,8 +584,6 @@ class _Sheet:
         """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
         filled = filled_at(row)
         text, written = row.texts[filled[0]], quantities.take_apart(row.texts[filled[0]])
-        if any(_has_inertia_unit(cell) and not is_number(cell) for cell in row.texts):
-            return True
         timed = (at for at, (_, header) in enumerate(self.here) if set(header.roles).intersection(roles.TIMINGS))
         # "standard error" may be in the column of the times; "l2.3" is a time.
         label = filled[0] if 2 * len(filled) < len(self.here) and re.search(r"[^\W\d_]{3}", text) else None

@@ -87,15 +87,14 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     bare = [one for one in columns if one.header.unit is None]
     letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
     timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
-
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
-    # "Weight" above 1, 2 is later than "mass [g]".
-    later = [
-        (one.header.unit is None and one.header.roles in with_unit, layout.is_of_means(one.cell.text), one.at in letters,
-         bool(roles.origin_in(one.cell.text)))
-        for one in columns
-    ]  # fmt: skip
+    later = []
+    for one in columns:
+        is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
+        later.append(
+            (is_number, layout.is_of_means(one.cell.text), one.at in letters, roles.origin_in(one.cell.text) > "")
+        )
     typed: list[Chosen] = []
     """The columns, with the units of their cells."""
     for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):

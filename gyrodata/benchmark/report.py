@@ -32,11 +32,7 @@ class Benchmark(Struct, frozen=True):
 
 
 def run_benchmark(
-    effort: Effort,
-    clock: Clock,
-    seed: int = 1,
-    progress: Callable[[int], None] | None = None,
-    machine: str = "",
+    effort: Effort, clock: Clock, seed: int = 1, progress: Callable[[int], None] | None = None, machine: str = ""
 ) -> Benchmark:
     """Run all parts; `progress` is called with the percentage that is done."""
     show = progress or (lambda _percent: None)

@@ -110,9 +110,7 @@ app = typer.Typer(
 
 
 @app.callback(invoke_without_command=True)
-def _gyro(
-    version: Annotated[bool, typer.Option("--version", "-V", help="Show the version and exit.")] = False,
-) -> None:
+def _gyro(version: Annotated[bool, typer.Option("--version", "-V", help="Show the version and exit.")] = False) -> None:
     if version:
         write_out(f"gyro {__version__}\n")
         raise typer.Exit

@@ -129,9 +129,7 @@ def benchmark(
 SchemaName = Literal["analysis", "check", "grades", "predictions", "selfcheck", "rubric", "diagnostics"]
 
 
-def schema(
-    name: Annotated[SchemaName, typer.Argument(metavar="NAME", show_choices=False)] = "analysis",
-) -> None:
+def schema(name: Annotated[SchemaName, typer.Argument(metavar="NAME", show_choices=False)] = "analysis") -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text

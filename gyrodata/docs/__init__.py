@@ -5,16 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-PAGES = (
-    "first-timer",
-    "log-format",
-    "theory",
-    "statistics",
-    "approximations",
-    "instructors",
-    "python",
-    "pipelines",
-)
+PAGES = ("first-timer", "log-format", "theory", "statistics", "approximations", "instructors", "python", "pipelines")
 """Names of the pages, in the order of the list."""
 
 WIDEST = 100

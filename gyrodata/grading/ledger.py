@@ -10,6 +10,7 @@ import hashlib
 import io
 import math
 import re
+import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import chain, combinations, permutations, zip_longest
 from pathlib import Path
@@ -252,9 +253,11 @@ def forms_of(name: str) -> list[str]:
 
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
-    words = re.findall(r"[^\W_]+", name.casefold())
+    # "Lucía" is "Lucia" in many lists.
+    name = "".join(sign for sign in unicodedata.normalize("NFD", name.casefold()) if not unicodedata.combining(sign))
+    words = re.findall(r"[^\W_]+", name)
     joined = ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
-    return [name.casefold(), " ".join(sorted(words)), *joined]
+    return [name, " ".join(sorted(words)), *joined]
 
 
 def read_number(text: str) -> float | None:

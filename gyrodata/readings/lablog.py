@@ -547,7 +547,7 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     if not close and value[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
         close = [one for name in names for one in roles.name_roles(name)[0] if roles.kind_of_role(one) != "text"]
-    if close:
+    if close and not roles.turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         # Of "14.8 cm from centre" the value is meant.
         match = re.match(rf"{quantities.NUMBER}\s*\S*", value) if close[0] in roles.ROLES else None
         written = text.text if text.text != value else key

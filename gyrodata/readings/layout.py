@@ -106,9 +106,10 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
 def _with_commented_header(grid: Grid) -> Grid:
     """Add the header that a program wrote behind #, if it has as many names as the rows have cells."""
     width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
-    for text in (*grid.comments, *(text for _, text in grid.metadata)):
-        cells = re.split(r"\s+" if grid.delimiter == "\t" else re.escape(grid.delimiter), text.text)
-        row = Row(text.place.line, [cell.strip() for cell in cells])
+    signs = (r"\s+" if grid.delimiter == "\t" else re.escape(grid.delimiter), ",")
+    texts = [*grid.comments, *(text for _, text in grid.metadata)]
+    for text, sign in ((text, sign) for text in texts for sign in signs):
+        row = Row(text.place.line, [cell.strip() for cell in re.split(sign, text.text)])
         if len(row.texts) == width and is_head(row):
             return replace(grid, rows=sorted([*grid.rows, row], key=lambda row: row.line))
     return grid
@@ -461,7 +462,8 @@ class _Sheet:
         """What captions gave last: a position or turns are valid until others are given."""
         self.said: list[tuple[Text, str, str]] = []
         """Each caption, whether its runs are below or above it, and what was read of it."""
-        texts = [(": " if len(filled_at(row)) == 2 else " ").join(filter(None, row.texts)) for row in grid.rows]
+        texts = [re.sub(r"^([^=:\0]*)\0(?=[^\0]*$)", r"\1: ", "\0".join(filter(None, row.texts))) for row in grid.rows]
+        texts = [text.replace("\0", ", ") for text in texts]
         texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
         self.legend: dict[str, str] = {}
         """What a line such as "d = distance from centre in cm" says of a short header."""
@@ -556,6 +558,8 @@ class _Sheet:
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
         elif not is_note and not roles.SUMMARY_WORDS.isdisjoint(squeeze(word).lower() for word in start):
             self._leave_out("summary", row)
+            # "slope", "intercept" above numbers
+            self.below_results |= sum(squeeze(text).lower() in roles.SUMMARY_WORDS for text in row.texts) > 1
         elif _is_text(row, headers):
             self.words.append(row)
             # "I_zz (kg m^2), uncertainty (kg m^2)": the numbers below are results.
@@ -699,7 +703,9 @@ class _Sheet:
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
             of_row = said_in(row)
-            for cell, header in self.here if "turns" not in self.decided else ():
+            legends = filter(None, map(_LEGEND.fullmatch, row.texts))
+            is_legend = any(squeeze(one[2]) in self.legend for one in legends)
+            for cell, header in self.here if "turns" not in self.decided and not is_legend else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
                 if (
                     turns

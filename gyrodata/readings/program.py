@@ -14,7 +14,7 @@ _NAME = r"(?m)^[\s{(,]*(?:\w+\s*=\s*[\w.]+\(\{)?\s*(?P<name>\"[^\"\n]+\"|'[^'\n]
 _SAID = r"[^#%\n]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
 _LIST = rf"{_NAME}(?:[\w.]+\(|[\[(])+(?P<cells>[^\[\](){{}}=#%:]+)[\])]+{_SAID}"
 """A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g": [20.1, 40.2]``."""
-_ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)\b{_SAID}"
+_ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)[ \t]*[;,]?[ \t]*(?:$|[#%]+[ \t]*(?P<said>[^\n]*))"
 """A single number: ``x = 15.0  # cm``."""
 _CODE = (
     r"^\s*\w+\s*=\s*(?:[\w.]*\()*(?:\"\"\"|'''|[\[({]+)|\"\"\"|'''|^[\s\[(]*(?=[-+\d.])"
@@ -25,14 +25,21 @@ _CODE = (
 
 def table_of(text: str) -> str:
     """Return the lists of a program as the columns of a table, or its rows without brackets."""
-    if text.startswith("{"):
-        text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
+    notes: list[str] = []
+    if text[:1] in "{[":
+        data = msgspec.json.decode(text)
+        if "cells" not in data:
+            rows = data if isinstance(data, list) else next(one for one in data.values() if isinstance(one, list))
+            return "\n".join(["\t".join(rows[0]), *("\t".join(map(str, row.values())) for row in rows)]) + "\n"
+        cells = [(cell["cell_type"], "".join(cell["source"])) for cell in data["cells"]]
+        text = "\n".join(source for _, source in cells)
+        notes = [f"# {line}" for kind, source in cells if kind == "markdown" for line in source.split("\n") if line]
     lists = [
         (_header(found), re.split(r"[\s,;]+", found["cells"].strip(" ,;\n"))) for found in re.finditer(_LIST, text)
     ]
     often = Counter(len(cells) for _, cells in lists if len(cells) > 2).most_common(1)
     columns = [(header, cells) for header, cells in lists if often and len(cells) == often[0][0]]
-    comments = [f"# {line.lstrip(' #%')}" for line in text.split("\n") if re.match(r"\s*[#%]", line)]
+    notes += [f"# {line.lstrip(' #%')}" for line in text.split("\n") if re.match(r"\s*[#%]", line)]
     if len(columns) < 2:
         lines = (re.sub(_CODE, "", re.sub(r"^\s*%+", "#", line)) for line in text.split("\n"))
         return "\n".join(line for line in lines if not re.match(r"\s*(?:import|from|print|df)\b", line))
@@ -40,7 +47,7 @@ def table_of(text: str) -> str:
     given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
     rows = zip(*(cells for _, cells in columns), strict=True)
     table = [", ".join(header for header, _ in columns), *map(", ".join, rows)]
-    return "\n".join([*comments, *given, *table]) + "\n"
+    return "\n".join([*dict.fromkeys(notes), *given, *table]) + "\n"
 
 
 def _header(found: re.Match[str]) -> str:

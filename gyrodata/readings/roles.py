@@ -140,7 +140,7 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     return fault, f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip()
 
 
-_MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*`\\{}", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
+_MARKS = str.maketrans(dict.fromkeys("_-.:'’<>|^$*~`\\{}", "") | {"ł": "l", "ϕ": "φ", "ı": "i", "ß": "ss"})
 
 
 @lru_cache(maxsize=8192)
@@ -267,7 +267,7 @@ def parse_header(text: str) -> Header:
     if match := re.search(_SPREAD, rest):
         spread = f"{match[1]} {match[2].strip()}".strip()
         rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
-    name, unit = split_unit(rest)
+    name, unit = split_unit(re.sub(r"(?<=[\])]) Run #\d+$", "", rest))
     name = re.sub(r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name)  # "mean of 5 trials"
     name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
     if unit is None and kinds_of(spread.partition(" ")[2]):
@@ -309,8 +309,8 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == {"angle", "number"} and not kept and re.search(PRECESSION, name):
-        kept = ("turns",)  # "Precession (turns)", "precession timed (rev)"
+    elif kinds == {"angle", "number"} and not kept and not is_of_the_spin(name):
+        kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
     elif "time" in kinds and "/" in unit and not kept:

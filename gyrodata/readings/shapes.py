@@ -100,7 +100,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         for number, row in enumerate(below):
             texts = [*row.texts, *[""] * (max(cells) + 1 - len(row.texts))]
             label = [text for text, _ in labels[number].values()] if labels else []
-            for at, quantity in cells.items() if any(texts[at] for at in cells) else ():
+            for at, quantity in ((at, quantity) for at, quantity in cells.items() if texts[at]):
                 spots = (*[row.spot(0)] * len(label), *map(row.spot, others), head.spot(at), row.spot(at))
                 rows.append(Row(row.line, [*label, *(texts[other] for other in others), quantity, texts[at]], spots))
         faults.add("crossed", grid.cell(head, min(cells)), line=[head.line], role=role, time=time)

@@ -76,7 +76,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
         return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
     is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b", data)
-    is_table = is_page or (data[:1] == b"{" and b'"cells"' in data)
+    is_table = is_page or re.match(_OTHER_FILES["JSON"], data)
     if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
         raise faults.refuse("other_kind", kind=kind)
     text, page = decode(data, faults)
@@ -89,7 +89,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
         try:
             text = program.table_of(text)
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, AttributeError, StopIteration, IndexError):
             raise faults.refuse("other_kind", kind="JSON") from None
     faults = Faults(shown, text)
     if page:

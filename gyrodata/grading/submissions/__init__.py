@@ -156,7 +156,7 @@ def _joined(
     log, words = submission.choose_log(own, partial(read_file, files.root), attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
-    texts = {name for name in {**parts, **own} if name[-1] != "/" and ending(own.get(name, ".txt")) in TEXTS}
+    texts = {name for name in {**parts, **own} if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS}
     late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
     seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
     problem = None if log else f"{words}; {damaged}" if damaged else words

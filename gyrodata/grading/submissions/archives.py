@@ -31,9 +31,10 @@ MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and b
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
-REPORTS = (".tex", ".docx", ".html", ".htm", ".ipynb", ".py", "")  # of files that are a log if it is a table in them
+# Endings of files that are a log if it is a table in them.
+REPORTS = (".tex", ".docx", ".odt", ".html", ".htm", ".ipynb", ".py", ".r", ".m", ".json", "")
 # Endings of files with the answer.
-TEXTS = (*WORKBOOKS, ".txt", ".md", ".html", ".htm", ".text", ".toml", ".docx", ".tex", ".ipynb")
+TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS[:-1])
 
 
 class Listing(Struct, frozen=True):

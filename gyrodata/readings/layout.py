@@ -272,7 +272,7 @@ _SEVERAL_WEIGHTS = re.compile(
 """Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
 _TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
-_TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
+TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
 _PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
 """What a part of a turn is: "three screws = once around"."""
@@ -291,7 +291,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
     words = {word for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
     timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
-    if found & {"mass", "time"} or timed or re.search(_TIMED, clause):
+    if found & {"mass", "time"} or timed or re.search(TIMED, clause):
         return turns
     others = [word for word in words if len(word) > 2 and not roles.is_of_turns(word) and not roles.name_roles(word)[0]]
     return turns if len(others) < 2 else ""
@@ -305,7 +305,7 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
         goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
         goes_on = goes_on and bool(re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts)))
         # "we timed half a turn" needs no beginning.
-        goes_on = goes_on and not (said_in(row) and (said_in(last) or re.search(_TIMED, " ".join(row.texts))))
+        goes_on = goes_on and not (said_in(row) and (said_in(last) or re.search(TIMED, " ".join(row.texts))))
         if goes_on and last is not row and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1:
             spots = tuple(one.spot(at) for one in (last, row) for at in range(len(one.texts)))
             joined[-1] = Row(last.line, [*last.texts, *(text.removeprefix("#") for text in row.texts)], spots)
@@ -670,11 +670,14 @@ class _Sheet:
         wanted = {*roles.TIMINGS} - ({"precession_rate"} if timed else set())
         timings = [header.text for _, header in self.here if not wanted.isdisjoint(header.roles)]
         title = " ".join(text for words in self.words for text in words.texts if text[:1] != "#")
-        means = is_of_means(title) or (bool(timings) and all(map(is_of_means, timings)))
+        means = (is_of_means(title) and not turns_in(title)) or (bool(timings) and all(map(is_of_means, timings)))
         untimed = self.any_timed and not timings and not any(map(turns_in, names))
-        if untimed or (means and self.runs and not self.only_means):
+        titles = [text for words in self.words for text in words.texts if len(text) < 60]
+        bad = any(re.search(vocabulary.pattern("not_measured"), text) and not re.search(TIMED, text) for text in titles)
+        bad &= sum(map(is_head, self.grid.rows)) > 1
+        if untimed or bad or (means and self.runs and not self.only_means):
             self.skipped = True
-            why = "untimed_table" if untimed else "table_of_means"
+            why = "untimed_table" if untimed else "table_not_measured" if bad else "table_of_means"
             self.faults.add(why, self.here[0][0], line=[self.head.line])
             return
         self.only_means = means if not self.runs else self.only_means

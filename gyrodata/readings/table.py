@@ -478,15 +478,27 @@ class TableReader:
         elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
             self.faults.add("line_not_used", given.place, given=given, header=column.header)
 
-    def _check_counter(self, turns: Column) -> None:
-        """Report each line that states turns if no cell of a column such as "Lap" agrees with it."""
-        given, texts = self.settings.roles.get("turns"), filter(turns_in, layout.texts_of(self.grid))
-        lines = {line: layout.said_in(sources.Row(1, [line])).get("turns", ("", 0))[0] for line in texts}
-        lines |= {f"{given.label}: {given.text}": given.text} if given else {}
-        for line, said in lines.items():
-            if said and all(abs((value or 0.0) - read_cell(said, "number", "").value) > 0.02 for value in turns.values):
-                values = {"line": line, "turns": said, "header": turns.header, "says": turns.readings[0].text}
-                self.faults.add("turns_contradict_line", turns.place(0), **values)
+    def _compare_with_texts(self, columns: dict[str, Column]) -> None:
+        """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""
+        counted = next((columns[role] for role in ("turns", "angle", "precession_period") if role in columns), None)
+        heads = [cell.text for cell in self.table.cells]
+        texts = [text for text in layout.texts_of(self.grid) if turns_in(text) and not all(head in text for head in heads)]
+        timed = [re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text])) for text in texts]
+        lines = {text: turns_in(text) for text, is_timed in zip(texts, timed, strict=True) if is_timed}
+        is_counter = counted is not None and roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS
+        if is_counter and (given := self.settings.roles.get("turns")):
+            lines[f"{given.label}: {given.text}"] = given.text
+        for line, said in lines.items() if counted and not counted.header.startswith("--") else ():
+            full = 2 * math.pi if counted.role == "angle" else 1.0
+            whole = counted.role == "precession_period"
+            turns = [1.0 if whole else (value or 0.0) / full for value in counted.values]
+            if any(abs(one - read_cell(said, "number", "").value) < 0.02 for one in turns):
+                continue
+            if is_counter:
+                values = {"line": line, "turns": said, "header": counted.header, "says": counted.readings[0].text}
+                self.faults.add("turns_contradict_line", counted.place(0), **values)
+            else:
+                self.faults.add("note", note=line, role="time" if whole else "number of turns")
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -513,8 +525,7 @@ class TableReader:
                         self.faults.add("turns_contradict_header", given.place(run), says=says, **values)
                         break
         turns = columns.get("turns")
-        if turns and roles.squeeze(turns.header).lower() in roles.COUNTER_WORDS:
-            self._check_counter(turns)
+        self._compare_with_texts(columns)
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
             meant, doubt = rounded_turns(text)

@@ -160,11 +160,11 @@ def parse(text: str) -> Unit:
     if len(text) > MAX_UNIT_LENGTH:
         raise UnitError(f"a unit of {len(text)} characters; at most {MAX_UNIT_LENGTH} are read")
     rest = fold_letters(text.strip()).translate(_PRODUCT_SIGNS).replace("**", "^").strip()
+    for way, usual in _USUAL:
+        rest = re.sub(way, usual, rest)
     if scaled := re.fullmatch(_SCALED, rest):
         power, unit = int(scaled[1] or 0) + len(scaled[2] or "") - len(scaled[3] or ""), parse(scaled[4])
         return Unit(f"10^{power} {unit.text}", float(f"1e{power}") * unit.factor, unit.dimensions)
-    for way, usual in _USUAL:
-        rest = re.sub(way, usual, rest)
     up: list[str] = []
     down: list[str] = []
     dimensions, factor, position = Dimensions(), 1.0, 0

@@ -513,6 +513,7 @@ class _Sheet:
                 # "±" or "error" belongs to the column on its left.
                 header = replace(header, roles=(f"u_{left.roles[0]}",), unit=header.unit or left.unit)
                 self.here[at] = replace(cell, text=f"u({left.text})"), header
+        self.named = list(self.here)
         beyond = len(head.texts)
         self.apart = not any("".join(row.texts[beyond : beyond + 1]) for row in self.grid.rows)
         """Whether a blank column separates the table from what is on its right."""
@@ -547,6 +548,10 @@ class _Sheet:
                 self._leave_out("title", self.head)  # a row of names above the header
             self.begin(row)
         elif self.fresh and (units := _units(row)):
+            kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
+                     for _, header in self.here if header.unit and header.roles]  # fmt: skip
+            if any(map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()):
+                self.here = list(self.named)  # the first row, such as "S, t, N", contains symbols
             self._take_units(units)
         elif (
             self.fresh

@@ -45,8 +45,8 @@ def table_of(text: str) -> str:
         return "\n".join(line for line in lines if not re.match(r"\s*(?:import|from|print|df)\b", line))
     single = ((parse_header(_header(found)), found["cells"]) for found in re.finditer(_ONE, text))
     given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
-    rows = zip(*(cells for _, cells in columns), strict=True)
-    table = [", ".join(header for header, _ in columns), *map(", ".join, rows)]
+    runs = zip(*(cells for _, cells in columns), strict=True)
+    table = [", ".join(header for header, _ in columns), *map(", ".join, runs)]
     return "\n".join([*dict.fromkeys(notes), *given, *table]) + "\n"
 
 

@@ -309,7 +309,7 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == {"angle", "number"} and not kept and not is_of_the_spin(name):
+    elif kinds == {"angle", "number"} and not kept and "time" not in found and not is_of_the_spin(name):
         kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
@@ -681,9 +681,9 @@ def noted_centre(note: str) -> bool:
     return is_position and from_centre(note) and bool(re.search(_FROM, note))
 
 
-_WIDE, _RADIUS, _SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
+WIDE, _RADIUS, _SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
 _LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
-DIAMETER = rf"(?:{_WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{_WIDE}"
+DIAMETER = rf"(?:{WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
 
 
 def diameter_in(sentence: str) -> str:

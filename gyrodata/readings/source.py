@@ -460,7 +460,7 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     if match is None or key not in (*roles.CONSTANTS, "ball_radius"):
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
-    value = re.split(r"\.\s", match[2].replace("\t", " "))[0]
+    value = re.split(r"\.\s|\s\([^\d()]*\)$", match[2].replace("\t", " "))[0]
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True

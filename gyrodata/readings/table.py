@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import re
@@ -319,11 +320,12 @@ class TableReader:
         meant: dict[str, str] = {}
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
         names = {text for text in texts if text[:1].isalpha() and len(text) <= 20} if chosen.role in roles.LOADS else ()
-        if chosen.role == "mass" and unit is None and all(re.fullmatch("[1-9]?", text) for text in texts):
-            names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight"
+        if chosen.role in ("mass", "position") and unit is None and all(re.fullmatch("[1-9]?", text) for text in texts):
+            names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:
             owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
-            quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?=\s*(?:[,;)\"]|$)|\s{{2}}|\t)"
+            behind = r"\s*(?:[,;)\"]|$)|\s{2}|\t|\s+(?:from|von|ab|du|desde|dal|от|od)\b"
+            quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
             stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:]\s*{quantity}"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
             if len(found) == 1:
@@ -371,6 +373,12 @@ class TableReader:
                 meant = said_otherwise(text, role) if is_word else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
+                # "8.83 (maybe late)"
+                remark = re.fullmatch(rf"({quantities.NUMBER}[^()]*?)\s*\([^\W\d][^()\d=±%]*\)", text)
+                if remark and not turns_in(text) and not roles.altered_role(f"{role}: {text}"):
+                    with contextlib.suppress(UnitError):
+                        read[text] = read_cell(remark[1], kind, unit, ask)
+                        continue
                 if error.code == diagnostics.UNIT_MISSING:
                     faults.add(
                         "no_unit", chosen.cell.place, text=chosen.header.text[:60], role=role, kind=units.KINDS[kind]
@@ -478,27 +486,28 @@ class TableReader:
         elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
             self.faults.add("line_not_used", given.place, given=given, header=column.header)
 
-    def _compare_with_texts(self, columns: dict[str, Column]) -> None:
+    def _compare_with_texts(self, counted: Column) -> None:
         """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""
-        counted = next((columns[role] for role in ("turns", "angle", "precession_period") if role in columns), None)
         heads = [cell.text for cell in self.table.cells]
-        texts = [text for text in layout.texts_of(self.grid) if turns_in(text) and not all(head in text for head in heads)]
+        texts = [
+            text for text in layout.texts_of(self.grid) if turns_in(text) and not all(head in text for head in heads)
+        ]
         timed = [re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text])) for text in texts]
         lines = {text: turns_in(text) for text, is_timed in zip(texts, timed, strict=True) if is_timed}
-        is_counter = counted is not None and roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS
+        is_counter, role = roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS, "number of turns"
         if is_counter and (given := self.settings.roles.get("turns")):
             lines[f"{given.label}: {given.text}"] = given.text
-        for line, said in lines.items() if counted and not counted.header.startswith("--") else ():
-            full = 2 * math.pi if counted.role == "angle" else 1.0
-            whole = counted.role == "precession_period"
-            turns = [1.0 if whole else (value or 0.0) / full for value in counted.values]
-            if any(abs(one - read_cell(said, "number", "").value) < 0.02 for one in turns):
+        values, full = [value or 0.0 for value in counted.values], 2 * math.pi if counted.role == "angle" else 1.0
+        if counted.role == "precession_period":
+            values, role = [1.0], "time"
+        for line, said in lines.items():
+            if any(abs(value / full - read_cell(said, "number", "").value) < 0.02 for value in values):
                 continue
             if is_counter:
-                values = {"line": line, "turns": said, "header": counted.header, "says": counted.readings[0].text}
-                self.faults.add("turns_contradict_line", counted.place(0), **values)
+                told = {"line": line, "turns": said, "header": counted.header, "says": counted.readings[0].text}
+                self.faults.add("turns_contradict_line", counted.place(0), **told)
             else:
-                self.faults.add("note", note=line, role="time" if whole else "number of turns")
+                self.faults.add("note", note=line, role=role)
 
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
@@ -525,7 +534,9 @@ class TableReader:
                         self.faults.add("turns_contradict_header", given.place(run), says=says, **values)
                         break
         turns = columns.get("turns")
-        self._compare_with_texts(columns)
+        counted = next((columns[role] for role in ("turns", "angle", "precession_period") if role in columns), None)
+        if counted and not counted.header.startswith("--"):
+            self._compare_with_texts(counted)
         texts = [reading.text if reading.u is None else "" for reading in turns.readings] if turns else []
         for text in dict.fromkeys(text for text in texts if re.search("[.,]", text)):
             meant, doubt = rounded_turns(text)
@@ -701,6 +712,8 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
     elif role == "spin" and (turned := [one for one in told if one not in of_the_rod]):
         hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
+    elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
+        hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? {hint}'
     return message, hint

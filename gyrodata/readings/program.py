@@ -10,8 +10,8 @@ import msgspec
 from gyrodata.readings.roles import parse_header
 from gyrodata.units import kinds_of
 
-_NAME = r"(?m)^[\s{(,]*(?:\w+\s*=\s*[\w.]+\(\{)?\s*(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
-_SAID = r"[^#%\n]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
+_NAME = r"(?m)(?:^|[{(,])\s*(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
+_SAID = r"[\])} \t;]*(?:,(?=[ \t]*[#%]))?[ \t]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
 _LIST = rf"{_NAME}(?:[\w.]+\(|[\[(])+(?P<cells>[^\[\](){{}}=#%:]+)[\])]+{_SAID}"
 """A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g": [20.1, 40.2]``."""
 _ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)[ \t]*[;,]?[ \t]*(?:$|[#%]+[ \t]*(?P<said>[^\n]*))"

@@ -87,7 +87,8 @@ def test_copy_with_every_number_changed_by_1_percent(logs: dict[str, Student], p
     random, found = np.random.default_rng(4), 0
     for one in list(logs.values())[:16]:
         by = random.uniform(0.99, 1.01, (2, 9))
-        rows = replace(one.rows, spin=np.round(by[0] * one.rows.spin), time=by[1] * one.rows.time)
+        mass = np.round(random.uniform(0.997, 1.003, 9) * one.rows.mass, 5)
+        rows = replace(one.rows, mass=mass, spin=np.round(by[0] * one.rows.spin), time=by[1] * one.rows.time)
         flags = flag_class({**prints, "zz": print_of(with_rows(one, rows, one.number).log())})
         found += [(flag.kind, set(flag.students)) for flag in flags] == [("similar spins", {one.key, "zz"})]
     assert found >= 11

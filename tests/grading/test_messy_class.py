@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from pathlib import Path
 
 import openpyxl
@@ -12,8 +13,9 @@ from classes.cells import gyro
 from grading.classes import LOG, make_folder, packed
 from grading.reports import a_log
 
+from gyrodata.grading.ledger import forms_of
 from gyrodata.grading.submissions import find_submissions
-from gyrodata.grading.submissions.answers import read_answers
+from gyrodata.grading.submissions.answers import partners_in, read_answers
 from gyrodata.readings import read_log
 
 WORD = "<w:p><w:r><w:t>Result: (4.43 ± 0.05)·10</w:t></w:r><w:r><w:t>-3</w:t></w:r><w:r><w:t> kg m²</w:t></w:r></w:p>"
@@ -95,6 +97,100 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     (room.home / "class" / "p3" / "lab.csv").write_text(a_log(1, "# partner: none, I worked alone"), encoding="utf-8")
     rows = room.grade()
     assert [rows[key][what] for key in ("p1", "p2", "p3") for what in ("flags", "look")] == [""] * 6
+
+
+TOGETHER = [
+    "Messpartner: {}",
+    "Authors: Ann Lee, {}, Dev Patel",
+    "Team {} & Dev Patel",
+    "We measured with {} as agreed.",
+]
+
+
+@pytest.mark.parametrize("words", TOGETHER)
+def test_partners_are_found_by_their_full_names_in_any_words(room: Room, words: str) -> None:
+    for key, other in (("p1", "Ann Lee"), ("p2", "Dev Patel")):
+        (room.home / "class" / key / "lab.csv").write_text(a_log(0), encoding="utf-8")
+        (room.home / "class" / key / "note.txt").write_text(words.format(other), encoding="utf-8")
+    rows = room.grade()
+    assert [rows[key]["flags"] for key in ("p1", "p2")] == ["", ""]
+
+
+def test_accents_in_names_do_not_matter() -> None:
+    assert set(forms_of("Lucía Ibáñez")) >= set(forms_of("Lucia Ibanez")) - {"lucia ibanez"}
+
+
+SECOND = ["I_zz = (4.90 ± 0.05)e-3 kg m^2", "Our result: (4.90 ± 0.05) x 10^-3 kg m^2 for I_zz"]
+
+
+@pytest.mark.parametrize("text", SECOND)
+@pytest.mark.parametrize(("name", "looks"), [("report.md", True), ("report_draft.md", False)])
+def test_second_answer_in_another_file_is_shown_to_a_person(room: Room, text: str, name: str, looks: bool) -> None:
+    (room.home / "class" / "p3" / name).write_text(text, encoding="utf-8")
+    row = room.grade()["p3"]
+    assert (row["status"], "two answers" in row["look"]) == ("graded", looks)
+
+
+ANSWERS = {
+    "results.csv": "quantity,value,uncertainty,unit\nI_zz,0.00440,0.00005,kg m^2\nR^2,0.997,,\n",
+    "result.json": '{"I_zz": 0.00440, "uncertainty": 5e-05, "unit": "kg m^2"}',
+    "analysis.R": "I <- m * x\n# So I_zz = (4.40 +/- 0.05)e-3 kg m^2\n",
+    "report.odt": packed({"content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"}),
+    "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
+    "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
+    "ja.txt": "慣性モーメントは 4.40×10^-3 kg m^2、不確かさは 0.05×10^-3 kg m^2 です。",
+    "cs.txt": "Moment setrvačnosti je 4,40·10^-3 kg m² s chybou 0,05·10^-3 kg m².",
+}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_answer_in_another_kind_of_file_is_read(name: str) -> None:
+    text = ANSWERS[name]
+    found = read_answers(None, [(name, text.encode() if isinstance(text, str) else text)]).inertia
+    assert found is not None
+    assert (found.value, found.u, found.fault) == (pytest.approx(4.4e-3), pytest.approx(5e-5), None)
+
+
+OTHER_UNITS = [
+    "(4.40 ± 0.05) x 10^-3 kg/m^2",
+    "4.40e-3 ± 0.05e-3 kg m^3",
+    "0.00440 ± 0.00005 kg·m²/rad",
+    "0.00440 ± 0.00005",
+]
+
+
+@pytest.mark.parametrize("text", OTHER_UNITS)
+def test_answer_with_a_wrong_unit_or_without_one_is_an_answer(text: str) -> None:
+    for name in ("I_zz", "I"):
+        found = read_answers(None, [("a.txt", f"{name} = {text}".encode())]).inertia
+        assert found is not None
+        assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5))
+        assert found.fault in ("wrong unit", "no unit")
+
+
+def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
+    said = {"field": "<p>I_zz is 0.00440 kg m^2 plus or minus 0.00005 kg m^2.</p>", "comment": "none"}
+    said = {**said, "comment": "I worked with Ann Lee."}
+    receipt = "Name: Dev Patel (p1)\nAssignment: Lab\n\nSubmission Field:\n{field}\n\nComments:\n{comment}\n"
+    stem = "Lab_p1_attempt_2026-03-09-14-05-59"
+    folder = make_folder(tmp_path / "class", {f"{stem}_lab.csv": LOG, f"{stem}.txt": receipt.format(**said)})
+    (item,) = find_submissions(folder).items
+    log, answers = item.read()
+    assert answers.inertia is not None
+    assert (answers.inertia.value, answers.inertia.u) == (4.4e-3, 5e-5)
+    assert "Ann Lee" in partners_in(log, item.reports())
+
+
+def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:
+    code = 'df = pd.DataFrame({"mass_g": [20, 20, 40], "position_cm": [15, 15, 15], "spin_rpm": [200, 400, 400], '
+    code += '"time_s": [20.5, 41.1, 20.6]})'
+    cells = [("code", code), ("markdown", "Each time is for one complete revolution of the rod.")]
+    for kept in (cells, cells[:1]):
+        told = [{"cell_type": kind, "source": [source]} for kind, source in kept]
+        folder = make_folder(tmp_path / str(len(kept)), {"ann/lab.ipynb": json.dumps({"cells": told})})
+        (item,) = find_submissions(folder).items
+        assert (item.problem, [one.code for one in item.read()[0].diagnostics if one.severity == "error"]) == (
+            None, [] if len(kept) == 2 else ["G301"])  # fmt: skip
 
 
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:

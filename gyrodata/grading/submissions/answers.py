@@ -129,7 +129,7 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
         text = re.sub(r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text)
-        text = " ".join(re.sub(r'[{}"]|"units?":|,(?!\d)', " ", text).split())
+        text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
         text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
     # In LaTeX, the rest of a line behind % is a comment.

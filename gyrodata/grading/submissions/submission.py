@@ -165,12 +165,14 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
     else:
         # If the names differ, the log is the only file that can be read as one.
         fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
+        nearly: list[str] = []  # with columns of a log
         for name, own in logs.items():
             with suppress(GyroError):
                 texts.append((own.rpartition("/")[2], read(name)))
                 log = readings.read_log(data := as_log(*texts[-1]), name=texts[-1][0])
-                if log.columns and tried.setdefault(data, name) == name and log.ok:
-                    fitting[name] = log
+                if log.columns and tried.setdefault(data, name) == name:
+                    nearly.append(name)
+                    fitting |= {name: log} if log.ok else {}
         chosen, how = (*fitting, "read as the log") if len(fitting) == 1 else _latest(fitting, files, best)
         left = {name: own for name, own in logs.items() if name in fitting or ending(own) not in TEXTS}
         if fitting and not chosen:
@@ -181,7 +183,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
             if len(plain) > 1:
                 names = sorted(plain.values())
                 return None, f"several files and none of them reads as a log: {readings.listing(names)}"
-            chosen = next(iter(plain), "")
+            chosen = next(iter(plain), nearly[0] if len(nearly) == 1 else "")
     if not chosen:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"

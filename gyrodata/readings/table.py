@@ -324,7 +324,7 @@ class TableReader:
             names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:
             owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
-            behind = r"\s*(?:[,;)\"]|$)|\s{2}|\t|\s+(?:from|von|ab|du|desde|dal|от|od)\b"
+            behind = r"\s*(?:[,;)\"]|$)|\s{2}|\t|\s+\(?(?:from|von|ab|du|desde|dal|от|od)\b"
             quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
             stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:]\s*{quantity}"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}

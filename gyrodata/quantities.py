@@ -56,6 +56,7 @@ _POWER_OF_TEN = (
 )
 _USUAL = (
     (r"(?:(?<=[^\W\d])|(?<=\^\d))\.$", ""),  # the end of a sentence
+    (r"(?<=\d)\s+[eE](?=[-+]\d)", "e"),  # "4.30 e-3"
     (rf"{_SAID}((?:[^()]|\([^()]*\))*)\)?$", r" ± \1"),  # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
     # a unit in brackets
     (r"(?<=[\d\s)%])[\[(]\s*((?:1/|10\s*\^[-+]?\d+\s*[·*×]?\s*)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$", r" \1"),
@@ -254,7 +255,8 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
-    if kind == "mass" and len(parts := text.split("+")) > 1 and all(map(PLAIN.fullmatch, map(str.strip, parts[:-1]))):
+    parts = text.split("+")
+    if kind == "mass" and parts[1:] and all(re.match(r"\s*\d", part) for part in parts) and "/" not in text:
         # "20 + 30 g": two weights
         last = read_cell(parts[-1].strip(), kind, unit, ask)
         others = [read_cell(part.strip(), kind, last.unit, ask) for part in parts[:-1]]

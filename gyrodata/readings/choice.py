@@ -117,6 +117,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             and name.lower() in roles.START_WORDS | roles.END_WORDS
         ):
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
+        counts = all(re.fullmatch(r"1?[0-9](?:\s*/\s*[2-9]|[.,]\d+)?", text) for text in texts if text)
+        if found == ("spin",) and header.unit is None and found in with_unit and counts:
+            found = ("turns",)  # "obroty" of the rod, next to those of the ball in rpm
         if is_time and turns_in(header.text):
             stating.append(column)
         elif len(found) == 1:

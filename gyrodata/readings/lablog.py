@@ -602,6 +602,8 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
+    if key == "position" and roles.from_centre(text):
+        text = re.split(r"\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text)[0]
     try:
         if key == "spin_down":
             falls = (_read_several(key, part.strip()) for part in text.split(";") if part.strip())

@@ -22,7 +22,7 @@ from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
 from gyrodata.readings.roles import Header, parse_header, squeeze, turns_in
 from gyrodata.readings.source import Grid, Row
-from gyrodata.units import kinds_of
+from gyrodata.units import kinds_of, parse
 
 NOT_USED = vocabulary.pattern("not_used")
 """Words of a note on a run that is not valid."""
@@ -204,7 +204,9 @@ def is_head(row: Row) -> bool:
     named = [header.roles for header in headers if header.roles]
     physical = any(not roles.TEXTS.intersection(found) for found in named)
     # "t", "time for a quarter turn" explains a symbol.
-    several = len(set(named)) > 1 or (len(named) > 1 and not any(map(turns_in, row.texts)))
+    # "position", "10.8", "cm", "distance from the centre" is not one either.
+    others = not any(map(turns_in, row.texts)) and not any(map(is_bare, row.texts))
+    several = len(set(named)) > 1 or (len(named) > 1 and others)
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     are_names = len(headers) > 2 and all(header.roles for header in headers)
     return several and physical and _numbers(row) * 2 < len(headers) and (are_names or not _units(row))
@@ -271,7 +273,7 @@ _SEVERAL_WEIGHTS = re.compile(
 )
 """Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
-_TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
+TIME_WORDS = {squeeze(word).lower() for word in _NAMES_OF_TIME if len(word) > 2}
 TIMED = rf"\b{vocabulary.pattern('timed')}|{'|'.join(word for word in _NAMES_OF_TIME if word > chr(0x2E80))}"
 """Verbs of a measurement, and words for a time in languages without blanks between words."""
 _PART_IS = rf"{vocabulary.pattern('parts')}[^.;,\d]*="
@@ -290,7 +292,7 @@ def _turns_stated(clause: str, whole: str, found: set[str]) -> str:
         return ""
     words = {word for word in roles.squeezed_words(re.sub(QUANTITY, " ", clause)) if not word.isdecimal()}
     # "Zeiten" and "times" are plurals.
-    timed = any(word[:size] in _TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
+    timed = any(word[:size] in TIME_WORDS for word in words for size in range(max(3, len(word) - 2), len(word) + 1))
     if found & {"mass", "time"} or timed or re.search(TIMED, clause):
         return turns
     others = [word for word in words if len(word) > 2 and not roles.is_of_turns(word) and not roles.name_roles(word)[0]]
@@ -384,7 +386,9 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     only_position = re.search(_NOT_TIMED, whole) and not {"spin", "time"} <= {role for role, *_ in found}
     says_nothing, several = _SAYS_NOTHING.search(whole) or only_position, _SEVERAL_WEIGHTS.search(whole)
     for one in found if "?" not in whole else ():
-        is_of_run = not says_nothing and not (several and one[0] != "turns")
+        # "Rod timed over a third of a turn"
+        timed = one[0] == "turns" and re.search(TIMED, whole) and not only_position and not roles.is_of_the_spin(whole)
+        is_of_run = (timed or not says_nothing) and not (several and one[0] != "turns")
         if is_of_run or (one[0] == "position" and roles.from_centre(whole)):
             yield one
 
@@ -504,9 +508,11 @@ class _Sheet:
                     self.here[at] = replace(cell, text=words), explained
         for at, (cell, header) in enumerate(self.here if self.units else ()):
             kinds = self.units.keys() & set(map(roles.kind_of_role, header.roles))
-            if header.unit is None and len(kinds) == 1:
-                own = parse_header(f"{cell.text} [{self.units[min(kinds)]}]")
-                self.here[at] = cell, replace(own, text=cell.text)
+            unit = self.units[min(kinds)] if len(kinds) == 1 else ""
+            if unit and header.unit is None:
+                self.here[at] = cell, replace(parse_header(f"{cell.text} [{unit}]"), text=cell.text)
+            elif unit and kinds_of(header.unit) == kinds_of(unit) and parse(header.unit).factor != parse(unit).factor:
+                self.faults.add("note", cell, note=f"{min(kinds)} in {unit}", role=header.roles[0])
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
             sign = squeeze(roles.split_unit(cell.text)[0]).lower()
             if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
@@ -593,10 +599,11 @@ class _Sheet:
         """Return whether a row that begins with a text and has no time is a result: "u(I_zz)", "2/5 m r²"."""
         filled = filled_at(row)
         text, written = row.texts[filled[0]], quantities.take_apart(row.texts[filled[0]])
-        timed = (at for at, (_, header) in enumerate(self.here) if set(header.roles).intersection(roles.TIMINGS))
+        timed = [at for at, (_, header) in enumerate(self.here)
+                 if set(header.roles).intersection(roles.TIMINGS) or "time" in kinds_of(header.unit or "")]  # fmt: skip
         # "standard error" may be in the column of the times; "l2.3" is a time.
         label = filled[0] if 2 * len(filled) < len(self.here) and re.search(r"[^\W\d_]{3}", text) else None
-        untimed = not any(row.texts[at : at + 1] > [""] for at in timed if at != label)
+        untimed = bool(timed) and not any(row.texts[at : at + 1] > [""] for at in timed if at != label)
         no_quantity = written is None or bool(written.unit and not kinds_of(written.unit))
         few = 3 * len(filled) < len(self.here)
         return (few and bool(re.search(r"[^\W\d].*\s|%", text))) or (
@@ -840,15 +847,19 @@ def _cut(row: Row, places: Iterable[int]) -> Row:
 def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]]]:
     """Put tables that are side by side below each other: the words above each, its header, its rows."""
     head = rows[first]
-    names = "".join(f"{squeeze(_COPY.sub('', text))}\n" for text in head.texts if text)
-    match = re.match(r"((?:.+\n){2,}?)\1+", names)
+    filled = filled_at(head)
+    # A column on the left may number the rows of all tables.
+    for left in (0, 1):
+        names = "".join(f"{squeeze(_COPY.sub('', head.texts[at]))}\n" for at in filled[left:])
+        if match := re.match(r"((?:.+\n){2,}?)\1+", names):
+            break
     names_of_one = match[1].split() if match else []
     if len(names_of_one) < 2 or len(set(names_of_one)) < len(names_of_one):
         return [(rows[:first], head, rows[first + 1 :])]
     blocks: list[tuple[list[Row], Row, list[Row]]] = []
     last = max((at for at, row in enumerate(rows) if any(map(is_number, row.texts))), default=first)
     rows, notes = rows[: last + 1], rows[last + 1 :]
-    starts = filled_at(head)[:: len(names_of_one)]
+    starts = filled[left :: len(names_of_one)]
     titles = [row for row in rows[:first] if len(filled_at(row)) == 1 and filled_at(row)[0] <= starts[0]]
     for start, end in pairwise([*starts, len(head.texts)]):
         words = [] if blocks else titles

@@ -7,7 +7,7 @@ from collections import Counter
 
 import msgspec
 
-from gyrodata.readings.roles import parse_header
+from gyrodata.readings.roles import parse_header, turns_in
 from gyrodata.units import kinds_of
 
 _NAME = r"(?m)(?:^|[{(,])\s*(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
@@ -54,6 +54,8 @@ def _header(found: re.Match[str]) -> str:
     """Return the name of a list, with the unit in the comment behind it, or else that comment if it names a column."""
     name, said = found["name"].strip("\"'"), (found["said"] or "").strip()
     unit, _, words = said.partition(" ")
-    if kinds_of(unit.strip(",;:()[]")):
-        said = f"{name} {words} [{unit.strip(',;:()[]')}]" if not parse_header(name).unit else name
+    unit = unit.strip(",;:()[]")
+    if kinds_of(unit):
+        said = f"{name} [{unit}]" if not parse_header(name).unit else name
+        said = f"{name} {words} [{unit}]" if turns_in(words) else said
     return (said if parse_header(said).roles else name).replace(",", " ")

@@ -209,6 +209,9 @@ _ALTERED, _USUAL, _CORRECTED = (
 
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
+    for role in ("spin", "turns", "mass", "position"):
+        if re.search(vocabulary.pattern(f"altered_{role}"), note) and not re.search(_CORRECTED, note):
+            return role
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
         for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():
             named = NAMES.get(squeeze(word).lower()) or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())

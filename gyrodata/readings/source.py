@@ -23,6 +23,7 @@ from xml.etree import ElementTree
 from msgspec import Struct
 from msgspec.structs import replace
 
+from gyrodata import vocabulary
 from gyrodata.errors import printable
 from gyrodata.readings import roles
 from gyrodata.readings.lablog import Faults, Place, Text, listing, read_reported
@@ -419,12 +420,6 @@ def _grid(
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
 """The end of a row of LaTeX, its commands, and signs that it does not print; units keep their names."""
-_LATEX_WAYS = (
-    (r"\\[td]?frac\{(\d+)\}\{(\d+)\}", r"\1/\2"),
-    (r"\\multirow\{[^{}]*\}\{[^{}]*\}\{([^{}]*)\}", r"\1"),
-    (r"\\(?:SI|qty)\{([^{}]*)\}\{([^{}]*)\}", r"\1 \2"),
-    (r"\\['`^\"~]\{?([A-Za-z])\}?", r"\1"),
-)
 _WRITTEN = {"\\pm": "±", "\\per": "/", "\\centi": "centi", "\\milli": "milli", "\\kilo": "kilo", "\\degree": "deg"}
 _WRITTEN |= {"\\omega": "ω", "\\Omega": "Ω", "\\tau": "τ", "\\psi": "ψ", "\\varphi": "φ", "\\phi": "φ"}
 
@@ -433,7 +428,7 @@ def _without_latex(lines: list[str], body: list[int]) -> list[int]:
     """Keep only the text of a table in LaTeX, at its place if possible; return the indices of its rows and captions."""
     for index in body:
         line = lines[index].replace("{,}", ",")
-        for way, usual in _LATEX_WAYS:
+        for way, usual in vocabulary.WAYS["latex"]:
             line = re.sub(way, usual, line)
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
     return [index for index in body if "&" in lines[index] or re.search(r"(?:[^\W\d_]{2,}\W+){3}", lines[index])]

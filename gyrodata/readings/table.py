@@ -324,7 +324,7 @@ class TableReader:
             names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:
             owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
-            behind = r"\s*(?:[,;)\"]|$)|\s{2}|\t|\s+\(?(?:from|von|ab|du|desde|dal|от|od)\b"
+            behind = r"\s*(?:[,;)\"]|\.\s|$)|\s{2}|\t|\s+\(?(?:from|von|ab|du|desde|dal|от|od)\b"
             quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
             stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:]\s*{quantity}"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
@@ -492,7 +492,11 @@ class TableReader:
         texts = [
             text for text in layout.texts_of(self.grid) if turns_in(text) and not all(head in text for head in heads)
         ]
-        timed = [re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text])) for text in texts]
+        timed = [
+            re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text]))
+            or not layout.TIME_WORDS.isdisjoint(word.rstrip("s") for word in roles.squeezed_words(text))
+            for text in texts
+        ]  # fmt: skip
         lines = {text: turns_in(text) for text, is_timed in zip(texts, timed, strict=True) if is_timed}
         is_counter, role = roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS, "number of turns"
         if is_counter and (given := self.settings.roles.get("turns")):

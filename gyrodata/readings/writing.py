@@ -107,7 +107,7 @@ def _parts(readings: Readings) -> tuple[list[str], _Columns]:
         for reading in column.readings:
             read = _read(reading.text, kind, column.unit or None)
             known = reading.u is None or reading.u in (common, read and read.uncertainty)
-            texts.append("" if known else _uncertainty_text(reading.u or Uncertainty(), kind))
+            texts.append("" if known else uncertainty_text(reading.u or Uncertainty(), kind))
         columns += [(header_of(f"u_{role}", SI[kind]), texts)] if any(texts) else []
     columns.append(("run", [*readings.runs]))
     columns += [("note", [*readings.notes])] if any(readings.notes) else []
@@ -119,7 +119,7 @@ def _head(readings: Readings) -> list[str]:
     lines: dict[str, str | None] = {**readings.metadata}
     lines |= {f"{REPORTED}{key}": reported.text for key, reported in readings.reported.items()}
     lines |= {key: f"{value!r} {SI[kind_of_role(key)]}" for key, value in readings.constants.items()}
-    lines |= {key: _uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
+    lines |= {key: uncertainty_text(u, kind_of_role(key)) for key, u in readings.uncertainties.items()}
     for key in ("balance_tilt", "balance_drift", "falling_mass", "spin_down"):
         form, kinds = form_of(key)
         found = getattr(readings, key) or ()
@@ -173,7 +173,8 @@ def _cell_text(column: Column, run: int) -> str:
     return repr(from_si(value, unit, kind) if unit else value)
 
 
-def _uncertainty_text(u: Uncertainty, kind: str) -> str:
+def uncertainty_text(u: Uncertainty, kind: str) -> str:
+    """Write an uncertainty: "0.1 % + 0.01 s"."""
     # The shortest percentage that gives exactly this share when it is read.
     percent = next((short for short in (round(u.relative * 100, 12),) if short / 100 == u.relative), u.relative * 100)
     terms = [f"{percent!r} %"] * (u.relative > 0 or not u.absolute)

@@ -19,9 +19,10 @@ from gyrodata.physics import Floats
 from gyrodata.quantities import read_cell
 from gyrodata.readings import Readings, check_value, kind_of_role, read_log, u_keys
 from gyrodata.readings.roles import ROLES
+from gyrodata.readings.writing import uncertainty_text
 from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
-from gyrodata.units import DISPLAY, SI, Uncertainty, from_si
+from gyrodata.units import DISPLAY, Uncertainty, from_si
 
 UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
@@ -177,7 +178,7 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
     if runs.sense.min() < 0 or not runs.mass.all():
         columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
     head = {"Simulated, not measured": _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
-    head |= {key: _u_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
+    head |= {key: uncertainty_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
     across = columns.get("transverse_inertia", [])
     if len(set(across)) == 1:
         head["transverse_inertia"] = f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
@@ -194,12 +195,6 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
     lines = [f"# {key}: {value}" for key, value in head.items()]
     lines += [",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]]
     return "\n".join(lines) + "\n"
-
-
-def _u_text(u: Uncertainty, kind: str) -> str:
-    """Write an uncertainty: "0.1 % + 0.01 s"."""
-    relative = [f"{round(100 * u.relative, 12)!r} %"] if u.relative or not u.absolute else []
-    return " + ".join([*relative, *([f"{u.absolute!r} {SI[kind]}".strip()] if u.absolute else [])])
 
 
 def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:

@@ -210,8 +210,8 @@ def known_options() -> list[tuple[tuple[str, ...], list[Any]]]:
 
 def value_of(rng: random.Random, parameter: Any) -> str:
     """Draw a value: one that is asked for, one of another option, or junk."""
-    if rng.random() < 0.3 and hasattr(parameter.type, "choices"):
-        return str(rng.choice(list(parameter.type.choices)))
+    if rng.random() < 0.3 and (choices := parameter.type_descriptor.choices):
+        return str(rng.choice(list(choices)))
     key = rng.choice(sorted(KEYS))
     usual = (
         "log.csv", "class", "rubric.toml", "book.csv", "out", "-", "7", "0.5", "15cm", "20g,40g", "200,400rpm", "1/3",

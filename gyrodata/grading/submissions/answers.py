@@ -17,7 +17,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import filterfalse, islice, takewhile, zip_longest
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import msgspec
 from msgspec import Struct
@@ -75,6 +75,9 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         return Answers()
     best = max(one.rank for one in found)
     equal = [one for one in found if one.rank == best]
+    versions = [version_of(one.place.rpartition(", line ")[0]) for one in equal]
+    if len({base for _, base in versions}) == 1:
+        equal = [one for one, (rank, _) in zip(equal, versions, strict=True) if rank == max(versions)[0]]
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda one: one.read.step or 0.0)
     read, others = chosen.read, [one for one in equal if not _agree(chosen.read, one.read)]
@@ -90,14 +93,24 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
 def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
     """Describe a value with a name and an uncertainty in another file that differs by more than both uncertainties."""
     for one in found:
-        version = re.search(SAYS["version"], one.place.lower())
-        if (version and version["draft"]) or re.search(r"\.[ct]sv, line", one.place):
-            continue  # an earlier log may have another answer
+        if version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place):
+            continue  # a draft or an earlier log may have another answer
         apart = abs((one.read.value or 0.0) - (read.value or 0.0))
         elsewhere = one.place.rpartition(", line ")[0] != file
         if elsewhere and one.rank[:2] == (True, True) and apart > (one.read.u or 0.0) + (read.u or 0.0):
             return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
     return ""
+
+
+_RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
+
+
+def version_of(name: str) -> tuple[int, str]:
+    """Return the rank of the version that the name of a file states, and the name without it."""
+    stem = PurePosixPath(name.lower()).stem
+    found = re.search(SAYS["version"], stem)
+    rank = _RANKS.get(found.lastgroup or "", 0) if found else 0
+    return int(found["number"]) - 1 if found and found["number"] else rank, re.sub(SAYS["version"], "", stem)
 
 
 def _agree(rounded: Reported, other: Reported) -> bool:

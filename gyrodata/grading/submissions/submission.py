@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.submissions.answers import SAYS, Answers, as_log, lines_of, read_answers
+from gyrodata.grading.submissions.answers import Answers, as_log, lines_of, read_answers, version_of
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
 from gyrodata.readings.layout import said_in
 from gyrodata.readings.source import Row
@@ -197,16 +197,11 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
 
 
-_RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
-
-
 def _latest(logs: Logs, files: Mapping[str, str], best: Callable[..., str]) -> tuple[str, str]:
     """Choose among versions of a log by words in their names, or else the one with all rows; "" if nothing tells."""
-    stems = {name: PurePosixPath(files[name].lower()).stem for name in logs}
-    found = {name: re.search(SAYS["version"], stem) for name, stem in stems.items()}
-    ranks = {name: int(one[4]) - 1 if one[4] else _RANKS[one.lastgroup or ""] for name, one in found.items() if one}
-    ranks = dict.fromkeys(logs, 0) | ranks
-    bases = {re.sub(SAYS["version"], "", stem) for stem in stems.values()} - {""}
+    versions = {name: version_of(files[name]) for name in logs}
+    ranks = {name: rank for name, (rank, _) in versions.items()}
+    bases = {base for _, base in versions.values()} - {""}
     if 0 < len(logs) == len(set(ranks.values())) and len(bases) <= 1:
         return best(ranks, key=lambda name: ranks[name]), "the latest by its name"
     columns = {name: [column.values for _, column in sorted(log.columns.items())] for name, log in logs.items()}

@@ -21,6 +21,7 @@ _CODE = (
     r"|(?<=[\d.])[\s\])]*[,;]?\s*$|^[\])};,\s]+$"
 )
 """What is around the rows of a table in a program."""
+_STATEMENT = r"\s*(?:(?:import|from|print|df)\b|[\w, ]+=\s*(?![\w.]*[\"'\[({]*\s*(?:$|[-+\d.\"'])))"
 
 
 def table_of(text: str) -> str:
@@ -41,8 +42,8 @@ def table_of(text: str) -> str:
     columns = [(header, cells) for header, cells in lists if often and len(cells) == often[0][0]]
     notes += [f"# {line.lstrip(' #%')}" for line in text.split("\n") if re.match(r"\s*[#%]", line)]
     if len(columns) < 2:
-        lines = (re.sub(_CODE, "", re.sub(r"^\s*%+", "#", line)) for line in text.split("\n"))
-        return "\n".join(line for line in lines if not re.match(r"\s*(?:import|from|print|df)\b", line))
+        lines = (re.sub(r"^\s*%+", "#", line) for line in text.split("\n") if not re.match(_STATEMENT, line))
+        return "\n".join(re.sub(_CODE, "", line) for line in lines)
     single = ((parse_header(_header(found)), found["cells"]) for found in re.finditer(_ONE, text))
     given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
     runs = zip(*(cells for _, cells in columns), strict=True)

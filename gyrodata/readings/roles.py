@@ -253,6 +253,8 @@ _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
+_NOT_COUNTED = r"(?i)(?<!\w)(?:number of|nombre de|numero di|anzahl(?: der)?|número de|aantal|antal|liczba)(?:\s+[^\W\d]+){1,2}\s*$"
+"""The "number of full" in front of "turns" does not say how many they are."""
 SPINNING = vocabulary.pattern("spinning")
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
 _AFFIXES = ((START_WORDS, "", "_start"), (END_WORDS, "", "_end"), (UNSURE_WORDS, "u_", ""))
@@ -401,7 +403,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
     # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
     parts = [
         (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
-        for separator in (r"\s+(?:in|en|em|w|в)\s+", r"[\s_]+", r"[,;]", "/")
+        for separator in (r"\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
         for match in re.finditer(separator, text)
     ]
     # "时间 t/s" is a time in s, and not one in turns per second.
@@ -563,7 +565,7 @@ def turns_in(header: str) -> str:
     if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
-        before = plain[: turn.start()]
+        before = re.sub(_NOT_COUNTED, "", plain[: turn.start()])
         # "back at screw 1 (one turn)"
         if said := words_of_turns(before.rpartition("(")[2]) or words_of_turns(before):
             return said

@@ -387,10 +387,12 @@ def _grid(
     # The stamps of a chat, and the header row of a table of MediaWiki.
     lines = [re.sub(_STAMP, lambda stamp: " " * len(stamp[0]), line) for line in lines]
     lines = [line.replace("!", "|") if line[:1] == "!" and "!!" in line else line for line in lines]
+    # Students of LaTeX and MATLAB write % in front of a remark.
+    lines = [re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line) for line in lines]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
-        if re.match(r'[ "\t]*#(?!\s*[;,\t]|\s?of\b|\s{2,}\S.*?\S\s{2,})', line):
+        if re.match(r'[ "\t]*#(?!\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,})', line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
             content = line[start:].rstrip(" \t,;")

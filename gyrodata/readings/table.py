@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import os
 import re
@@ -497,7 +498,8 @@ class TableReader:
             or not layout.TIME_WORDS.isdisjoint(word.rstrip("s") for word in roles.squeezed_words(text))
             for text in texts
         ]  # fmt: skip
-        lines = {text: turns_in(text) for text, is_timed in zip(texts, timed, strict=True) if is_timed}
+        # A run without a weight has 0 turns.
+        lines = {text: said for text in itertools.compress(texts, timed) if (said := turns_in(text)) != "0"}
         is_counter, role = roles.squeeze(counted.header).lower() in roles.COUNTER_WORDS, "number of turns"
         if is_counter and (given := self.settings.roles.get("turns")):
             lines[f"{given.label}: {given.text}"] = given.text

@@ -34,7 +34,7 @@ LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 # Endings of files that are a log if it is a table in them.
 REPORTS = (".tex", ".docx", ".odt", ".html", ".htm", ".ipynb", ".py", ".r", ".m", ".json", "")
 # Endings of files with the answer.
-TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS[:-1])
+TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS)
 
 
 class Listing(Struct, frozen=True):
@@ -66,7 +66,7 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(root, "class_not_there")
-        if ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
+        if ending(root.name) and ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
             near = root.relative_to(Path.cwd()) if root.is_relative_to(Path.cwd()) else root
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         if zipfile.is_zipfile(root):

@@ -342,6 +342,8 @@ NEAR_ALLOWED = 0.01  # smaller than `ALLOWED`, because the density of honest log
 
 NEAR_LOGS = 2000  # in a larger class, honest logs are as close as changed copies
 
+NEAR_SPINS = 0.04  # largest relative difference of the spins, root mean square
+
 NEAR_ROWS = 6  # number of spins, not counting round ones, that two logs must have
 
 
@@ -370,7 +372,7 @@ def similar(logs: Logs) -> Pairs:
         square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
         nearest = np.sort(square, axis=1)
         usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(2 * np.mean(size, axis=1), np.median(nearest[:, 0])))
-        chance = np.where(np.isfinite(square), NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
+        chance = np.where(square < NEAR_SPINS**2, NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
         chance = np.maximum(np.maximum(chance, chance.T) / len(members), LEAST)
         for i, j in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
             if logs.compared(members[i], members[j]):

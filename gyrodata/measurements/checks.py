@@ -205,7 +205,7 @@ class Size(Struct, frozen=True):
 SPIN = Size("spin", (10 * RPM, 60_000 * RPM), (60 * RPM, 10_000 * RPM), ("rpm", "Hz", "rad/s", "deg/s"))
 TIME = Size("time", (0.3, 1800.0), (1.0, 600.0), ("s", "min", "ms"))
 SIZES = (
-    Size("mass", (5e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg")),
+    Size("mass", (8e-4, 5.0), (1e-3, 1.0), ("g", "kg", "mg", "oz")),
     Size("force", (8e-3, 20.0), (0.01, 10.0), ("N", "mN")),
     Size("position", (2e-3, 1.0), (0.02, 0.6), ("cm", "mm", "m")),
     SPIN,

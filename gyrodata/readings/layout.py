@@ -423,7 +423,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
     there |= {role for header in headers if not header.roles for role in roles.hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if "angle" in there or any(turns_in(header.text) for header in headers):
+    if "angle" in there or any(turns_in(header.text) or roles.may_count_turns(header) for header in headers):
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}

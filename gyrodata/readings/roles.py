@@ -253,7 +253,8 @@ _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
 _TOKENS = re.compile(r"[\s_,;()\[\]\-]+")
 _ORDINAL = r"(?:#|№|第|n[or]?[°º.]?)?([1-9][0-9]?)(?:st|nd|rd|th|er|re|ème|e|ª|º|[.)]|回目?|次)?"
-_NOT_COUNTED = r"(?i)(?<!\w)(?:number of|nombre de|numero di|anzahl(?: der)?|número de|aantal|antal|liczba)(?:\s+[^\W\d]+){1,2}\s*$"
+_NUMBER_OF = r"(?i)(?<!\w)(?:number of|nombre|numero|anzahl|número|aantal|antal|liczb\w|počet|cantidad|quantidade)"
+_NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
 """The "number of full" in front of "turns" does not say how many they are."""
 SPINNING = vocabulary.pattern("spinning")
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
@@ -565,9 +566,10 @@ def turns_in(header: str) -> str:
     if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
-        before = re.sub(_NOT_COUNTED, "", plain[: turn.start()])
+        before = plain[: turn.start()]
         # "back at screw 1 (one turn)"
-        if said := words_of_turns(before.rpartition("(")[2]) or words_of_turns(before):
+        said = words_of_turns(before.rpartition("(")[2]) or words_of_turns(before)
+        if said and not (said == "1" and re.search(_NOT_COUNTED, before)):
             return said
     if re.search(_ONE_TURN, plain):
         return "1"
@@ -630,10 +632,14 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     parts = [bool(re.fullmatch(_TURNS, text) or said_turns(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
+    return unknown and bool(texts) and all(counts) and (any(parts) or may_count_turns(header))
+
+
+def may_count_turns(header: Header) -> bool:
+    """Return whether an unknown header contains a word for a turn, as "turns of the rod" does."""
     # "thirds of a turn" above 3 is something else.
     numbered = not _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower())) and "/" not in turns_in(header.text)
-    named = bool(re.search(_TURN, header.text)) and not numbered
-    return unknown and bool(texts) and all(counts) and (any(parts) or named)
+    return not header.roles and header.unit is None and bool(re.search(_TURN, header.text)) and not numbered
 
 
 _WEIGHTS = vocabulary.pattern("weights")

@@ -138,6 +138,10 @@ ANSWERS = {
     "report.odt": packed({"content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"}),
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
+    "README": "The moment of inertia is (44000 +/- 500) g*cm^2.",
+    "blank.txt": "J'obtiens I = (4.40 ± 0.05) 10-3 kg.m².",
+    "siunitx.tex": r"Il momento d'inerzia è \SI{4,400(50)e-3}{\kilo\gram\square\metre}.",
+    "percent.csv": "a;b;c\n1;2;3\n% Il momento d'inerzia è 44000 ± 500 g cm².\n",
     "ja.txt": "慣性モーメントは 4.40×10^-3 kg m^2、不確かさは 0.05×10^-3 kg m^2 です。",
     "cs.txt": "Moment setrvačnosti je 4,40·10^-3 kg m² s chybou 0,05·10^-3 kg m².",
 }
@@ -179,6 +183,13 @@ def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
     assert answers.inertia is not None
     assert (answers.inertia.value, answers.inertia.u) == (4.4e-3, 5e-5)
     assert "Ann Lee" in partners_in(log, item.reports())
+
+
+def test_answer_in_a_text_without_an_ending_is_read(tmp_path: Path) -> None:
+    files = {"ann/lab.csv": LOG, "ann/README": "We get (44000 ± 500) g cm^2 for the moment of inertia."}
+    (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
+    found = item.read()[1]
+    assert (found.file, found.inertia and found.inertia.value) == ("README", pytest.approx(4.4e-3))
 
 
 def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:

@@ -184,6 +184,14 @@ READ = {
     "a dictionary of a notebook": notebook(["df = pd.DataFrame({\n" + "".join(
         f'    "{name}": [{", ".join(runs(cell + ";").split(";")[:-1])}],\n' for name, cell in (
             ("mass_g", "{m}"), ("r_cm", "14.8"), ("spin_rpm", "{s}"), ("turns", "1"), ("time_s", "{t}"))) + "})"]),
+    "tuples of a program": "from math import pi\n# mass [g], r (cm), spin [rpm], turns, t [s]\nrows = [\n"
+    + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n") + "]\nI = [m / 1e3 * 9.8 * r for m, r, s, n, t in rows]\n",
+    "remarks behind %": "% r = 14.8 cm\n" + PLAIN[0] + runs(PLAIN[1]) + "% time for one turn\n",
+    "a header behind # with bars": "Each time is for one turn\n# | m / g | r / cm | ω / rpm | t / s |\n"
+    + "".join(f"{n} | {row} |\n" for n, row in enumerate(runs("{m} | 14.8 | {s} | {t}\n").splitlines(), 1)),
+    "a unit behind a slash": "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n" + runs(ROW),
+    "a column of turns and a text about full turns": "time of the stated number of full turns\n"
+    + HEAD.replace("turns", "turns of the rod") + runs(ROW.replace(";1\n", ";3\n"), 3),
     "constants on a second sheet": workbook({
         "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
         "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),

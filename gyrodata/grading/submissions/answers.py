@@ -145,8 +145,9 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
         text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
-    # In LaTeX, the rest of a line behind % is a comment.
-    for pattern in [*_STRUCK, *([r"(?<!\\)%.*"] if kind == ".tex" else [])]:
+    # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is a remark.
+    comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
+    for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
         text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
     if kind in (".html", ".htm", ".docx", ".odt") or re.search(r"(?i)</p>|<(?:br|sup)\b", text):
         for pattern, plain in _MARKUP:

@@ -423,7 +423,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     # "mass without hanger [g]" is a mass, although gyro has to ask which.
     there |= {role for header in headers if not header.roles for role in roles.hinted(header)}
     there |= {key.lower() for key, _ in grid.metadata} if grid else set()
-    if "angle" in there or any(turns_in(header.text) or roles.may_count_turns(header) for header in headers):
+    if "angle" in there or any(turns_in(header.text) for header in headers):
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
@@ -755,6 +755,10 @@ class _Sheet:
         below: Given = {}
         if self.words:
             lacking = _lacking([header for _, header in self.columns]).difference(*(given for *_, given in self.runs))
+            cells_of = [dict(zip(places, row.texts, strict=False)) for row, places, _ in self.runs]
+            for at, (_, header) in enumerate(self.columns):
+                if roles.are_turns(header, [texts.get(at, "") for texts in cells_of]):
+                    lacking.discard("turns")  # a column with an unknown name counts them
             above = {given["turns"] for *_, given in self.runs if "turns" in given}
             for row in self.words if len(above) == 1 and "turns" not in self.decided else ():
                 says, [(turns, spot)] = said_in(row).get("turns", ("", 0))[0], above

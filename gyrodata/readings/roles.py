@@ -632,14 +632,10 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     parts = [bool(re.fullmatch(_TURNS, text) or said_turns(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
-    return unknown and bool(texts) and all(counts) and (any(parts) or may_count_turns(header))
-
-
-def may_count_turns(header: Header) -> bool:
-    """Return whether an unknown header contains a word for a turn, as "turns of the rod" does."""
     # "thirds of a turn" above 3 is something else.
     numbered = not _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower())) and "/" not in turns_in(header.text)
-    return not header.roles and header.unit is None and bool(re.search(_TURN, header.text)) and not numbered
+    named = bool(re.search(_TURN, header.text)) and not numbered
+    return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
 
 _WEIGHTS = vocabulary.pattern("weights")

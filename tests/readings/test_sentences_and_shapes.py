@@ -192,6 +192,10 @@ READ = {
     "a unit behind a slash": "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n" + runs(ROW),
     "a column of turns and a text about full turns": "time of the stated number of full turns\n"
     + HEAD.replace("turns", "turns of the rod") + runs(ROW.replace(";1\n", ";3\n"), 3),
+    "a remark on turns and a text about turns": HEAD.replace("turns", "remarks on the turn")
+    + runs(ROW.replace(";1\n", ";ok\n"), 1 / 3) + "All times are for 1/3 of a turn.\n",
+    "a column of turns above another text": HEAD.replace("turns", "turns of the rod")
+    + runs(ROW.replace(";1\n", ";3\n"), 3) + "The time covers the stated number of full turns.\n",
     "constants on a second sheet": workbook({
         "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
         "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),

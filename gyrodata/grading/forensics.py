@@ -352,9 +352,10 @@ def similar(logs: Logs) -> Pairs:
 
     Logs with the same number of runs at each weight are compared in the order of weight and spin. The distance is the
     mean square of the relative differences, with the variance of rounding: so copies are found if the spins are written
-    to 1 rpm, but not to 10 rpm. In n dimensions, a distance d that is smaller than a usual distance D has the
-    probability (d/D)^n. The usual distance is the smallest of these: from the log to its fifth neighbour; from most
-    logs of the class to their nearest neighbour; from the log to the middle of the class.
+    to 1 rpm, but not to 10 rpm. Spins that differ by `NEAR_SPINS` or more are not those of a copy. In n dimensions, a
+    distance d that is smaller than a usual distance D has the probability (d/D)^n. The usual distance is the smallest
+    of these: from the log to its fifth neighbour; from most logs of the class to their nearest neighbour; from the log
+    to the middle of the class.
     """
     found: Pairs = {}
     patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.prints]

@@ -21,7 +21,11 @@ _CODE = (
     r"|(?<=[\d.])[\s\])]*[,;]?\s*$|^[\])};,\s]+$"
 )
 """What is around the rows of a table in a program."""
-_STATEMENT = r"\s*(?:(?:import|from|print|df)\b|[\w, ]+=\s*(?![\w.]*[\"'\[({]*\s*(?:$|[-+\d.\"'])))"
+_STATEMENT = (
+    r"\s*(?:(?:import|from|print|df)\b"
+    r"|[\w, ]+=\s*(?![\w.]*[\"'\[({]*\s*(?:$|[-+\d.\"']))(?=.*(?:[*\[]|\w[(./]\w)))"
+)
+"""A line that calculates: ``I = [m * x for m, x in rows]``; "d = distance in cm" does not."""
 
 
 def table_of(text: str) -> str:

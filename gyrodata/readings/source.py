@@ -53,7 +53,7 @@ _OTHER_FILES = {
 _PROGRAM = (
     r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|<-\s*c\("
 )
-"""Where a list, rows or a long string begin in a program."""
+"""The beginning of a list, of rows or of a long string in a program."""
 _CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"
 _CODE_PAGES += " koi8_r iso8859_2 mac_roman"
 """Encodings of spreadsheets and editors that do not write UTF-8; of several that fit equally, the first is used."""

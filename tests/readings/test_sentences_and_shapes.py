@@ -186,6 +186,9 @@ READ = {
             ("mass_g", "{m}"), ("r_cm", "14.8"), ("spin_rpm", "{s}"), ("turns", "1"), ("time_s", "{t}"))) + "})"]),
     "tuples of a program": "from math import pi\n# mass [g], r (cm), spin [rpm], turns, t [s]\nrows = [\n"
     + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n") + "]\nI = [m / 1e3 * 9.8 * r for m, r, s, n, t in rows]\n",
+    "a legend in a program": "d = distance from the centre in cm\nN = number of turns\n"
+     "# mass (g), d, spin (rpm), N, t (s)\nrows = [\n" + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n")
+    + "]\nk = 9.8 * rows[0]\n",
     "remarks behind %": "% r = 14.8 cm\n" + PLAIN[0] + runs(PLAIN[1]) + "% time for one turn\n",
     "a header behind # with bars": "Each time is for one turn\n# | m / g | r / cm | ω / rpm | t / s |\n"
     + "".join(f"{n} | {row} |\n" for n, row in enumerate(runs("{m} | 14.8 | {s} | {t}\n").splitlines(), 1)),

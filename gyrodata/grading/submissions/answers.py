@@ -36,7 +36,7 @@ _STRUCK, _MARKUP, _PLAIN = (_WORDS.pop(key) for key in ("struck", "markup", "pla
 SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items()}
 _MOST_LINES, _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 1000, 100, 7, 100
 _PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
-"""Where the text is in a file of a word processor."""
+"""The part of a file of a word processor that contains its text."""
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 

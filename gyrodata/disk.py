@@ -16,7 +16,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from gyrodata.diagnostics import FOLDER_IN_USE
 from gyrodata.errors import InputError
 
 LONGEST = 255  # bytes of a name, on nearly every file system
@@ -27,13 +26,12 @@ _FLAGS = os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 @contextmanager
-def telling(folder: Path, code: str) -> Iterator[None]:
-    """Turn an OSError of writing into a folder into an InputError with this code."""
+def telling(folder: Path, name: str = "report_not_written") -> Iterator[None]:
+    """Turn an OSError of writing into a folder into an InputError with this message."""
     try:
         yield
     except OSError as error:
-        message = f'"{folder}" cannot be written: {error.strerror or error}'
-        raise InputError.of(code, message, "make room there, or choose another folder with --out") from None
+        raise InputError.named(name, folder=folder, why=error.strerror or error) from None
 
 
 def _make_folder(folder: Path, private: bool) -> None:
@@ -143,9 +141,7 @@ def _lock(number: int, path: Path) -> None:
             if not os.fstat(number).st_nlink:
                 raise PermissionError("the file is gone")
     except (BlockingIOError, PermissionError):
-        message = f'another gyro is at work here: "{path.parent}"'
-        hint = "wait until it is done, then run it again; or choose another folder with --out"
-        raise InputError.of(FOLDER_IN_USE, message, hint) from None
+        raise InputError.named("folder_in_use", folder=path.parent) from None
     except (ImportError, OSError):
         pass  # a file system without locks
 

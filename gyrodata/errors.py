@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 
 from msgspec import Struct, convert
 
-from gyrodata.diagnostics import Severity, severities
+from gyrodata.diagnostics import Severity, messages, severities
 
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Characters that reverse the direction of a line, or break it."""
@@ -107,6 +107,12 @@ class Diagnostic(Struct, frozen=True):
         """Make a diagnostic with the severity of its code; the arguments after the message are those of the record."""
         return cls(code, severities()[code], message, *about, **more)
 
+    @classmethod
+    def named(cls, name: str, file: str = "", line: int | None = None, /, **values: Any) -> Diagnostic:
+        """Fill in a message of `messages.toml`."""
+        about = messages()[name]
+        return cls.of(about.code.split()[1], about.message.format(**values), about.hint.format(**values), file, line)
+
     def to_dict(self) -> DiagnosticJson:
         """Return the diagnostic as it is in JSON, without its excerpt."""
         return convert({name: getattr(self, name) for name in DiagnosticJson.__annotations__}, DiagnosticJson)
@@ -179,9 +185,9 @@ class InputError(GyroError):
     """The input is not a log, or an option is wrong (exit code 2)."""
 
     @classmethod
-    def of(cls, code: str, message: str, hint: str = "", file: str = "") -> InputError:
-        """Make an error with one diagnostic."""
-        return cls([Diagnostic.of(code, message, hint, file)])
+    def named(cls, name: str, file: str = "", /, **values: Any) -> InputError:
+        """Make an error of one message of `messages.toml`."""
+        return cls([Diagnostic.named(name, file, **values)])
 
 
 class LogError(GyroError):

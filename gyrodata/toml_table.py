@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, ValidationError, convert
 from msgspec.json import schema
 
-from gyrodata.diagnostics import CRITERION_KIND_UNKNOWN, RUBRIC_KEY_UNKNOWN, messages
+from gyrodata.diagnostics import CRITERION_KIND_UNKNOWN, RUBRIC_KEY_UNKNOWN
 from gyrodata.diagnostics import RUBRIC_VALUE_CANNOT_BE_USED as UNUSABLE
 from gyrodata.errors import Diagnostic, InputError
 
@@ -36,8 +36,8 @@ class UnfitError(ValueError):
 
 def unfit(name: str, path: Path | str = (), /, **values: object) -> UnfitError:
     """Fill in a message of `messages.toml`."""
-    about = messages()[name]
-    return UnfitError(about.message.format(**values), about.hint.format(**values), about.code.split()[1], path)
+    found = Diagnostic.named(name, **values)
+    return UnfitError(found.message, found.hint, found.code, path)
 
 
 class TomlFile:

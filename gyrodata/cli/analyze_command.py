@@ -15,7 +15,6 @@ import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics
 from gyrodata.cli import terminal
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.disk import telling, write_folder, write_whole
@@ -92,8 +91,7 @@ def analyze(
     file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
     reported = not no_report and file is None and (out is not None or form == "text")
     if opened and not reported:
-        hint = "leave --no-report out, or add --out FOLDER"
-        terminal.refuse(diagnostics.OPTION_NOT_FOR_FORMAT, "--open needs a report, but this command writes none", hint)
+        terminal.refuse("open_without_report")
     header, whole, worst = "", [], 0
     if form == "csv":
         from gyrodata.reporting.data import table_header
@@ -122,7 +120,7 @@ def analyze(
             webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
         worst = max(worst, done.code)
     if file is not None:
-        with telling(file.parent, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        with telling(file.parent):
             write_whole(file, ["".join([header, *whole]).encode()])
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
 
@@ -136,9 +134,8 @@ def demo(opened: OpenOption = False) -> None:
 
     log, data = Path("demo.csv"), Path(docs.__file__).with_name("demo.csv").read_bytes()
     if log.exists() and log.read_bytes() != data:
-        hint = "rename it, or change to another folder, so that your data are not lost"
-        terminal.refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, "demo.csv exists already, with another content", hint)
-    with telling(log, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        terminal.refuse("demo_exists")
+    with telling(log):
         write_whole(log, [data])
     terminal.tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
     terminal.tell(
@@ -152,22 +149,17 @@ def _refuse_contradictions(logs: Sequence[str], form: Format, table: Table, out:
     """Refuse options that contradict each other."""
     several = len(logs) > 1
     if form in ("json", "latex") and several:
-        other = "ndjson" if form == "json" else "markdown"
-        message = f"--format {form} is for one log"
-        terminal.refuse(diagnostics.FORMAT_FOR_ONE_LOG, message, f"give one log, or use --format {other} for several")
+        terminal.refuse("format_for_one_log", form=form, other="ndjson" if form == "json" else "markdown")
     if table != "runs" and form != "csv":
-        hint = "add --format csv, or leave --table out"
-        terminal.refuse(diagnostics.OPTION_NOT_FOR_FORMAT, f"--table {table} is for --format csv", hint)
+        terminal.refuse("table_for_csv", table=table)
     ending = out.suffix.lower() if out is not None else ""
     if out is not None and ending in FILE_TYPES and ending not in DATA.get(form, ()) and not out.is_dir():
         ways = [f"for a folder with report.html and the figures: --out {out.with_suffix('')}"]
         ways += [f"for a file with the data: --format {one} --out {out}" for one in DATA if ending == f".{one}"]
         ways += ["for a PDF, print report.html from the browser"] if ending == ".pdf" else []
-        message = f"--out {out} is the name of a file, but the report is a folder"
-        terminal.refuse(diagnostics.OUT_IS_NO_FOLDER, message, "; ".join(ways))
+        terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
     if watched and (several or logs[0] == "-" or form != "text" or out):
-        message = "--watch is for one file, and prints text only"
-        terminal.refuse(diagnostics.CANNOT_BE_WATCHED, message, "for example: gyro analyze log.csv --watch")
+        terminal.refuse("watch_one_file")
 
 
 class _Request(Struct, frozen=True):
@@ -301,7 +293,7 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
     if folder is None:
         return _Outcome(0, text, analysis.diagnostics)
     try:
-        with telling(folder, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        with telling(folder):
             write_folder(folder, files)
     except GyroError as error:
         return _Outcome(error.exit_code, text, (*analysis.diagnostics, *error.diagnostics))

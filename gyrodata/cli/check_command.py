@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata import diagnostics
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs, with_units
 from gyrodata.cli.terminal import FAULT, complain, fault, names_of, refuse, source_of, tell, write_out, write_text
 from gyrodata.disk import telling, write_whole
@@ -42,9 +41,8 @@ def template(
         write_out(text)
         return
     if out.exists():
-        hint = "choose another name with --out, so that your data are not lost"
-        refuse(diagnostics.REPORT_CANNOT_BE_WRITTEN, f"{out} exists already", hint)
-    with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+        refuse("template_exists", out=out)
+    with telling(out):
         write_whole(out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()])
     tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
 
@@ -103,17 +101,16 @@ def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int)
     from gyrodata.quantities import parse_quantity
     from gyrodata.units import UnitError, from_si
 
-    code, shown = diagnostics.TEMPLATE_VALUE_CANNOT_BE_READ, []
+    shown = []
     if not texts:
-        raise InputError.of(code, f"{option}: nothing is given", f"for example {option} {_EXAMPLES[kind]}")
+        refuse("template_nothing_given", option=option, example=_EXAMPLES[kind])
     for text in dict.fromkeys(texts):
         try:
             value = from_si(parse_quantity(text, kind), unit, kind)
         except UnitError as error:
-            raise InputError.of(code, f"{option}: {error}", f"{error.hint}; separate several with commas") from None
+            refuse("template_value_unfit", option=option, error=error, hint=error.hint)
         if kind != "length" and value <= 0:
-            hint = "write values above zero; the run without a weight is in every log"
-            raise InputError.of(code, f'{option}: "{text}" is not above zero', hint)
+            refuse("template_not_above_zero", option=option, text=text)
         short = f"{value:.10g}"
         shown.append(short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}")
     return shown
@@ -166,15 +163,11 @@ def check(
     """
     given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
     if hand_in and (settings or mapping or config or fix or "-" in logs):
-        message = "--hand-in reads files as gyro grade does: without --set, --map, --config, --fix and -"
-        hint = "leave these out, and write their values into the log"
-        refuse(diagnostics.HAND_IN_AS_IT_IS, message, hint)
+        refuse("hand_in_as_it_is")
     if form == "json" and len(logs) > 1 and not hand_in:
-        hint = "use --format ndjson for several logs: one object per line"
-        refuse(diagnostics.FORMAT_FOR_ONE_LOG, "--format json is for one log", hint)
+        refuse("json_for_one_log")
     if fix and "-" in logs:
-        message = "--fix writes a file next to the log, and standard input has no folder"
-        refuse(diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN, message, "save the log first: gyro check --fix log.csv")
+        refuse("fix_of_standard_input")
     worst = 0
     if hand_in:
         from gyrodata.grading.grade import read_hand_in
@@ -203,19 +196,16 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
-    code = diagnostics.FIXED_LOG_CANNOT_BE_WRITTEN
     fixed = log.with_name(f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv")
     if not readings.runs or not readings.columns:
-        message = f"{fixed} is not written: gyro understands no run of {readings.name}"
-        refuse(code, message, "first correct the errors above")
+        refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
     try:
         if fixed.exists() and fixed.read_text("utf-8", "replace") != text:
-            refuse(code, f"{fixed} exists already, with another content", "rename it, so that nothing in it is lost")
+            refuse("fixed_exists", fixed=fixed)
         write_whole(fixed, [text.encode()])
     except OSError as error:
-        message = f"{fixed} cannot be written: {error.strerror or error}"
-        refuse(code, message, "free space there, or copy the log into another folder")
+        refuse("fixed_not_written", fixed=fixed, why=error.strerror or error)
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
     typer.echo("\n   ".join([f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]), err=form != "text")
 

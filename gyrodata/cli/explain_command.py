@@ -87,12 +87,11 @@ def _explanation(asked: str) -> str:
     if name not in known:
         near = get_close_matches(name, known, n=1)
         pages = [page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()]
-        hint = f"write a page, a word, or a code such as {diagnostics.NO_UNLOADED_RUN}; gyro explain lists them"
         if near:
-            hint = f"did you mean {known[near[0]]}?"
+            refuse("page_misspelt", asked=asked, near=known[near[0]])
         elif pages:
-            hint = f"these pages contain it: {', '.join(pages)}"
-        refuse(diagnostics.EXPLAINED_CODE_UNKNOWN, f'there is no page, code, word or key "{asked}"', hint)
+            refuse("page_of_word", asked=asked, pages=", ".join(pages))
+        refuse("page_unknown", asked=asked, code=diagnostics.NO_UNLOADED_RUN)
     found = known[name]
     if found in docs.PAGES:
         page = docs.page_text(found)

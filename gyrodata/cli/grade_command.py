@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 from typer import Argument, Option
 
-from gyrodata import diagnostics
 from gyrodata.cli.terminal import complain, progress_bar, refuse, tell, write_out
 from gyrodata.disk import alone_in, telling, write_whole
 
@@ -67,8 +66,7 @@ def grade(
         tell(*_write_autograder(gradescope, rubric))
         return
     if path is None:
-        message = "there is nothing to grade: no PATH is given"
-        refuse(diagnostics.NOTHING_TO_GRADE, message, "give the class, a folder or a zip")
+        refuse("nothing_to_grade")
     needed = ["--figures"] * figures + ["--gradebook"] * (gradebook is not None)
     folder = _folder(path, out, form, dry_run, needed)
     from gyrodata.grading import classroom, ledger, output, submissions
@@ -93,8 +91,7 @@ def grade(
     home, desk = folder or _usual_folder(path.resolve()), ledger.NO_DESK
     desks = [one for one in (home / ledger.DESK, home / "desk.xlsx") if one.exists()]
     if len(desks) > 1:
-        message, hint = f'both desk.csv and desk.xlsx are in "{home}"', "join them in one file, and remove the other"
-        refuse(diagnostics.DESK_CANNOT_BE_READ, message, hint)
+        refuse("two_desks", home=home)
     if desks:
         desk = ledger.read_desk(desks[0], _read(desks[0]), people.who_is_meant(found), judged)
     complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
@@ -109,7 +106,7 @@ def grade(
     years = _earlier(previous or [])
     with ExitStack() as at_work:
         if folder is not None:
-            at_work.enter_context(telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN))
+            at_work.enter_context(telling(folder, "grades_not_written"))
         if target is not None:
             at_work.enter_context(alone_in(target, private=True))
         try:
@@ -153,7 +150,7 @@ def autograde(
 
     rubric = root / "source" / "rubric.toml"
     graded = grade_autograder(root, read_rubric(_read(rubric), rubric.name))
-    with telling(root, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(root, "grades_not_written"):
         write_whole(root / "results" / "results.json", [graded.encode()])
 
 
@@ -164,8 +161,7 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        message = f'"{path}" cannot be read: {error.strerror or error}'
-        refuse(diagnostics.OPTION_FILE_CANNOT_BE_READ, message, "check its name")
+        refuse("option_file_not_read", path=path, why=error.strerror or error)
 
 
 def _rubric(path: Path | None) -> tuple[bytes, str]:
@@ -185,10 +181,7 @@ def _executor_of(address: str) -> Executor:
 
         executor: Executor = Client(address).get_executor()
     except (ImportError, OSError, ValueError) as error:
-        hint = (
-            "python3 -m pip install 'gyrodata[cluster]'; the address is what dask scheduler prints, as tcp://HOST:8786"
-        )
-        refuse(diagnostics.CLUSTER_CANNOT_BE_USED, f"--cluster {address} cannot be used: {error}", hint)
+        refuse("cluster_unusable", address=address, error=error)
     return executor
 
 
@@ -202,9 +195,7 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
         kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
         if not kept:
-            message = f'--previous "{year}" contains no log that could be compared'
-            hint = f"give the folder that an earlier run wrote, with its {JOURNAL}"
-            refuse(diagnostics.OPTION_FILE_CANNOT_BE_READ, message, hint)
+            refuse("previous_without_logs", year=year, journal=JOURNAL)
         found |= kept
     return found
 
@@ -217,7 +208,7 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
     data, name = _rubric(path)
     rubric = read_rubric(data, name)
     files = autograder_files(rubric, data.decode("utf-8-sig"))
-    with telling(folder, diagnostics.GRADES_FOLDER_CANNOT_BE_WRITTEN):
+    with telling(folder, "grades_not_written"):
         for name, content in files.items():
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
@@ -238,14 +229,12 @@ def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, needed: Seq
     if out is not None:
         if out.resolve().is_relative_to(home):
             beside = os.path.relpath(home.parent / _usual_folder(home).name)
-            hint = f"write next to it: --out {shlex.quote(beside)}"
-            refuse(diagnostics.GRADES_WITHIN_CLASS, f'"{out}" is in the class, and would be graded with it', hint)
+            refuse("grades_within_class", out=out, beside=shlex.quote(beside))
         return out
     if form == "text" or dry_run:
         return _usual_folder(home)
     if needed:
-        message = f"{needed[0]} needs a folder to write to, and --format {form} has none"
-        refuse(diagnostics.OPTION_NEEDS_A_FOLDER, message, "add --out DIR")
+        refuse("option_needs_folder", option=needed[0], form=form)
     return None
 
 

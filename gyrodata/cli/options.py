@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 
 import typer
 
-from gyrodata import diagnostics
 from gyrodata.cli.terminal import refuse, tell
 
 PlainFormat = Literal["text", "json"]
@@ -41,8 +40,7 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
             example, form = ("turns=1/3", "KEY=VALUE") if option == "--set" else ('time="T (s)"', "ROLE=HEADER")
-            hint = f"write both, with = between them: {option} {example}"
-            refuse(diagnostics.OPTION_IS_NO_PAIR, f"{option} {item!r} does not have the form {form}", hint)
+            refuse("option_not_a_pair", option=option, item=item, form=form, example=example)
         found[key] = value
     return found
 
@@ -98,9 +96,8 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         value = quantities.parse_quantity(text, kind)
     except units.UnitError as error:
         if re.fullmatch(r"\s*[-+]?\d+\.?\d*\s*", text):
-            hint = f'write {option} "{text.strip()} {units.DISPLAY[kind]}"'
-            refuse(diagnostics.OPTION_IS_NO_QUANTITY, f"{shown} has no unit", hint)
-        refuse(diagnostics.OPTION_IS_NO_QUANTITY, f"{option}: {error}", error.hint)
+            refuse("option_without_unit", shown=shown, option=option, meant=f"{text.strip()} {units.DISPLAY[kind]}")
+        refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
     broken = {
         "above zero": value <= 0,
         "other than zero": value == 0,
@@ -109,11 +106,10 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         "from -90 to 90 degrees": abs(value) > math.pi / 2,
     }
     if broken.get(bound):
-        refuse(diagnostics.OPTION_NUMBER_IMPOSSIBLE, f"{shown} is impossible", f"the value must be {bound}")
+        refuse("option_impossible", shown=shown, bound=bound)
     low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
     if abs(value) > high or (0 < abs(value) < low and kind != "angle"):
-        message = f"{shown} is too {'large' if abs(value) > high else 'small'} for {units.KINDS[kind].words} in a lab"
-        hint = f"check the unit: gyro accepts {low:g} to {high:g} {units.SI[kind]}".rstrip()
-        refuse(diagnostics.OPTION_NUMBER_IMPOSSIBLE, message, hint)
+        size, unit = "large" if abs(value) > high else "small", f" {units.SI[kind]}".rstrip()
+        refuse("option_too_large", shown=shown, size=size, kind=units.KINDS[kind].words, low=low, high=high, unit=unit)
     return value

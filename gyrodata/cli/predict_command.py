@@ -9,7 +9,6 @@ import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics
 from gyrodata.cli.options import Bound, FormatOption, constants_of, example_of, quantity
 from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
 
@@ -75,8 +74,7 @@ class _Numbers(Struct):
         usual = f"{DEFAULT_TRANSVERSE_RATIO * inertia + load:.9g} kg m^2"
         across = self.get("--transverse", text, "inertia", usual, "above zero")
         if across < inertia / 2:
-            message = f"--transverse {across:.4g} kg*m^2 is less than I_zz/2, which is impossible for any body"
-            refuse(diagnostics.OPTION_NUMBER_IMPOSSIBLE, message, "correct --transverse, or leave it out")
+            refuse("transverse_impossible", across=across)
         return across
 
 

@@ -17,7 +17,6 @@ from typing import Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from gyrodata import diagnostics
 from gyrodata.errors import PICTURES, Diagnostic, GyroError, InputError, printable
 
 FAULT = 3
@@ -40,9 +39,7 @@ class Door(TyperGroup):
             code = _report(error.diagnostics, error.exit_code)
         except OSError as error:
             # Commands explain errors of the files that they open.
-            message = f"gyro cannot continue: {error.strerror or type(error).__name__}"
-            hint = "check that the disk is not full, and that the files and folders are yours"
-            found = Diagnostic(diagnostics.STREAM_CANNOT_BE_USED, "error", message, hint)
+            found = Diagnostic.named("cannot_continue", why=error.strerror or type(error).__name__)
             code = _report([found], InputError.exit_code)
         except Exception as error:
             # Errors of the command line itself have this method; typer does not export their class.
@@ -84,7 +81,7 @@ def _usage_error(error: Any) -> Diagnostic:
             hint = f"did you mean {option.opts[0]} {wrong}?"
         elif "--out" in option.opts and message.startswith("got unexpected extra argument"):
             hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"
-    return Diagnostic(diagnostics.COMMAND_LINE_WRONG, "error", message, hint)
+    return Diagnostic.named("command_line_wrong", message=message, hint=hint)
 
 
 def _report(found: Sequence[Diagnostic], code: int) -> int:
@@ -172,9 +169,7 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
     frames = traceback.walk_tb(error.__traceback__)
     places = [(frame.f_globals.get("__name__", ""), line) for frame, line in frames]
     place = [f" in {module}, line {line}" for module, line in places if module.startswith("gyrodata")][-1:]
-    message = f"this is a fault of gyro, not of your log: {type(error).__name__}{''.join(place)}"
-    hint = "please report it with the log and this line; GYRO_DEBUG=1 in front of the command shows more"
-    return Diagnostic(diagnostics.FAULT_OF_GYRO, "error", message, hint, name)
+    return Diagnostic.named("fault_of_gyro", name, error=type(error).__name__, place="".join(place))
 
 
 _COLOURED = (
@@ -223,8 +218,7 @@ def write_out(text: str) -> None:
         raise typer.Exit(0) from None
     except OSError as error:
         _throw_away(sys.stdout)
-        message = f"standard output cannot be written: {error.strerror}"
-        refuse(diagnostics.STREAM_CANNOT_BE_USED, message, "free space on the disk, or write to another file: > FILE")
+        refuse("output_not_written", why=error.strerror)
 
 
 def write_text(text: str) -> None:
@@ -249,9 +243,9 @@ def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
     tell(*map(str, sorted(shown, key=lambda one: (order[one.severity], one.line or 0, one.column or 0))))
 
 
-def refuse(code: str, message: str, hint: str) -> NoReturn:
-    """Stop with one error: what happened, and what to type."""
-    raise InputError.of(code, message, hint)
+def refuse(name: str, /, **values: object) -> NoReturn:
+    """Stop with one error, a message of `messages.toml`."""
+    raise InputError.named(name, **values)
 
 
 def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str = "") -> Callable[[int], None] | None:
@@ -285,8 +279,7 @@ def source_of(log: str, name: str) -> dict[str, Any]:
         # A path that contains a line break is still a path.
         return {"source": Path(log), "name": name}
     if sys.stdin is None:
-        hint = "give the name of the log instead of -, or - < log.csv"
-        refuse(diagnostics.STREAM_CANNOT_BE_USED, "standard input is closed", hint)
+        refuse("input_closed")
     if sys.stdin.isatty():
         end = "Ctrl-Z and Enter" if os.name == "nt" else "Ctrl-D"
         tell(f"gyro reads the log from the keyboard; end it with {end}")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata import diagnostics
 from gyrodata.cli import options
 from gyrodata.cli.terminal import names_of, progress_bar, source_of, tell, write_out
 from gyrodata.disk import telling, write_folder
@@ -112,7 +111,7 @@ def benchmark(
 
     effort = QUICK if quick else FULL
     # Test first that the folder can be written, because the benchmark takes minutes.
-    with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+    with telling(out):
         write_folder(out, {})
     # Some systems count CPU time in long ticks; the wall clock is better there.
     fine = time.get_clock_info("process_time").resolution < 1e-5
@@ -120,7 +119,7 @@ def benchmark(
     done = run_benchmark(effort, clock, 1, progress_bar(100), describe_machine())
     words = reading(done, effort, 1)
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
-    with telling(out, diagnostics.REPORT_CANNOT_BE_WRITTEN):
+    with telling(out):
         write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
     write_out(words)
     tell(f"charts: {out}")

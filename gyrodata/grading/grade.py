@@ -357,30 +357,27 @@ def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnos
     """Read a student's files, or folder or zip, as `grade_submission` does, and report the answer in it."""
     submission, told = submission_of(paths)
     if submission.problem is not None:
-        hint = "a log is a CSV file or a workbook; gyro template prints one to fill in"
-        raise InputError.of(diagnostics.NO_SUBMISSION, submission.problem, hint, paths[0].name)
+        raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
     reported, station = answers.inertia or read_reported("inertia", ""), station_of(readings)
     file, text = answers.file or None, reported.text or None
     one = HandIn(text=text, inertia=reported.value, u=reported.u, file=file, line=reported.line, station=station)
     # The place of the answer is reported once.
     others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
-    code, hint = diagnostics.ANSWER_READ, ""
+    log, name, more = shown(PurePosixPath(submission.log_file or "").name), "answer_missing", ""
     if one.inertia is not None:
         place = f"{one.file}, line {one.line}" if one.line else one.file
         said = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {place}"
         doubts = ("no uncertainty is found with it" if one.u is None else "", reported.problem)
-        message = "; ".join(filter(None, [said, *doubts, f"station: {station}" if station else ""]))
+        name = "answer_read"
+        what = "; ".join(filter(None, [said, *doubts, f"station: {station}" if station else ""]))
+    elif answers.inertia is None:
+        read = [one for one in (submission.log_name, *submission.report_names) if one]
+        unread = [one for one in submission.members if one not in read]
+        here, left = (listing(sorted(shown(PurePosixPath(one).name) for one in some)) for some in (read, unread))
+        what = f"no I_zz is found in {here}{f'; not read: {left}' if unread else ''}"
     else:
-        log = shown(PurePosixPath(submission.log_file or "").name)
-        hint = f"write one line above the table of {log}, with your value: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
-        code, file = diagnostics.ANSWER_MISSING, file or log
-        message = f"the answer cannot be read: {reported.problem}"
-        if answers.inertia is None:
-            read = [name for name in (submission.log_name, *submission.report_names) if name]
-            unread = [name for name in submission.members if name not in read]
-            here, left = (listing(sorted(shown(PurePosixPath(one).name) for one in some)) for some in (read, unread))
-            message = f"no I_zz is found in {here}{f'; not read: {left}' if unread else ''}"
-        elif one.file == log:
-            hint += ", and take its other lines with an I_zz out"
-    return readings, one, (*told, *others, Diagnostic.of(code, message, hint, file or "", one.line))
+        what = f"the answer cannot be read: {reported.problem}"
+        more = ", and take its other lines with an I_zz out" if one.file == log else ""
+    file = file or (log if name == "answer_missing" else "")
+    return readings, one, (*told, *others, Diagnostic.named(name, file, one.line, told=what, log=log, more=more))

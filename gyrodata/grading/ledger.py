@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.grading.forensics import Flag
 from gyrodata.grading.grade import Decision, Grade, added_up
@@ -29,7 +28,7 @@ from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import Faults, decode, listing, read_reported
 from gyrodata.readings.source import sheet_rows
 from gyrodata.reporting.data import csv_cell, csv_lines
-from gyrodata.toml_table import UnfitError, nearest
+from gyrodata.toml_table import UnfitError, nearest, unfit
 
 if TYPE_CHECKING:
     from gyrodata.grading.classroom import ClassGrades
@@ -156,16 +155,14 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
                     mine = lines.setdefault(student, {})
                     at, before = mine.get(key, (number, one))
                     if before.value != one.value:
-                        who = cells["student"]
-                        message = f'{one.what} of "{who}" is {one.value} here and {before.value} in line {at}'
-                        hint = "keep the line that is right, and remove the other"
-                        raise UnfitError(message, hint, diagnostics.DESK_LINES_CONTRADICT)
+                        values = {"what": one.what, "who": cells["student"], "here": one.value, "before": before.value}
+                        raise unfit("desk_lines_contradict", line=at, **values)
                     mine[key] = at, one
             except UnfitError as error:
                 faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
     except (csv.Error, LookupError, ValueError) as error:
-        message, hint = f"cannot be read: {error.args[0]}", f"the first line is {','.join(COLUMNS)}"
-        faults = [Diagnostic.of(diagnostics.DESK_CANNOT_BE_READ, message, hint, path.name, number + 1)]
+        values = {"why": error.args[0], "columns": ",".join(COLUMNS)}
+        faults = [Diagnostic.named("desk_not_read", path.name, number + 1, **values)]
     if faults:
         raise InputError(faults)
     decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
@@ -198,36 +195,29 @@ def _decision(row: dict[str, str], points: dict[str, float], known: Known, folde
     names = name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
     people, fault = sorted({_student(one, known) for one in names}), ""
     short, most = value[:60], points.get(what, points["total"])
-    said = f'{what} = "{short}"'
+    told: dict[str, object] = {"what": what, "value": short, "written": row["what"][:60], "most": most}
     if what not in (*points, *WORDS, CORRECTED):
-        fault = f'"{row["what"][:60]}" is not a criterion of the rubric, nor a word of the desk'
-        hint = nearest(row["what"], (*points, *WORDS[1:]))
+        fault, told["near"] = "desk_word_unknown", nearest(row["what"], (*points, *WORDS[1:]))
     elif what in BARE or not value:
         value = ""
     elif what in points and value.startswith(("+", "-")):
-        fault = f"{what} = {short} has a sign"
-        hint = f"to change the total by this number, write bonus,{short.removeprefix('+')}"
+        fault, told["number"] = "desk_points_with_sign", short.removeprefix("+")
     elif what == "bonus" and read_number(value) is None:
-        fault, hint = f"{said} is not a number", "write the points to add, such as 2"
+        fault = "desk_bonus_not_a_number"
     elif what == CORRECTED and not (folder / value).is_file():
-        fault = f'there is no file "{short}" in the folder of the grades'
-        hint = "write the corrected log there, and its name here"
+        fault = "desk_log_not_found"
     elif what in (*points, "late") and not is_points(value, most):
-        fault, hint = (
-            f"{said} is not a number of points from 0 to {most:g}",
-            f"write a number, such as {most / 2:g}, or 0",
-        )
+        fault, told["half"] = "desk_points_unfit", most / 2
     elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
-        fault = f"{said} cannot be read: {read.problem or 'it is not a number'}"
-        hint = "write value, uncertainty and unit: 4.4e-3 ± 0.1e-3 kg m^2"
+        fault, told["problem"] = "desk_report_unreadable", read.problem or "it is not a number"
     elif what == FLAG and (value := value.casefold()) not in VERDICTS:
-        fault, hint = f"{said} settles nothing", f"write {', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+        fault, told["verdicts"] = "desk_flag_not_settled", f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
     elif what == FLAG and not row["by"]:
-        fault, hint = "a flag is settled by a person", "write who has decided it, under by"
+        fault = "desk_flag_by_nobody"
     elif what == "partner":
         value = _student(value, known)
     if fault:
-        raise UnfitError(fault, hint, diagnostics.DESK_LINE_CANNOT_BE_USED)
+        raise unfit(fault, **told)
     return people, Decision(what, value, row["by"], row["why"])
 
 
@@ -235,11 +225,11 @@ def _student(name: str, known: Known) -> str:
     """Return the key of a student; raise UnfitError if there is not exactly one with this name."""
     keys = keys_of(name, known)
     if not keys:
-        hint = nearest(name, known, "write what grades.csv has under student")
-        raise UnfitError(f'"{name[:60]}" is nobody in this class', hint, diagnostics.DESK_STUDENT_UNKNOWN)
+        near = nearest(name, known, "write what grades.csv has under student")
+        raise unfit("desk_student_unknown", name=name[:60], near=near)
     if len(keys) > 1 and name not in keys:
-        message = f'{len(keys)} students are called "{name[:60]}": {listing(keys, 5)}'
-        raise UnfitError(message, f"write {' or '.join(keys[:5])} instead of the name", diagnostics.DESK_NAME_SHARED)
+        told = {"count": len(keys), "keys": listing(keys, 5), "some": " or ".join(keys[:5])}
+        raise unfit("desk_name_shared", name=name[:60], **told)
     return name if name in keys else keys[0]
 
 

@@ -11,7 +11,6 @@ from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
 
-from gyrodata.diagnostics import JOURNAL_LINES_LOST
 from gyrodata.disk import file_name, new_file, write_whole, write_zip
 from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
@@ -149,8 +148,7 @@ def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, endin
 
 def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled: Filled | None, dry_run: bool) -> str:
     """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
-    message = f"{count_text(found.damaged, 'line')} of the journal cannot be read; what was there was graded again"
-    lost = Diagnostic.of(JOURNAL_LINES_LOST, message, file=JOURNAL)
+    lost = Diagnostic.named("journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line"))
     again = grouped((why, found.names[student]) for student, why in found.again.items())
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
     return (

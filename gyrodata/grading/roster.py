@@ -11,7 +11,6 @@ from typing import NamedTuple
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.diagnostics import ROSTER_CANNOT_BE_READ
 from gyrodata.errors import InputError
 from gyrodata.grading.grade import Grade
 from gyrodata.grading.ledger import Known, forms_of, keys_of, read_list
@@ -102,13 +101,12 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
 
 def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     """Read a table with columns of `IDS`, `NAMES`, section, station and partner. Raises InputError."""
-    hint = "give a gradebook, or a CSV whose first line is student,name,section,station,partner"
     try:
         rows = [cells for _, cells in read_list(data, name)]
     except (csv.Error, LookupError, ValueError) as error:
-        raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" cannot be read: {error}', hint, name) from None
+        raise InputError.named("roster_not_read", name, name=name, why=f"cannot be read: {error}") from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
-        raise InputError.of(ROSTER_CANNOT_BE_READ, f'"{name}" has no column that says who is who', hint, name)
+        raise InputError.named("roster_not_read", name, name=name, why="has no column that says who is who")
     by_id, called_so = dict[str, str](), list[tuple[str, str]]()
     for item in submissions.items:
         by_id |= dict.fromkeys(map(str.casefold, (*item.ids.values(), *item.members_of_group)), item.student)

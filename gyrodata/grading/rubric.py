@@ -319,9 +319,8 @@ def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnos
     found = []
     for one in rubric.late.exceptions if rubric.late else ():
         if one.student.casefold() not in known:
-            message = f'the late exception for "{one.student}" has no effect: no submission has this name'
-            hint = nearest(one.student, known.values(), "write the name, key or id of a student")
-            found.append(Diagnostic.of(diagnostics.EXCEPTION_FOR_NOBODY, message, hint, rubric.name))
+            near = nearest(one.student, known.values(), "write the name, key or id of a student")
+            found.append(Diagnostic.named("exception_for_nobody", rubric.name, student=one.student, near=near))
     return found
 
 

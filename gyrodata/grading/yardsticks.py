@@ -24,7 +24,6 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata import fitting
-from gyrodata.diagnostics import LOG_CONTRADICTS_RIGHT_ANSWER
 from gyrodata.errors import Diagnostic, InputError
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
@@ -232,7 +231,7 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
         column = readings.columns[source]
         read = map(_times, column.readings, np.broadcast_to(factor, len(readings.runs)).tolist())
         columns[one] = replace(column, role=one, unit=unit or column.unit, readings=tuple(read))
-    warning = Diagnostic.of(LOG_CONTRADICTS_RIGHT_ANSWER, kind.log, kind.remedy, readings.name)
+    warning = Diagnostic.named("log_contradicts_answer", readings.name, what=kind.log, remedy=kind.remedy)
     return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, warning))
 
 

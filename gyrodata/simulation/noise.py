@@ -80,13 +80,11 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        message = f"--noise {name!r} cannot be read: {error.strerror or error}"
-        choices = 'write "none", "typical" or the name of a file'
-        raise InputError.of(NOISE_CANNOT_BE_READ, message, choices) from None
+        raise InputError.named("noise_not_read", name=name, why=error.strerror or error) from None
     lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
     stated: Mapping[str, Any] = dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
     if not stated:
-        raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r} states no uncertainty", hint)
+        raise InputError.named("noise_states_nothing", name=name, hint=hint)
     noise = dict(TYPICAL)
     for key, value in stated.items():
         fault, hint = "a simulated log does not have this uncertainty", nearest(key, NOISE_KEYS)
@@ -98,5 +96,5 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
-            raise InputError.of(NOISE_CANNOT_BE_READ, f"--noise {name!r}, {key}: {fault}", hint)
+            raise InputError.named("noise_unfit", name=name, key=key, fault=fault, hint=hint)
     return noise

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, motion, physics
+from gyrodata import motion, physics
 from gyrodata.errors import InputError, insist_on_type
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO
 from gyrodata.physics import RPM, Floats
@@ -123,17 +123,13 @@ def happen(truth: Truth, design: Design) -> Runs:
         across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
     runs = Runs(mass, position, pitch, turns, spin, None, across, torque, np.full(len(mass), math.inf))
     for i in np.flatnonzero(torque == 0)[:1]:
-        hint = 'without a weight, only an imbalance turns the rod: --imbalance "0.3 mN m"'
-        if mass[i] and position[i]:
-            hint = "weight and imbalance cancel: change one of them"
-        message = f"{_run(runs, i)}: the torque is zero, so the rod never turns"
-        raise InputError.of(diagnostics.SIMULATED_WITHOUT_TORQUE, message, hint)
+        name = "simulated_imbalance_cancels" if mass[i] and position[i] else "simulated_without_torque"
+        raise InputError.named(name, run=_run(runs, i))
     return _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
 
 
 def _check(truth: Truth, design: Design) -> None:
     """Refuse impossible values and contradictions before the runs are computed."""
-    impossible = diagnostics.SIMULATED_VALUE_IMPOSSIBLE
     decay = truth.decay
     values: dict[str, tuple[str, tuple[float, ...]]] = {
         "inertia": ("transverse_inertia", (truth.inertia,)),
@@ -152,26 +148,26 @@ def _check(truth: Truth, design: Design) -> None:
             fault, hint = check_value(role, value)
             if fault or (role == "g" and value <= 0):
                 shown, unit = to_display(value, role)
-                message = f"{name} {shown:.6g} {unit}".rstrip()
-                raise InputError.of(impossible, f"{message} {fault or 'is not above zero'}", hint)
+                told = {"value": f"{shown:.6g} {unit}".rstrip(), "fault": fault or "is not above zero", "hint": hint}
+                raise InputError.named("simulated_impossible", name=name, **told)
     for kind, name, size in (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias)):
         if size is not None and not abs(size) <= LIMITS[kind][1]:
-            raise InputError.of(impossible, f"{name} {size:g} {SI[kind]} is too large")
+            raise InputError.named("simulated_too_large", name=name, size=size, unit=SI[kind])
     columns = (design.masses, design.positions, design.spins, design.turns, design.pitches)
     rows = design.repeats * math.prod(map(len, columns))
     if not 1 <= rows <= MAX_ROWS:
-        raise InputError.of(impossible, f"these are {rows} runs", f"a log has 1 to {MAX_ROWS}")
+        raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
     known = get_args(Motion)
     if truth.motion not in known:
-        raise InputError.of(impossible, f"unknown motion {truth.motion!r}", f"write one of: {', '.join(known)}")
+        raise InputError.named("simulated_motion_unknown", motion=truth.motion, known=", ".join(known))
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):
-        raise InputError.of(impossible, "a decay needs either a time constant or the part that is lost, not both")
+        raise InputError.named("simulated_decay_unclear")
     if decay.lost is not None and not 0 < decay.lost < 1:
-        raise InputError.of(impossible, f"a run cannot lose {100 * decay.lost:g} % of its spin", "write it like 10 %")
+        raise InputError.named("simulated_loss_impossible", percent=100 * decay.lost)
     if truth.motion == "released":
-        raise InputError.of(impossible, "a released rod is simulated with a constant spin", 'use motion="steady"')
+        raise InputError.named("simulated_release_decays")
 
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(64)
@@ -194,9 +190,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         # The message names the run that needs the fastest spin: this spin is enough for all runs.
         i = slow[np.argmax(least[slow])]
         rpm = math.ceil(10 * to_display(least[i], "spin")[0]) / 10
-        message = f"{_run(runs, i)}: the spin is too slow for steady precession"
-        hint = f"at this pitch and torque it takes more than {rpm:g} rpm"
-        raise InputError.of(diagnostics.SIMULATED_NO_STEADY_PRECESSION, message, hint)
+        raise InputError.named("simulated_not_steady", run=_run(runs, i), rpm=rpm)
     decay, longest = truth.decay, angle / at_start
     if decay is None:
         return replace(runs, time=longest)
@@ -216,8 +210,7 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
         time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
     end = runs.spin * np.exp(-fall)
     for i in np.flatnonzero(~(np.isfinite(time) & (rate(end) < np.abs(end))))[:1]:
-        message = f"{_run(runs, i)}: the spin dies away before the turns are completed"
-        raise InputError.of(diagnostics.TURNS_NEVER_COMPLETED, message, "take fewer turns, or a slower decay")
+        raise InputError.named("simulated_spin_dies", run=_run(runs, i))
     return replace(runs, time=time, spin_end=end)
 
 
@@ -226,8 +219,7 @@ def _released(truth: Truth, runs: Runs) -> Runs:
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
     time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
-        message = f"{_run(runs, i)}: the rod never completes its turns"
-        raise InputError.of(diagnostics.TURNS_NEVER_COMPLETED, message, 'use a faster spin, or motion="steady"')
+        raise InputError.named("simulated_turns_never", run=_run(runs, i))
     return replace(runs, time=time)
 
 

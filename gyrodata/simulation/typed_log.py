@@ -13,7 +13,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import motion
-from gyrodata.diagnostics import SIMULATED_VALUE_IMPOSSIBLE
 from gyrodata.errors import InputError, insist_on_choice, insist_on_type
 from gyrodata.physics import Floats
 from gyrodata.quantities import read_cell
@@ -211,11 +210,8 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
         texts.append("" if math.isnan(value) else text)
         fault, _ = check_value(role, read_cell(texts[i], kind, unit).value) if texts[i] else ("", "")
         if fault:
-            message = f"run {i + 1}: {role} {float(text):.6g} {unit} {fault}"
-            hint = "use less noise, a timing bias nearer to 0 s, or more turns"
-            if "too large" in fault:
-                hint = "use fewer turns, a larger torque, or a timing bias nearer to 0 s"
-            raise InputError.of(SIMULATED_VALUE_IMPOSSIBLE, message, hint)
+            name = "simulated_reading_large" if "too large" in fault else "simulated_reading_impossible"
+            raise InputError.named(name, run=i + 1, role=role, value=float(text), unit=unit, fault=fault)
     return texts
 
 

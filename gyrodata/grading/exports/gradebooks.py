@@ -19,7 +19,6 @@ from collections.abc import Callable, Collection, Mapping
 
 from msgspec import Struct
 
-from gyrodata import diagnostics
 from gyrodata.errors import InputError
 from gyrodata.grading.exports.pages import feedback_comment
 from gyrodata.grading.grade import Grade, two_decimals
@@ -74,10 +73,9 @@ def fill_book(
     layout = _columns(sheet, lms, book, assignment) if book.assignment else _worksheet(sheet, book)
     most, out_of = read_number(layout.most), next(iter(grades)).out_of
     if most is not None and round(most, 2) != round(out_of, 2):
-        words = f'has {layout.most} points for "{sheet.value(0, layout.grade)}", the rubric {out_of:g}'
-        hint = f"make the points of the rubric and of the assignment in {lms.title()} the same"
-        code = diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED
-        raise refusal(diagnostics.WORKSHEET_CANNOT_TAKE_POINTS if layout.top else code, name, words, hint)
+        words = {"name": name, "most": layout.most, "column": sheet.value(0, layout.grade), "out_of": out_of}
+        of_sheet = "worksheet_other_points" if layout.top else "gradebook_other_points"
+        raise InputError.named(of_sheet, name, lms=lms.title(), **words)
     mark = "," if re.search(r",\d+$", layout.most) else "."
     # Blackboard's sheet with tabs ends in .xls.
     found = Filled(f"{lms}.{'xls' if name.lower().endswith('.xls') else 'csv'}")
@@ -161,7 +159,7 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
     key = columns.get(book.known_by[0][0].casefold())
     # A cell may contain a character that separates cells elsewhere.
     if key is None or not re.match(book.begins, "\t".join(sheet.head)):
-        raise refusal(book.code, sheet.name, book.none, book.export)
+        raise InputError.named(f"no_book_of_{lms}", sheet.name, name=sheet.name, columns="")
     every = range(1, len(sheet.rows))
     special = next((row for row in every if book.maximum and book.maximum in sheet.value(row, 0)), None)
     points = {at: "" if special is None else sheet.value(special, at) for at in range(len(sheet.head))}
@@ -174,15 +172,13 @@ def _columns(sheet: Sheet, lms: str, book: Book, assignment: str | None) -> _Lay
     if len(found) != 1:
         shown = listing([sheet.head[at] for at in titles]) or "none with a number after its title"
         asked = f'not exactly one column "{assignment}"' if assignment is not None else "not one assignment"
-        hint = "give the number after its title with --assignment; or " if titles else ""
-        hint += f"make the assignment in {lms.title()} first, and export again"
-        message = f"has {asked}; its assignments are: {shown}"
-        raise refusal(diagnostics.GRADEBOOK_COLUMN_NOT_CLEAR, sheet.name, message, hint)
+        give = "give the number after its title with --assignment; or " if titles else ""
+        values = {"name": sheet.name, "asked": asked, "shown": shown, "give": give, "lms": lms.title()}
+        raise InputError.named("gradebook_column_unclear", sheet.name, **values)
     ((grade, match),) = found.items()
     if match["locked"]:
-        message = f'takes no points in the column "{sheet.head[grade]}": {match["locked"]}'
-        hint = f"{book.unlock}, or name another with --assignment"
-        raise refusal(diagnostics.GRADEBOOK_COLUMN_CANNOT_BE_FILLED, sheet.name, message, hint)
+        values = {"name": sheet.name, "column": sheet.head[grade], "why": match["locked"], "unlock": book.unlock}
+        raise InputError.named("gradebook_column_locked", sheet.name, **values)
     labels, places = dict[int, str](), dict[tuple[str, str], list[int]]()
     for row in (row for row in every if row != special and sheet.value(row, key)):
         labels[row] = ", ".join(sheet.value(row, at) for at in range(key))
@@ -203,7 +199,8 @@ def _worksheet(sheet: Sheet, book: Book) -> _Layout:
     equal = [at for at, some in values.items() if len(some) == 1 and read_number(*some) is not None]
     top = sheet.head.index("Maximum Grade") if "Maximum Grade" in sheet.head else equal[-1] if equal else 0
     if not rows or top < 2:
-        raise refusal(book.code, sheet.name, f"{book.none}; its columns are: {listing(sheet.head)}", book.export)
+        columns = f"; its columns are: {listing(sheet.head)}"
+        raise InputError.named("no_book_of_moodle", sheet.name, name=sheet.name, columns=columns)
     # The last column contains comments if its cells are not dates.
     last = len(sheet.head) - 1
     is_comment = last > top + 2 and any(not text or text.startswith("<") for text in values[last])
@@ -257,12 +254,6 @@ def read_sheet(data: bytes, name: str) -> Sheet:
         rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except (ValueError, csv.Error) as error:
         why = "is no text" if isinstance(error, UnicodeDecodeError) else str(error)
-        hint = "give the CSV file that the gradebook exports, not a workbook; if it is that file, export it again"
-        raise refusal(diagnostics.GRADEBOOK_CANNOT_BE_READ, name, why, hint) from None
+        raise InputError.named("gradebook_not_read", name, name=name, why=why) from None
     quoted = re.match(rf'(?:"(?:[^"]|"")*"{delimiter})*"(?:[^"]|"")*"[\r\n]', text) is not None  # the first row
     return Sheet(name, rows, [cell.strip() for cell in rows[0]] or [""], delimiter, encoding, quoted)
-
-
-def refusal(code: str, name: str, message: str, hint: str) -> InputError:
-    """Return the error for a gradebook that cannot be used."""
-    return InputError.of(code, f'"{name}" {message}', hint, name)

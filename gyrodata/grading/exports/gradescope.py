@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import gyrodata
-from gyrodata.diagnostics import AUTOGRADER_CANNOT_BE_MADE, explanations
+from gyrodata.diagnostics import explanations
 from gyrodata.errors import GyroError, InputError
 from gyrodata.grading.criteria import ASKS, Mark
 from gyrodata.grading.exports.pages import environment
@@ -31,16 +31,11 @@ def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
     compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
     if compared:
-        message = f'criterion "{compared[0].id}" compares with the class, and an autograder sees only one student'
-        hint = "in your --rubric (gyro grade --print-rubric full > rubric.toml gives one) write, instead of [reference]"
-        hint += ' and from = "class": [reference.all], inertia = "4.44e-3 kg m^2", u = "1 %"; or take the criterion out'
-        raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint, rubric.name)
+        raise InputError.named("autograder_compares", rubric.name, id=compared[0].id)
     try:
         needed = [f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one]
     except PackageNotFoundError:
-        message = f"gyro {gyrodata.__version__} runs from its folder and is not installed: what it needs is not known"
-        hint = "install it with python3 -m pip install . in its folder, and run the installed gyro"
-        raise InputError.of(AUTOGRADER_CANNOT_BE_MADE, message, hint) from None
+        raise InputError.named("autograder_not_installed", version=gyrodata.__version__) from None
     home = Path(gyrodata.__file__).parent
     paths = [path for path in sorted(home.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
     package = {path.relative_to(home.parent).as_posix(): path.read_bytes() for path in paths}

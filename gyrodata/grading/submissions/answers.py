@@ -23,7 +23,7 @@ import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, readings
+from gyrodata import readings
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
 from gyrodata.readings import Reported, read_reported
@@ -85,7 +85,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         first, second = (f'"{one.read.text}" in {one.place}' for one in (chosen, others[0]))
         problem = f"two values are found: {first} and {second}"
         read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
-    note = Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, f'I_zz is read from {chosen.place}: "{read.text}"')
+    note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
     file = chosen.place.rpartition(", line ")[0]
     return Answers(read, (note,), file, "" if others else _disagrees(read, file, found))
 

@@ -37,9 +37,6 @@ class Book(Struct, frozen=True):
     """The sheet of grades that a platform exports; `platforms.toml` explains the fields."""
 
     noun: str
-    code: str
-    none: str
-    export: str
     begins: str = ""
     maximum: str = ""
     assignment: str = ""

@@ -15,7 +15,7 @@ from typing import Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, readings
+from gyrodata import readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.answers import Answers, as_log, lines_of, read_answers, version_of
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
@@ -62,7 +62,7 @@ class Submission(Struct, frozen=True, dict=True):
     def log(self) -> bytes:
         """Return the log; raise InputError if it cannot be read."""
         if self.log_name is None:
-            raise InputError.of(diagnostics.NO_SUBMISSION, f"{self.name}: {self.problem}")
+            raise InputError.named("nothing_handed_in", why=f"{self.name}: {self.problem}")
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
         return as_log(self.log_file or self.log_name, data)
@@ -84,8 +84,8 @@ class Submission(Struct, frozen=True, dict=True):
             said = [line for one in self.reports() for line in lines_of(*one) if said_in(Row(1, [line]))]
             text = readings.decode(data, readings.Faults(name))[0] + "".join(f"\n# {line}" for line in said)
             again = readings.read_log(text.encode(), name=name, settings=settings)
-            words = f"read from another text: {readings.listing(said, 4)}"
-            found = (*again.diagnostics, Diagnostic.of(diagnostics.ANSWER_ELSEWHERE, words, file=name))
+            note = Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4))
+            found = (*again.diagnostics, note)
             log = replace(again, diagnostics=found) if again.ok else log
         answers = read_answers(log, self.reports())
         if answers.inertia is None:

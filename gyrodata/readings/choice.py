@@ -89,6 +89,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
+    before_or_after = roles.START_WORDS | roles.END_WORDS
     later = []
     for one in columns:
         is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
@@ -111,11 +112,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
         if header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
             found = ("note",)  # next to "duration [s]"
-        elif (
-            not found
-            and kinds_of(header.unit or "") == {"rate"}
-            and name.lower() in roles.START_WORDS | roles.END_WORDS
-        ):
+        elif not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in before_or_after:
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
         counts = all(re.fullmatch(r"1?[0-9](?:\s*/\s*[2-9]|[.,]\d+)?", text) for text in texts if text)
         if found == ("spin",) and header.unit is None and found in with_unit and counts:
@@ -153,6 +150,11 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
             for part, role in enumerate(("spin_start", "spin_end") if is_spin else ("time", "time"), 1):
                 choice.serve(replace(one, role=role, part=part, number=None if is_spin else part))
             choice.used = {role: many for role, many in choice.used.items() if many}
+    before = choice.used.get("spin_start", [])
+    if before and choice.there.isdisjoint({role for one in roles.SPIN_SETS for role in one} - {"spin_start"}):
+        choice.used["spin"] = [replace(one, role="spin") for one in choice.used.pop("spin_start")]
+        choice.there = choice.there - {"spin_start"} | {"spin"}
+        faults.add("only_spin_before", before[0].cell)
     choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
@@ -161,7 +163,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
 
 def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
     """Use columns that state their turns: "Time for 1/3 rev (s)" is a time of the precession, or of the ball."""
-    spins = any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
+    rates = any(kinds_of(header.unit or "") == {"rate"} for header in table.headers)
+    spins = rates or any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
         turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
         times = [one for one in choice.used.get("time", []) if one.turns not in ("", turns)]
@@ -260,9 +263,9 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
             return [f"u_{used[0].role}"]
     open_roles = [role for role in found if role not in there and (role[:2] != "u_" or role[2:] in choice.used)]
     if not there.isdisjoint(roles.TIMINGS) and "spin" in open_roles:
-        open_roles = [
-            role for role in open_roles if role not in roles.TIMINGS
-        ]  # "rotation" and "period": the first is the spin
+        # "rotation" and "period": the first is the spin; next to "before" and "after", "Omega" is not.
+        done = any(there.issuperset(one) for one in roles.SPIN_SETS)
+        open_roles = [role for role in open_roles if role not in (("spin",) if done else roles.TIMINGS)]
     # A quantity that follows from the readings is not needed, if the header can be another one.
     return [role for role in open_roles if role not in roles.derived_roles(there)] or open_roles
 

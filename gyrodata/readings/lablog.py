@@ -493,13 +493,7 @@ def read_settings(
             answers.append((key, text))
         elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
             answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
-        elif (
-            known not in roles.KEYS
-            or known in roles.TEXTS
-            or not text.text
-            or (known == "time" and (":" in text.text or roles.turns_in(text.text)))
-        ):
-            # The time may be the hour of the day; a line of a template may be blank.
+        elif known not in roles.KEYS or known in roles.TEXTS or _says_no_value(known, text.text):
             settings.metadata[key] = text.text
             if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:
                 _warn_of_remark(key, text.text, text, faults)
@@ -524,6 +518,12 @@ def read_settings(
         if item.key not in seen or not item.label.startswith("--config"):
             _enter(settings, item, True, faults)
     return settings
+
+
+def _says_no_value(key: str, text: str) -> bool:
+    """Return whether a line with the name of a quantity is blank, the hour of the day, or a sentence."""
+    of_day = key == "time" and (":" in text or roles.turns_in(text))
+    return not text or bool(of_day) or (key in roles.ROLES and len(text.split()) > 3 and not re.search(r"\d", text))
 
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:

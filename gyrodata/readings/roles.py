@@ -382,6 +382,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
+    if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]", text):
+        return match[1].replace("_", " "), match[2]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
     if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
     if (match := re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)) and kinds_of(match[2]) and not kinds_of(text):
@@ -462,9 +464,11 @@ def _known(name: str) -> tuple[str, ...]:
 
 def _modified(name: str) -> tuple[str, ...]:
     """Look up "initial spin", "mean period", "error of T", "Mass, m": a known name between small words."""
+    # "pos. from ball surface"
+    name = re.sub(_FROM, lambda origin: "" if origin_in(origin[0]) else origin[0], name)
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
-        return ()
+        return _known(tokens[0]) if tokens and "position" in _known(tokens[0]) else ()
     # "Mass m", "Tiempo de giro inicial T Gi", "m (mass)": what both mean is meant.
     for words, letters in ((tokens[:-1], tokens[-1:]), (tokens[:-2], tokens[-2:]), (tokens[1:], tokens[:1])):
         word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())
@@ -699,7 +703,10 @@ def diameter_in(sentence: str) -> str:
         return ""
     if match := re.search(DIAMETER, sentence):
         return match[1] or match[2]
-    match = re.search(rf"{_RADIUS}[^0-9;]{{0,30}}?{_LONG}", sentence)
+    # "from the surface, r = x + 5.08 cm"
+    match = re.search(rf"{_RADIUS}[^0-9;]{{0,30}}?{_LONG}", sentence) or (
+        re.search(rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}", sentence) if origin_in(sentence) == "surface" else None
+    )
     return f"2 x {match[1]}" if match else ""
 
 

@@ -75,7 +75,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if len(data) > MAX_BYTES:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        return _grid(digest, Faults(shown, *_workbook_text(data, faults)), "\t")
+        return _grid(digest, Faults(shown, *workbook_text(data, faults)), "\t")
     is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b", data)
     is_table = is_page or re.match(_OTHER_FILES["JSON"], data)
     if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
@@ -210,7 +210,7 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
-def _workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
+def workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
     """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
     try:
         rows = sheet_rows(data)
@@ -458,6 +458,8 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s|\s\([^\d()]*\)$", match[2].replace("\t", " "))[0]
+    # "9,81 m/s² verwendet."
+    value = re.sub(r"\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True

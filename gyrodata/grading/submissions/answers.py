@@ -25,7 +25,9 @@ from msgspec.structs import replace
 
 from gyrodata import readings
 from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.fitting import K_95
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
+from gyrodata.quantities import to_float
 from gyrodata.readings import Reported, read_reported
 from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
@@ -144,7 +146,9 @@ def _read_lines(name: str, data: bytes) -> list[str]:
         text = re.sub(r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text)
         text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
-        text = "\n".join("".join(cell["source"]) for cell in msgspec.json.decode(text)["cells"])
+        cells = msgspec.json.decode(text)["cells"]
+        printed = [["\n", *one.get("text", [])] for cell in cells for one in cell.get("outputs", [])]
+        text = "\n".join("".join(part) for part in (*(cell["source"] for cell in cells), *printed))
     # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is a remark.
     comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
     for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
@@ -343,6 +347,12 @@ def _names_inertia(text: str, near: bool = False) -> bool:
 
 def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
+    if ends := re.match(rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}\s*(\d[^\s)\]]*)", behind):
+        with suppress(ValueError):
+            low, high = map(to_float, ends.groups()[1:])
+            u = (high - low) / (2 if ends[1] == "68" else 2 * K_95)
+            both = read_reported("inertia", f"{read.text} ± {u:.2g}", read.line)
+            return both if both.fault == read.fault and 0 < u < abs(read.value or 0) else read
     # The total uncertainty goes before its parts, and that of the mean before that of one run.
     for better in first:
         skipped = re.split(SAYS[better], behind, maxsplit=1)[0]

@@ -15,14 +15,17 @@ from typing import Literal
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import readings
+from gyrodata import fitting, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions.answers import Answers, as_log, lines_of, read_answers, version_of
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
+from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
-from gyrodata.readings.source import Row
+from gyrodata.readings.roles import noted_origin
+from gyrodata.readings.source import Row, workbook_text
 
 _MOST_REPORT = 30_000_000  # bytes
+_NEAR = 0.1  # largest relative distance of a reported I_zz from that of the log, if turns that are not stated are one
 
 
 class Submission(Struct, frozen=True, dict=True):
@@ -77,19 +80,28 @@ class Submission(Struct, frozen=True, dict=True):
 
         The value may be in any row of the log, if no line of the log and no other text reports it.
         """
-        name = PurePosixPath(self.log_file or self.log_name or "").name
+        name, notes = PurePosixPath(self.log_file or self.log_name or "").name, list[Diagnostic]()
         log = readings.read_log(data := self.log(), name=name, settings=settings)
-        if not log.ok and log.columns and data[:2] != b"PK":
-            # Another text may say what the log lacks: "all times are for 1/3 turn".
-            said = [line for one in self.reports() for line in lines_of(*one) if said_in(Row(1, [line]))]
-            text = readings.decode(data, readings.Faults(name))[0] + "".join(f"\n# {line}" for line in said)
-            again = readings.read_log(text.encode(), name=name, settings=settings)
-            note = Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4))
-            found = (*again.diagnostics, note)
-            log = replace(again, diagnostics=found) if again.ok else log
+        # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
+        lines = [line for one in self.reports() for line in lines_of(*one)] if log.columns else []
+        said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line)]
+        if said:
+            text = (workbook_text if data[:2] == b"PK" else readings.decode)(data, readings.Faults(name))[0]
+            more = (text + "".join(f"\n# {line}" for line in said)).encode()
+            again = readings.read_log(more, name=name, settings=settings)
+            errors = [sum(one.severity == "error" for one in found.diagnostics) for found in (again, log)]
+            if again.ok or errors[0] < errors[1]:
+                data, log = more, again
+                notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
         answers = read_answers(log, self.reports())
         if answers.inertia is None:
-            answers = read_answers(None, [(name, data)])
+            answers = read_answers(None, [(name, self.log())])
+        if not log.ok and "time" in log.columns and answers.inertia and answers.inertia.value:
+            again = readings.read_log(data, name=name, settings={**settings, "turns": "1"})
+            if again.ok and abs(fitting.rough_inertia(measure(again)) / answers.inertia.value - 1) < _NEAR:
+                log = again
+                notes.append(Diagnostic.named("turns_by_answer", name))
+        log = replace(log, diagnostics=(*log.diagnostics, *notes)) if notes else log
         unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 
@@ -180,10 +192,10 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         if not fitting:
             if not tried and (answer := read_answers(None, texts)).inertia:
                 return None, f"no log; {answer.file} has the answer"
-            if len(plain) > 1:
+            if len(plain) > 1 and len(nearly) != 1:
                 names = sorted(plain.values())
                 return None, f"several files and none of them reads as a log: {readings.listing(names)}"
-            chosen = next(iter(plain), nearly[0] if len(nearly) == 1 else "")
+            chosen = nearly[0] if len(nearly) == 1 else next(iter(plain), "")
     if not chosen:
         names = sorted(name.rpartition("/")[2] for name in files.values())
         return None, f"no log: only {readings.listing(names)}" if names else "no files"

@@ -229,7 +229,8 @@ def parse_unit(text: str, kind: str) -> Unit:
     except UnitError as fault:
         if in_words := _from_pint(text.strip().lower(), kind):
             return in_words
-        raise UnitError(str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}") from None
+        hint = "; convert the numbers if they are in another unit" if SI[kind] else ""
+        raise UnitError(str(fault), f"for {KINDS[kind].words}, {_proposal(kind)}{hint}") from None
     factor, dimensions = unit.factor, unit.dimensions
     if dimensions not in _DIMENSIONS.get(kind, ()):
         hint = _proposal(kind)

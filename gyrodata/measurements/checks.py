@@ -274,7 +274,8 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
     """Report readings that are impossible in this lab, and exchanged columns of spin and time."""
     if exchanged(readings, measured):
         spin, time = readings.columns["spin"], readings.columns["time"]
-        return [readings.say("columns_exchanged", spin.place(0), spin=spin.header, time=time.header)]
+        told = {"first": spin.header, "second": time.header, "one": "spin [rpm]", "other": "time [s]"}
+        return [readings.say("columns_exchanged", spin.place(0), **told)]
     found = []
     for size in SIZES:
         column, kind = readings.columns.get(size.role), roles.kind_of_role(size.role)
@@ -282,7 +283,14 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
         odd = np.flatnonzero((values > 0) & ~((size.possible[0] <= values) & (values <= size.possible[1])))
         if column is None or not len(odd):
             continue
-        run = int(odd[0])
+        run, mass = int(odd[0]), readings.columns.get("mass")
+        if size.role == "position" and mass and (mass.unit, column.unit) == ("g", "cm"):
+            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m; the product of both is the same.
+            swapped = ((SIZES[0].usual, 0.1 * values), (size.usual, 10 * np.abs(values_of(mass))))
+            if all(((low <= each) & (each <= high)).all() for (low, high), each in swapped):
+                names = {"first": mass.header, "second": column.header, "one": "mass [g]", "other": "position [cm]"}
+                found.append(readings.say("columns_exchanged", column.cell(run), **names))
+                continue
         unit = unit_within(readings, size.role, size.usual)
         own = column.unit or roles.to_display(1.0, size.role)[1]
         meant, there = (unit, 0.0) if unit else meant_in(readings, size, run) or ("", 0.0)

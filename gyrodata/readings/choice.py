@@ -14,9 +14,9 @@ from msgspec.structs import replace
 from gyrodata import units, vocabulary
 from gyrodata.quantities import PLAIN, fold_number, to_float
 from gyrodata.readings import layout, roles
-from gyrodata.readings.lablog import Faults, Settings, Text, listing
+from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
 from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
-from gyrodata.units import kinds_of
+from gyrodata.units import DISPLAY, kinds_of
 
 TWO_READINGS = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"
 _OTHER_THINGS = roles.NOT_THE_WEIGHT | roles.THEORY_WORDS | roles.UNSURE_WORDS | roles.SUMMARY_WORDS | roles.SCALE_WORDS
@@ -29,6 +29,10 @@ _OF_TILT = vocabulary.pattern("tilted")
 _PERIOD_SYMBOL = r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])"
 """A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
 _TIME_OF_DAY = re.compile(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?")
+
+
+MOST_TURNS = 50
+"""Larger numbers below "n" are not turns."""
 
 
 class Chosen(Struct, frozen=True):
@@ -117,6 +121,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         counts = all(re.fullmatch(r"1?[0-9](?:\s*/\s*[2-9]|[.,]\d+)?", text) for text in texts if text)
         if found == ("spin",) and header.unit is None and found in with_unit and counts:
             found = ("turns",)  # "obroty" of the rod, next to those of the ball in rpm
+        numbers = [to_float(text) for text in texts if PLAIN.fullmatch(text)]
+        if found == ("turns",) and name in ("n", "N") and min(numbers, default=0) > MOST_TURNS:
+            found = ("spin",)  # whose unit is missing
         if is_time and turns_in(header.text):
             stating.append(column)
         elif len(found) == 1:
@@ -155,6 +162,11 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         choice.used["spin"] = [replace(one, role="spin") for one in choice.used.pop("spin_start")]
         choice.there = choice.there - {"spin_start"} | {"spin"}
         faults.add("only_spin_before", before[0].cell)
+    first, after = choice.used.get("spin", []), choice.used.get("spin_end", [])
+    if first and after and not before:
+        choice.used["spin_start"] = [replace(one, role="spin_start") for one in choice.used.pop("spin")]
+        choice.there = choice.there - {"spin"} | {"spin_start"}
+        faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
     choice.unplaced.sort(key=lambda cell: cell.place)
     for repeats in choice.used.values():
         repeats.sort(key=lambda chosen: chosen.number or 0)
@@ -237,7 +249,8 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in several:
         left, cell = _left(column, choice), column.cell
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
-            ways = " or ".join(f'--map {role}="{cell.text}"' for role in left)
+            headers = (f'"{header_of(role, column.header.unit or DISPLAY[kind_of_role(role)])}"' for role in left)
+            ways = " or ".join((*headers, *(f'--map {role}="{cell.text}"' for role in left)))
             choice.asked.update(left)
             faults.add("two_roles", cell, roles=" and ".join(left), ways=ways)
         else:

@@ -433,6 +433,8 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
         there.add("spin")
     if any("length" in kinds_of(header.unit or "") and not header.roles for header in headers):
         there.add("position")  # "gap [cm]" may be the position
+    if any("mass" in kinds_of(header.unit or "") and not header.roles for header in headers):
+        there.add("mass")  # "disks [g]" may be the mass
     return {"mass", "position", "spin", "turns"} - there
 
 
@@ -695,7 +697,7 @@ class _Sheet:
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
             if cell.text and any((cell.text, header.unit) == (old.text, own.unit) for old, own in self.here[:at]):
-                raise self.faults.refuse("same_names", cell)
+                raise self.faults.refuse("same_spins" if header.roles == ("spin",) else "same_names", cell)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):
                 same = squeeze(old_cell.text) == squeeze(cell.text) != ""
@@ -788,7 +790,7 @@ class _Sheet:
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
             fewest = min((len(filled_at(row)) for row in part[:-1]), default=0)
-            if len(part) > 2 and len(filled_at(part[-1])) < fewest and _ends_with_means(part, headers):
+            if len(part) > 2 and _ends_with_means(part, headers, len(filled_at(part[-1])) < fewest):
                 self._leave_out("summary", part.pop())
         told_in = {cell.place.line for cell, *_ in self.said}
         for why, rows_left in self.left_out.items():
@@ -826,14 +828,17 @@ class _Sheet:
         return table if is_plain and is_timed else _with_differences(table, there, self.faults)
 
 
-def _ends_with_means(rows: list[Row], headers: list[Header]) -> bool:
-    """Return whether the last row contains the mean of the times above it."""
-    times = [at for at, header in enumerate(headers) if "time" in header.roles]
+def _ends_with_means(rows: list[Row], headers: list[Header], is_short: bool) -> bool:
+    """Return whether the last row contains the mean of the times above it; a full row also that of the spins."""
+    roles_of_means = {"time"} if is_short else {"time", "spin"}
+    times = [at for at, header in enumerate(headers) if roles_of_means.intersection(header.roles)]
     try:
         columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in times]
     except (ValueError, IndexError):
         return False
-    return bool(times) and all(abs(sum(above) - len(above) * last) < 1e-3 * abs(sum(above)) for *above, last in columns)
+    return len(times) >= len(roles_of_means) and all(
+        abs(sum(above) - len(above) * last) < 1e-3 * abs(sum(above)) for *above, last in columns
+    )
 
 
 # Before the first run ----------------------------------------------------------------------------------------------

@@ -464,11 +464,11 @@ def _known(name: str) -> tuple[str, ...]:
 
 def _modified(name: str) -> tuple[str, ...]:
     """Look up "initial spin", "mean period", "error of T", "Mass, m": a known name between small words."""
-    # "pos. from ball surface"
-    name = re.sub(_FROM, lambda origin: "" if origin_in(origin[0]) else origin[0], name)
+    if re.search(rf"{_FROM}$", name) and not re.search("[/,]", name) and origin_in(name) == "surface":
+        name = re.split(_FROM, name)[0]  # "pos. from ball surface"
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
-        return _known(tokens[0]) if tokens and "position" in _known(tokens[0]) else ()
+        return _known(tokens[0]) if len(tokens) == 1 and "position" in _known(tokens[0]) else ()
     # "Mass m", "Tiempo de giro inicial T Gi", "m (mass)": what both mean is meant.
     for words, letters in ((tokens[:-1], tokens[-1:]), (tokens[:-2], tokens[-2:]), (tokens[1:], tokens[:1])):
         word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())

@@ -463,7 +463,8 @@ class TableReader:
                 early.append(i)
         # An unreadable value above is reported once: the blank cells below it lack nothing.
         filled = [i for i, j in above.items() if is_run[i] and column.values[j] is not None]
-        if roles.BY_NAME[role].part in ("spin", "count") and 2 * len(filled) < sum(is_run):
+        each = roles.BY_NAME[role].part in ("spin", "count") and 2 * len(filled) < sum(is_run)
+        if each or (role == "mass" and 8 * len(filled) < sum(is_run)):
             # If nearly every run has its own, a blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}
             filled = []

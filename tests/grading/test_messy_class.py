@@ -138,6 +138,20 @@ ANSWERS = {
     "report.odt": packed({"content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"}),
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
+    "about.txt": "Our best value is I_zz = 0.00440 kg m² and I think it is good to about 0.00005 kg m².",
+    "words.txt": "I_zz is 0.00440 kilogram metre squared, give or take 0.00005",
+    "interval.txt": "Result I_zz = 4.40e-3 kg m^2 (68% interval 4.35e-3 to 4.45e-3)",
+    "other.txt": "I_zz = 4.40 ± 0.05 g m^2 (i.e. 0.00440 kg m^2)",
+    "printed.ipynb": json.dumps(
+        {
+            "cells": [
+                {
+                    "source": ["print(answer)"],
+                    "outputs": [{"output_type": "stream", "text": ["I_zz = 44000 ± 500 g cm^2\n"]}],
+                }
+            ]
+        }
+    ),
     "README": "The moment of inertia is (44000 +/- 500) g*cm^2.",
     "blank.txt": "J'obtiens I = (4.40 ± 0.05) 10-3 kg.m².",
     "siunitx.tex": r"Il momento d'inerzia è \SI{4,400(50)e-3}{\kilo\gram\square\metre}.",
@@ -190,6 +204,36 @@ def test_answer_in_a_text_without_an_ending_is_read(tmp_path: Path) -> None:
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     found = item.read()[1]
     assert (found.file, found.inertia and found.inertia.value) == ("README", pytest.approx(4.4e-3))
+
+
+@pytest.mark.parametrize(("answer", "is_read"), [("1.44e-3", True), ("4.33e-3", False)])
+def test_turns_that_are_not_stated_are_one_if_the_answer_agrees(tmp_path: Path, answer: str, is_read: bool) -> None:
+    log = LOG.replace(",turns", "").replace(",1/3", "")
+    files = {"ann/lab.csv": log, "ann/answer.txt": f"I_zz = ({answer} ± 0.05e-3) kg m^2"}
+    (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
+    found = item.read()[0]
+    assert found.ok == is_read
+    assert any("one whole turn agrees" in one.message for one in found.diagnostics) == is_read
+
+
+def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) -> None:
+    book, out = openpyxl.Workbook(), io.BytesIO()
+    for row in (["mass [g]", "spin [rpm]", "time [s]"], [20.1, 400, 41.1], [40.3, 400, 20.5], [40.3, 200, 10.3]):
+        book.worksheets[0].append(row)
+    book.save(out)
+    said = "The mass stays at r = 14.8 cm from the centre of the ball. All times are for one full turn.\n"
+    folder = make_folder(tmp_path / "class", {"ann/lab.xlsx": out.getvalue(), "ann/notes.txt": said})
+    (item,) = find_submissions(folder).items
+    assert (item.log_file, item.read()[0].ok) == ("lab.xlsx", True)
+
+
+def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
+    files = {
+        "ann/lab.csv": LOG,
+        "ann/notes.txt": "The position is measured from the surface of the ball (diameter 101.6 mm).",
+    }
+    (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
+    assert item.read()[0].position_from == "surface"
 
 
 def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:

@@ -84,6 +84,21 @@ READ = {
     "the same weight moved": "\n".join(
         f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n" + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
         for title, x in (("20.1 g at", "14.8"), ("same weight moved to", "17.1"), ("same weight moved to", "20.5"))),
+    "only the spin before": HEAD.replace("spin (rpm)", "rpm before") + runs(ROW),
+    "a spin, and one after": HEAD.replace("spin (rpm)", "spin (rpm);spin after (rpm)")
+    + runs("{m};14.8;{s};{s};{t};1\n"),
+    "units in snake case": "m_g;distance_from_centre_cm;spin_speed_rev/min;total_time_(1_turn)_s\n" + runs(SHORT),
+    "omega_i": HEAD.replace("spin (rpm)", "omega_i / rpm") + runs(ROW),
+    "the radius is added": "r = x + 5.08 cm, because x counts from the surface of the ball\n" + HEAD + runs(SURFACE),
+    "surface without a unit": "units: g, cm, rpm, s\nmass;pos. from ball surface;spin;time;turns\n"
+    "# ball_diameter: 101.6 mm\n" + runs(SURFACE),
+    "a calculated rate": HEAD.replace("spin (rpm)", "rpm before;rpm after").replace("turns", "turns;Omega [rad/s]")
+    + runs("{m};14.8;{s};{s};{t};1;0.3\n"),
+    "a sentence behind the name of a quantity": "# Spin = tachometer just before the rod was released\n"
+    + HEAD + runs(ROW),
+    "used": "g = 9.80665 m/s² verwendet.;;;;\n" + HEAD + runs(ROW),
+    "means without a name": HEAD + runs(ROW) + "40.2;14.8;403.67;"
+    + f"{sum(float(t(m, s)) for m in MASSES for s in SPINS) / 9:.4f};1\n",
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),
     "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
@@ -259,6 +274,49 @@ def test_what_contradicts_itself_is_asked_about(log: str, code: str, words: str)
 def test_option_decides_which_turns_are_right() -> None:
     found = [analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")]
     assert found == pytest.approx([TRUTH, TRUTH / 2], rel=0.02)
+
+
+HINTS = {
+    "missed": (ROW.replace("{t}", "missed it"), "write # at the beginning of the row", "# " + ROW),
+    "two times": (ROW.replace("{t}", "{t} / {t} s"), "write one value in each row", ROW),
+    "no mass": (ROW.replace("{m}", ""), "write it there", ROW),
+}
+
+
+@pytest.mark.parametrize("case", HINTS)
+def test_hint_about_one_wrong_row_leads_to_the_answer(case: str) -> None:
+    wrong, hint, right = HINTS[case]
+    rows = [runs(row).splitlines(keepends=True) for row in (ROW, wrong, right)]
+    for changed, is_wrong in ((rows[1], True), (rows[2], False)):
+        log = HEAD + "".join([*rows[0][:4], changed[4], *rows[0][5:]])
+        if is_wrong:
+            with pytest.raises(LogError, match=hint):
+                analyze(log)
+        else:
+            assert is_right(log)
+
+
+def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
+    two = HEAD.replace("spin (rpm)", "spin (rpm);spin (rpm)")
+    assert "write spin_start [rpm] over" in str(read_log(two + runs("{m};14.8;{s};{s};{t};1\n")).diagnostics)
+    named = two.replace("spin (rpm);spin (rpm)", "spin_start [rpm];spin_end [rpm]")
+    assert is_right(named + runs("{m};14.8;{s};{s};{t};1\n"))
+
+
+def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
+    row = ROW.replace(";1", ";2")
+    bare = "m;d;n;T;turns\n" + runs(row, 2)
+    with pytest.raises(LogError, match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)"n" \(spin\) has no unit'):
+        analyze(bare)
+    assert is_right("m [g];d [cm];n [rpm];time [s];turns\n" + runs(row, 2))
+
+
+def test_exchanged_columns_of_mass_and_position_are_named() -> None:
+    exchanged = HEAD.replace("mass (g);r (cm)", "r (cm);mass (g)")
+    rows = runs("{m};14.8;{s};{t};1\n", masses=("20.1", "40.3", "120.2"))
+    (found,) = [one for one in analyze(exchanged + rows).diagnostics if one.code == "G441"]
+    assert 'write "position [cm]" over the first and "mass [g]" over the second' in found.hint
+    assert [one for one in analyze(HEAD + rows).diagnostics if one.code in ("G440", "G441")] == []
 
 
 def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> None:

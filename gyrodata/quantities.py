@@ -329,7 +329,7 @@ def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
 def _two_readings(kind: str) -> UnitError:
     """Return the error for "412/398" and "412 - 398", the spin at the start and at the end."""
     ways = "in two columns, spin_start [rpm] and spin_end [rpm]" if kind == "rate" else "in two rows"
-    return _fault("is not one number, but looks like two readings", f"write them {ways}")
+    return _fault("is not one number, but looks like two readings", f"write their mean; or write them {ways}")
 
 
 def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:

@@ -250,16 +250,19 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
         left, cell = _left(column, choice), column.cell
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
             headers = (f'"{header_of(role, column.header.unit or DISPLAY[kind_of_role(role)])}"' for role in left)
-            ways = " or ".join((*headers, *(f'--map {role}="{cell.text}"' for role in left)))
+            without = f', and take "{counts[0].cell.text}" out' if counts else ""
+            ways = " or ".join(f'--map {role}="{cell.text}"{without * (role in roles.ONE_TURN)}' for role in left)
             choice.asked.update(left)
-            faults.add("two_roles", cell, roles=" and ".join(left), ways=ways)
+            faults.add("two_roles", cell, roles=" and ".join(left), ways=ways, headers=" or ".join(headers))
         else:
             faults.add("not_used", cell, why=f"is not used: it fits {' and '.join(column.header.roles)}")
 
 
 def _told_of_parts(table: layout.Layout) -> bool:
-    """Return whether a note is about parts of a turn, such as "T is the time from one mark to the next"."""
-    return any(re.search(_PART_OF_TURN, note) or "/" in turns_in(note) for note in layout.texts_of(table.grid))
+    """Return whether a note is about other turns than one, such as "T is the time from one mark to the next"."""
+    cells = (text for row in table.grid.rows for text in row.texts if re.search(r"[^\W\d_]{3}", text))
+    notes = (*layout.texts_of(table.grid), *cells)
+    return any(re.search(_PART_OF_TURN, note) or turns_in(note) not in ("", "0", "1") for note in notes)
 
 
 def _left(column: Chosen, choice: Choice) -> list[str]:

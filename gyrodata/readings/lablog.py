@@ -486,6 +486,8 @@ def read_settings(
         known = key.lower()
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
+        if known == "time" and ":" not in text.text and (turns := roles.turns_in(text.text)):
+            known, text = "turns", replace(text, text=turns)  # "# time = 3 turns"
         result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
         if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
@@ -522,8 +524,8 @@ def read_settings(
 
 def _says_no_value(key: str, text: str) -> bool:
     """Return whether a line with the name of a quantity is blank, the hour of the day, or a sentence."""
-    of_day = key == "time" and (":" in text or roles.turns_in(text))
-    return not text or bool(of_day) or (key in roles.ROLES and len(text.split()) > 3 and not re.search(r"\d", text))
+    of_day = key == "time" and ":" in text
+    return not text or of_day or (key in roles.ROLES and len(text.split()) > 3 and not re.search(r"\d", text))
 
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:

@@ -258,7 +258,7 @@ def is_of_means(header: str) -> bool:
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -358,7 +358,8 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         words = [*re.split(r"[\s,;:()=]+", whole[end : match.start()]), after]
         beside = {squeeze(word).lower() for word in words}
         beside -= {"to"} if beside & _MOVED else set()
-        clause = whole[end : match.end()] + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
+        own = whole[end : match.end()]
+        clause = own + (re.match(r"\s*\([^()]*\)", whole[match.end() :]) or [""])[0]
         behind = clause + (re.match(r"[^,;.()0-9]*", whole[match.end() :]) or [""])[0]
         end = match.end()
         number, unit = match[1] or match[4], match[2] or match[3]
@@ -367,10 +368,12 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
             continue  # "Position 15,5 cm" may be split at its decimal comma
         kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
+        if re.search(r"\b[uUΔδσ]\s?\(\w+\)\W*$", whole[: match.start()]):
+            continue  # "u(r) = 1 mm"
         if role == "position" and squeeze(after).lower() in roles.DIMENSION_WORDS:
             continue
         if role == "position" and roles.origin_in(whole):
-            if roles.noted_origin(whole) and not re.search(roles.DIAMETER, clause):
+            if roles.noted_origin(whole) and not re.search(roles.DIAMETER, own):
                 found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
             continue
         # Of "Rod weight at 16.0 cm", the rod is not meant.
@@ -389,7 +392,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         # "Rod timed over a third of a turn"
         timed = one[0] == "turns" and re.search(TIMED, whole) and not only_position and not roles.is_of_the_spin(whole)
         is_of_run = (timed or not says_nothing) and not (several and one[0] != "turns")
-        if is_of_run or (one[0] == "position" and roles.from_centre(whole)):
+        if is_of_run or (one[0] == "position" and (roles.from_centre(whole) or roles.noted_origin(whole))):
             yield one
 
 
@@ -829,7 +832,12 @@ class _Sheet:
 
 
 def _ends_with_means(rows: list[Row], headers: list[Header], is_short: bool) -> bool:
-    """Return whether the last row contains the mean of the times above it; a full row also that of the spins."""
+    """Return whether the last row contains the mean of the times above it.
+
+    A full row is apart from the others, and contains the mean of the spins as well.
+    """
+    if not is_short and rows[-1].line == rows[-2].line + 1:
+        return False
     roles_of_means = {"time"} if is_short else {"time", "spin"}
     times = [at for at, header in enumerate(headers) if roles_of_means.intersection(header.roles)]
     try:

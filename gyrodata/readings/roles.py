@@ -295,6 +295,7 @@ def parse_header(text: str) -> Header:
         bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
         return Header(text, bare or found, unit, spread, number)
     kinds = kinds_of(unit)
+    found = ("time", "precession_period") if found == ("precession_rate",) and kinds == {"time"} else found
     if not found and "time" in kinds and turns_in(name):
         found = ("time",)  # "1/3 turn (s)"
     elif not found and "time" in kinds:
@@ -382,7 +383,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
-    if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]", text):
+    if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]|_.*_", text):
         return match[1].replace("_", " "), match[2]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
     if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
@@ -529,7 +530,7 @@ _NUMBERS = {squeeze(word).lower(): count for word, _, count in
 _SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
-_TURN, _PERIOD, _ONE_TURN = (vocabulary.pattern(key) for key in ("turn", "period", "one_turn"))
+_TURN, _PERIOD, _ONE_TURN, _DIVIDED = map(vocabulary.pattern, ("turn", "period", "one_turn", "divided"))
 _PARTS_OF_ONE = {word: f"1{number}"[-3:] for word, number in _NUMBERS.items() if "/" in number and len(word) > 2}
 _JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={_TURN})"
 """Joined words such as "Vierteldrehung"."""
@@ -561,6 +562,8 @@ def turns_in(header: str) -> str:
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
+    if re.search(_DIVIDED, plain):
+        return "1" if re.search(_TURN, plain) else ""  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):
         # "Time 1 1/3 turn" may be the first of several.
         return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""

@@ -385,7 +385,8 @@ class TableReader:
                         "no_unit", chosen.cell.place, text=chosen.header.text[:60], role=role, kind=units.KINDS[kind]
                     )
                     break
-                faulty[text] = error.code, error, error.hint
+                missed = "; or put # before the line of a run that was not measured"
+                faulty[text] = error.code, error, error.hint + missed * (re.search(r"\d", text) is None)
                 continue
             fault, hint = roles.check_value(role, read[text].value)
             if fault:

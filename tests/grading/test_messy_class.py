@@ -227,6 +227,25 @@ def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) ->
     assert (item.log_file, item.read()[0].ok) == ("lab.xlsx", True)
 
 
+def test_text_field_of_a_platform_with_a_table_or_lines_is_a_log(tmp_path: Path) -> None:
+    rows = LOG.strip().splitlines()
+    table = "".join(f"<tr><td>{row.replace(',', '</td><td>')}</td></tr>" for row in rows)
+    for number, page in enumerate((f"<p>Our log</p><table>{table}</table>", "".join(f"<p>{row}</p>" for row in rows))):
+        name = "Ann Lee_1234567_assignsubmission_onlinetext_/onlinetext.html"
+        folder = make_folder(tmp_path / str(number), {name: f"{page}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"})
+        (item,) = find_submissions(folder).items
+        log, answers = item.read()
+        assert (log.ok, len(log.runs), answers.inertia and answers.inertia.value) == (True, 2, 4.4e-3)
+
+
+def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
+    table = (
+        "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
+    )
+    found = read_answers(None, [("a.csv", table.encode())]).inertia
+    assert (found and found.value, found and found.u) == (0.0044, 5e-5)
+
+
 def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     files = {
         "ann/lab.csv": LOG,

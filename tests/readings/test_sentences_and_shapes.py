@@ -97,8 +97,11 @@ READ = {
     "a sentence behind the name of a quantity": "# Spin = tachometer just before the rod was released\n"
     + HEAD + runs(ROW),
     "used": "g = 9.80665 m/s² verwendet.;;;;\n" + HEAD + runs(ROW),
-    "means without a name": HEAD + runs(ROW) + "40.2;14.8;403.67;"
+    "means without a name": HEAD + runs(ROW) + "\n40.2;14.8;403.67;"
     + f"{sum(float(t(m, s)) for m in MASSES for s in SPINS) / 9:.4f};1\n",
+    "a constant from the surface": "weight always 9.72 cm from the surface of the ball (ball diameter 101.6 mm)\n"
+    + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
+    "turns behind time": "# time = 2 turns\n" + HEAD.replace(";turns", "") + runs(SHORT, 2),
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),
     "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
@@ -277,8 +280,8 @@ def test_option_decides_which_turns_are_right() -> None:
 
 
 HINTS = {
-    "missed": (ROW.replace("{t}", "missed it"), "write # at the beginning of the row", "# " + ROW),
-    "two times": (ROW.replace("{t}", "{t} / {t} s"), "write one value in each row", ROW),
+    "missed": (ROW.replace("{t}", "missed it"), "put # before the line", "# " + ROW),
+    "two times": (ROW.replace("{t}", "{t} and {t}"), "write one value in each row", ROW),
     "no mass": (ROW.replace("{m}", ""), "write it there", ROW),
 }
 
@@ -296,6 +299,26 @@ def test_hint_about_one_wrong_row_leads_to_the_answer(case: str) -> None:
             assert is_right(log)
 
 
+OTHER_TURNS = {
+    "Gyroscope, 3 rotations each\n": False,
+    "# all 3 turns\n": False,
+    "T is the time of one turn (we timed 3 turns and divided)\n": True,
+}
+
+
+@pytest.mark.parametrize("note", OTHER_TURNS)
+def test_period_of_one_turn_is_asked_about_if_a_note_counts_more(note: str) -> None:
+    log = f"{note}mass (g),r (cm),spin (rpm),T (s)\n" + runs("{m},14.8,{s},{t}\n")
+    found = read_log(log)
+    assert (found.ok, [one.code for one in found.diagnostics if one.code == "G207"]) == (
+        OTHER_TURNS[note], [] if OTHER_TURNS[note] else ["G207"])  # fmt: skip
+
+
+def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
+    log = HEAD + runs(ROW) + "u(r) = 1 mm, u(t) = 0.15 s, u(m) = 0.1 g, combined in quadrature\n"
+    assert is_right(log)
+
+
 def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
     two = HEAD.replace("spin (rpm)", "spin (rpm);spin (rpm)")
     assert "write spin_start [rpm] over" in str(read_log(two + runs("{m};14.8;{s};{s};{t};1\n")).diagnostics)
@@ -304,7 +327,7 @@ def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
 
 
 def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
-    row = ROW.replace(";1", ";2")
+    row = "{m};14.8;{s};{t};2\n"
     bare = "m;d;n;T;turns\n" + runs(row, 2)
     with pytest.raises(LogError, match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)"n" \(spin\) has no unit'):
         analyze(bare)

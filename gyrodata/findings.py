@@ -507,7 +507,10 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         if unit:
             hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
         if odd and role not in found:
-            found[role] = readings.say(name, column.place(0) if column else None, **values, hint=hint)
+            # The message about an arm or a spin contains the largest one.
+            run = int(np.argmax(np.abs(measured.position if role == "position" else measured.spin)))
+            place = column.place(run if role in ("position", "spin") else 0) if column else None
+            found[role] = readings.say(name, place, **values, hint=hint)
     return found.values()
 
 

@@ -20,7 +20,7 @@ from gyrodata.cli.terminal import Door, write_out
 class _Kind(Struct, frozen=True):
     """The description of a command that is not loaded yet."""
 
-    module: str
+    module: str = ""
     short: str = ""
     """Its line in ``gyro --help``; empty for a command that is only for programs."""
     example: tuple[str, ...] = ()
@@ -28,6 +28,8 @@ class _Kind(Struct, frozen=True):
     """Words that users may type instead of its name."""
     options: dict[str, str] = {}
     """Help of the options and arguments by their names in the module."""
+    commands: dict[str, _Kind] = {}
+    """Commands below it."""
 
 
 _GROUPS = convert(
@@ -50,11 +52,17 @@ def _load(name: str) -> Any:
     found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
     if not isinstance(found, typer.Typer):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-        epilog = example_of(*kind.example) if kind.example else None
-        alone.command(name, short_help=kind.short, epilog=epilog, hidden=not kind.short)(found)
+        alone.command(name, hidden=not kind.short)(found)
         found = alone
-    command: Any = typer.main.get_command(found)
+    return _described(typer.main.get_command(found), name, kind)
+
+
+def _described(command: Any, name: str, kind: _Kind) -> Any:
+    """Give a command, its options, and the commands below it the texts of `commands.toml`."""
     command.name, command.short_help = name, kind.short
+    command.epilog = example_of(*kind.example) if kind.example else None
+    for below, its_kind in kind.commands.items():
+        _described(command.commands[below], below, its_kind)
     for param in command.params:
         param.help = kind.options.get(param.name, param.help)
         if param.param_type_name == "argument":

@@ -161,13 +161,15 @@ def check(
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
     not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
     """
-    given = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
+    given: dict[str, Any] = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
     if hand_in and (settings or mapping or config or fix or "-" in logs):
         refuse("hand_in_as_it_is")
     if form == "json" and len(logs) > 1 and not hand_in:
         refuse("json_for_one_log")
     if fix and "-" in logs:
         refuse("fix_of_standard_input")
+    from gyrodata.readings import read_log
+
     worst = 0
     if hand_in:
         from gyrodata.grading.grade import read_hand_in
@@ -175,7 +177,11 @@ def check(
         _, worst = _check_one(names_of(logs)[0], lambda: read_hand_in([Path(log) for log in logs]), form, strict)
         logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
-        readings, code = _check_one(name, _reader(log, name, given, config), form, strict)
+
+        def read(log: str = log, name: str = name) -> Read:
+            return read_log(**source_of(log, name), **given, config=constants_of(log, config)), None, ()
+
+        readings, code = _check_one(name, read, form, strict)
         if fix and readings is not None:
             try:
                 _fix(Path(log), readings, form)
@@ -184,12 +190,6 @@ def check(
                 code = error.exit_code
         worst = max(worst, code)
     raise typer.Exit(0 if exit_zero and worst == 1 else worst)
-
-
-def _reader(log: str, name: str, given: dict[str, Any], config: Path | None) -> Callable[[], Read]:
-    from gyrodata.readings import read_log
-
-    return lambda: (read_log(**source_of(log, name), **given, config=constants_of(log, config)), None, ())
 
 
 def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:

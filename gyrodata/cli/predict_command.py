@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata.cli.options import Bound, FormatOption, constants_of, example_of, quantity
+from gyrodata.cli.options import Bound, FormatOption, constants_of, quantity
 from gyrodata.cli.terminal import Door, names_of, refuse, source_of, write_out
 
 if TYPE_CHECKING:
@@ -25,23 +25,10 @@ predict = typer.Typer(
 )
 
 
-def _option(name: str, text: str) -> Any:
-    return typer.Option(name, metavar="QUANTITY", help=text)
-
-
-LogOption = Annotated[
-    str | None, typer.Option("--log", metavar="LOG", help="Read numbers that no option gives from this log.")
-]
-InertiaOption = Annotated[str | None, _option("--inertia", "I_zz about the rod. Default: 4.44e-3 kg m^2.")]
-SpinOption = Annotated[
-    str | None, _option("--spin", "Spin; counterclockwise seen from the tip is positive. Default: 400 rpm.")
-]
-TransverseOption = Annotated[
-    str | None,
-    _option("--transverse", "I about an axis across the rod through the centre, with any weight on it. Default: "
-            "1.3 I_zz, plus m x^2 of a weight."),
-]  # fmt: skip
-WheelInertiaOption = Annotated[str, _option("--wheel-inertia", "Moment of inertia of the wheel about its axle.")]
+Text = Annotated[str, typer.Option(metavar="QUANTITY")]
+MayBe = Annotated[str | None, typer.Option(metavar="QUANTITY")]
+LogOption = Annotated[str | None, typer.Option("--log", metavar="LOG")]
+Hours = Annotated[float, typer.Option(metavar="HOURS", min=0.1, max=1000)]
 
 
 class _Numbers(Struct):
@@ -102,18 +89,15 @@ def _read(log: str | None) -> _Numbers:
     return _Numbers(name, values, [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts])
 
 
-@predict.command(
-    short_help="Steady precession, and a rod that is released or upright.",
-    epilog=example_of("gyro predict precession --mass 60g", "--position 15cm --spin 400rpm --pitch 10deg"),
-)
+@predict.command()
 def precession(
-    inertia: InertiaOption = None,
-    spin: SpinOption = None,
-    transverse: TransverseOption = None,
-    mass: Annotated[str | None, _option("--mass", "Mass of the weight. Default: 60 g.")] = None,
-    position: Annotated[str | None, _option("--position", "Position on the rod. Default: 15 cm.")] = None,
-    pitch: Annotated[str, _option("--pitch", "Angle of the rod above the horizontal.")] = "0 deg",
-    g: Annotated[str | None, _option("--g", "Gravity. Default: 9.80665 m/s^2.")] = None,
+    inertia: MayBe = None,
+    spin: MayBe = None,
+    transverse: MayBe = None,
+    mass: MayBe = None,
+    position: MayBe = None,
+    pitch: Text = "0 deg",
+    g: MayBe = None,
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:
@@ -144,22 +128,13 @@ def precession(
     _write(predict_precession(*(values[name] for name in names)), values, numbers, form)
 
 
-@predict.command(
-    short_help="Directions of balanced gyroscopes as the Earth rotates.",
-    epilog=example_of("gyro predict earth --latitude 42.5deg", "--hours 24 --step 3"),
-)
+@predict.command()
 def earth(
-    latitude: Annotated[
-        str | None, _option("--latitude", "Latitude; negative in the south. Default: 42.5 deg, as in the lab sheet.")
-    ] = None,
-    hours: Annotated[
-        float, typer.Option("--hours", metavar="HOURS", min=0.1, max=1000, help="Duration in hours of the clock.")
-    ] = 24,
-    step: Annotated[
-        float, typer.Option("--step", metavar="HOURS", min=0.1, max=1000, help="Hours between two rows.")
-    ] = 1,
-    inertia: InertiaOption = None,
-    spin: SpinOption = None,
+    latitude: MayBe = None,
+    hours: Hours = 24,
+    step: Hours = 1,
+    inertia: MayBe = None,
+    spin: MayBe = None,
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:  # fmt: skip
@@ -184,20 +159,13 @@ def earth(
     _write(answer, values, numbers, form)
 
 
-@predict.command(
-    short_help="Rotation of a turntable when a wheel is tipped on it.",
-    epilog=example_of("gyro predict platform --wheel-spin 200rpm", "--from 0deg --to 90deg"),
-)
+@predict.command()
 def platform(
-    wheel_inertia: WheelInertiaOption = "0.1 kg m^2",
-    wheel_spin: Annotated[
-        str, _option("--wheel-spin", "Spin; positive: counterclockwise from above, if the axle points up.")
-    ] = "200 rpm",
-    platform_inertia: Annotated[
-        str, _option("--platform-inertia", "Moment of inertia of platform, person and wheel about the vertical.")
-    ] = "3 kg m^2",
-    start: Annotated[str, _option("--from", "Angle of the wheel's axle above the horizontal, before.")] = "0 deg",
-    end: Annotated[str, _option("--to", "The same angle, after.")] = "90 deg",
+    wheel_inertia: Text = "0.1 kg m^2",
+    wheel_spin: Text = "200 rpm",
+    platform_inertia: Text = "3 kg m^2",
+    start: Annotated[str, typer.Option("--from", metavar="QUANTITY")] = "0 deg",
+    end: Annotated[str, typer.Option("--to", metavar="QUANTITY")] = "90 deg",
     form: FormatOption = "text",
 ) -> None:  # fmt: skip
     """Predict the rotation of a turntable when a spinning wheel is tipped on it.
@@ -216,17 +184,12 @@ def platform(
     _write(predict_platform(*values.values()), values, _read(None), form)
 
 
-@predict.command(
-    short_help="Torque on your hands when a spinning wheel is turned over.",
-    epilog=example_of("gyro predict twist --wheel-spin 200rpm --time 1s"),
-)
+@predict.command()
 def twist(
-    wheel_inertia: WheelInertiaOption = "0.1 kg m^2",
-    wheel_spin: Annotated[
-        str, _option("--wheel-spin", "Spin; counterclockwise seen from your right hand is positive.")
-    ] = "200 rpm",
-    time: Annotated[str, _option("--time", "Time in which the axle is turned over, by half a turn.")] = "1 s",
-    handles: Annotated[str, _option("--handles", "Distance between your hands.")] = "40 cm",
+    wheel_inertia: Text = "0.1 kg m^2",
+    wheel_spin: Text = "200 rpm",
+    time: Text = "1 s",
+    handles: Text = "40 cm",
     form: FormatOption = "text",
 ) -> None:  # fmt: skip
     """Predict the torque on your hands when a spinning wheel is turned over.
@@ -245,16 +208,13 @@ def twist(
     _write(predict_twist(*values.values()), values, _read(None), form)
 
 
-@predict.command(
-    short_help="Motion of the rod's tip under a steady force.",
-    epilog=example_of("gyro predict tip --force 0.5N --length 20cm", "--spin 400rpm"),
-)
+@predict.command()
 def tip(
-    force: Annotated[str, _option("--force", "Force across the rod, steady in size and direction.")] = "0.1 N",
-    length: Annotated[str, _option("--length", "Distance from the centre of the ball to the tip.")] = "20 cm",
-    inertia: InertiaOption = None,
-    spin: SpinOption = None,
-    transverse: TransverseOption = None,
+    force: Text = "0.1 N",
+    length: Text = "20 cm",
+    inertia: MayBe = None,
+    spin: MayBe = None,
+    transverse: MayBe = None,
     log: LogOption = None,
     form: FormatOption = "text",
 ) -> None:

@@ -351,9 +351,8 @@ def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[
     yield from _open_flags(found)
     for grade in found.grades:
         marks = [mark for mark in grade.marks if mark.waits and grade.status in ("so far", "not graded")]
-        yield from (
-            Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}") for one in marks
-        )
+        for one in marks:
+            yield Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}")
 
 
 def _open_flags(found: ClassGrades) -> Iterator[Offer]:

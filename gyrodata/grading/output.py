@@ -33,9 +33,8 @@ def _digest(data: bytes) -> str:
 
 def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -> Ours:
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
-    tables = [
-        exports.read_table(one.read_bytes()) or {} for one in (folder / PUBLISHED).glob("grades-????????????.csv")
-    ]
+    files = (folder / PUBLISHED).glob("grades-????????????.csv")
+    tables = [exports.read_table(one.read_bytes()) or {} for one in files]
     known = {student: {table[student][exports.TOTAL] for table in tables if student in table} for student in students}
     return {student: None if desk.decides(student, exports.TOTAL) else some for student, some in known.items()}
 
@@ -61,13 +60,8 @@ def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> It
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(found, filled.by_hand if filled else ())
     page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
-    texts = {
-        ledger.TODO: ledger.todo_csv(offers, found.names, files),
-        TABLE: found.table,
-        "flags.csv": exports.flags_csv(found.flags),
-        "class.html": page,
-        "grades.json": "".join(exports.grades_document(found)),
-    }
+    texts = {ledger.TODO: ledger.todo_csv(offers, found.names, files), TABLE: found.table, "class.html": page}
+    texts |= {"flags.csv": exports.flags_csv(found.flags), "grades.json": "".join(exports.grades_document(found))}
     for name, text in texts.items():
         write_whole(folder / name, [text.encode("utf-8", "replace")], private=True, sync=name == TABLE)
     if filled is not None:
@@ -151,8 +145,5 @@ def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled
     lost = Diagnostic.named("journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line"))
     again = grouped((why, found.names[student]) for student, why in found.again.items())
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
-    return (
-        environment()
-        .get_template("run.txt.jinja")
-        .render(found=found, again=again, lost=lost, changes=changes, filled=filled, skipped=skipped, dry_run=dry_run)
-    )
+    values = {"found": found, "again": again, "lost": lost, "changes": changes, "filled": filled, "skipped": skipped}
+    return environment().get_template("run.txt.jinja").render(values, dry_run=dry_run)

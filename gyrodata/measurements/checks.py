@@ -260,6 +260,9 @@ def exchanged(readings: Readings, measured: Measurements) -> bool:
     return spread(other) < (spread(each) + SCATTERS if odd else spread(each) / 4)
 
 
+INSIDE = 0.04
+"""A weight at such a distance from the centre is inside the ball [m]."""
+
 SCATTERS = 0.03
 """A correction is rejected if the runs scatter by this much more after it [1]."""
 
@@ -285,9 +288,10 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
             continue
         run, mass = int(odd[0]), readings.columns.get("mass")
         if size.role == "position" and mass and (mass.unit, column.unit) == ("g", "cm"):
-            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m; the product of both is the same.
+            # 1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside the ball.
             swapped = ((SIZES[0].usual, 0.1 * values), (size.usual, 10 * np.abs(values_of(mass))))
-            if all(((low <= each) & (each <= high)).all() for (low, high), each in swapped):
+            possible = all(((low <= each) & (each <= high)).all() for (low, high), each in swapped)
+            if possible and values.min() < 10 * INSIDE:
                 names = {"first": mass.header, "second": column.header, "one": "mass [g]", "other": "position [cm]"}
                 found.append(readings.say("columns_exchanged", column.cell(run), **names))
                 continue

@@ -334,8 +334,7 @@ def said_in(row: Row, with_time: bool = False) -> Given:
             if role == "turns" and len(set(filter(None, map(turns_in, re.split(_CLAUSE_END, whole))))) > 1:
                 continue  # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
             found.setdefault(role, {}).setdefault(text, filled[min(bisect(ends, start + place), len(filled) - 1)])
-    parts = re.split(_CLAUSE_END, whole)
-    for part in (*row.texts, *parts):
+    for part in (*row.texts, *re.split(_CLAUSE_END, whole)):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
         if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
@@ -434,10 +433,9 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
         there.add("mass")
     if any(header.roles and all(role.startswith("spin") for role in header.roles) for header in headers):
         there.add("spin")
-    if any("length" in kinds_of(header.unit or "") and not header.roles for header in headers):
-        there.add("position")  # "gap [cm]" may be the position
-    if any("mass" in kinds_of(header.unit or "") and not header.roles for header in headers):
-        there.add("mass")  # "disks [g]" may be the mass
+    # "gap [cm]" may be the position, and "disks [g]" the mass.
+    unnamed = [kinds_of(header.unit or "") for header in headers if not header.roles]
+    there |= {SAID_KINDS[kind] for kind in ("length", "mass") if any(kind in kinds for kinds in unnamed)}
     return {"mass", "position", "spin", "turns"} - there
 
 
@@ -554,6 +552,7 @@ class _Sheet:
         is_note |= bool(re.fullmatch(r"[A-Z][0-9]", row.texts[first])) and len(filled_at(row)) >= len(headers)
         names = [text for text in row.texts if not is_number(text)]
         names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
+        may_have_more = len(row.texts) > len(headers) or "" in self.head.texts
         if is_head(row):
             if self.fresh and not self.words:
                 self._leave_out("title", self.head)  # a row of names above the header
@@ -564,11 +563,7 @@ class _Sheet:
             if any(map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()):
                 self.here = list(self.named)  # the first row, such as "S, t, N", contains symbols
             self._take_units(units)
-        elif (
-            self.fresh
-            and (len(row.texts) > len(headers) or "" in self.head.texts)
-            and (below := self._names_below(row))
-        ):
+        elif self.fresh and may_have_more and (below := self._names_below(row)):
             self.here = below
         elif row.texts[0] == "#":
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own
@@ -652,11 +647,7 @@ class _Sheet:
                 lacking.discard("turns")
             self.given |= self._read_captions(lacking)
             new = self.given.keys() - self.general.keys()
-            kept = (
-                self.earlier.keys() & lacking
-                if new & {"mass", "position", "spin"}
-                else {"turns"} & self.earlier.keys() & lacking
-            )
+            kept = self.earlier.keys() & (lacking if new & {"mass", "position", "spin"} else lacking & {"turns"})
             self.given = {role: self.earlier[role] for role in kept} | self.given
         self.earlier |= self.given
         if self.skipped:
@@ -727,19 +718,10 @@ class _Sheet:
             is_legend = any(squeeze(one[2]) in self.legend for one in legends)
             for cell, header in self.here if "turns" not in self.decided and not is_legend else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
-                if (
-                    turns
-                    and stated not in ("", turns)
-                    and not roles.is_of_the_spin(cell.text)
-                    and header.roles != ("turns",)
-                ):
-                    values = {
-                        "header": cell.text,
-                        "turns": stated,
-                        "other": row.texts[filled_at(row)[0]],
-                        "says": turns,
-                    }
-                    self.faults.add("turns_contradict_header", cell, **values)
+                of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)
+                if turns and stated not in ("", turns) and not of_others:
+                    values = {"turns": stated, "other": row.texts[filled_at(row)[0]], "says": turns}
+                    self.faults.add("turns_contradict_header", cell, header=cell.text, **values)
             if said := {role: (text, row.spot(at)) for role, (text, at) in of_row.items() if role in lacking}:
                 told = ", ".join(f"{role} {text}" for role, (text, _) in said.items())
                 self.said.append((self.grid.cell(row, filled_at(row)[0]), where, told))
@@ -792,8 +774,10 @@ class _Sheet:
             joined.append(Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled)))
         parts = [joined[start:end] for start, end in pairwise([*self.tables, len(joined)])]
         for part in parts:
-            fewest = min((len(filled_at(row)) for row in part[:-1]), default=0)
-            if len(part) > 2 and _ends_with_means(part, headers, len(filled_at(part[-1])) < fewest):
+            is_short = len(part) > 2 and len(filled_at(part[-1])) < min(len(filled_at(row)) for row in part[:-1])
+            is_apart = len(part) > 2 and part[-1].line > part[-2].line + 1
+            of_all = is_short or (is_apart and _contains_means(part, headers, "spin"))
+            if of_all and _contains_means(part, headers, "time"):
                 self._leave_out("summary", part.pop())
         told_in = {cell.place.line for cell, *_ in self.said}
         for why, rows_left in self.left_out.items():
@@ -831,22 +815,15 @@ class _Sheet:
         return table if is_plain and is_timed else _with_differences(table, there, self.faults)
 
 
-def _ends_with_means(rows: list[Row], headers: list[Header], is_short: bool) -> bool:
-    """Return whether the last row contains the mean of the times above it.
-
-    A full row is apart from the others, and contains the mean of the spins as well.
-    """
-    if not is_short and rows[-1].line == rows[-2].line + 1:
-        return False
-    roles_of_means = {"time"} if is_short else {"time", "spin"}
-    times = [at for at, header in enumerate(headers) if roles_of_means.intersection(header.roles)]
+def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
+    """Return whether the last row contains the mean of each column of a role above it."""
+    places = [at for at, header in enumerate(headers) if role in header.roles]
     try:
-        columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in times]
+        columns = [[quantities.to_float(row.texts[at]) for row in rows] for at in places]
     except (ValueError, IndexError):
         return False
-    return len(times) >= len(roles_of_means) and all(
-        abs(sum(above) - len(above) * last) < 1e-3 * abs(sum(above)) for *above, last in columns
-    )
+    off = [abs(sum(above) - len(above) * last) / abs(sum(above) or 1) for *above, last in columns]
+    return max(off, default=1.0) < 1e-3
 
 
 # Before the first run ----------------------------------------------------------------------------------------------
@@ -901,8 +878,8 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
     The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a large disk.
     """
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
-    free = [at for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles]
-    clocks = {roles.clock_word(table.headers[at].text): at for at in free}
+    free = {at: one for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles}
+    clocks = {roles.clock_word(one.text): at for at, one in free.items()}
     made: list[tuple[str, int, str, list[str]]] = []
     stated = {key.lower(): text.text for key, text in table.grid.metadata}
     if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
@@ -913,13 +890,12 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
         if (at := names.get(f"spintime{end}")) is not None and (counts is not None or "spin_turns" in stated):
             # Instead of a column, a line may give the number of turns for the whole log.
             texts = [stated["spin_turns"] if counts is None else row.texts[counts] for row in table.rows]
-            made.append(
-                (f"spin_period_{end} [s]", at, "spin_turns" if counts is None else table.cells[counts].text, texts)
-            )
+            second = "spin_turns" if counts is None else table.cells[counts].text
+            made.append((f"spin_period_{end} [s]", at, second, texts))
         for at, header in enumerate(table.headers):
-            if roles.clock_word(header.text) == word and roles.is_of_the_spin(header.text) and turns_in(header.text):
-                # "Time of 10 rotations of the disk, before [s]"
-                turns = turns_in(header.text)
+            # "Time of 10 rotations of the disk, before [s]"
+            of_spin = roles.clock_word(header.text) == word and roles.is_of_the_spin(header.text)
+            if of_spin and (turns := turns_in(header.text)):
                 made.append((f"spin_period_{end} [s]", at, turns, [turns] * len(table.rows)))
     for name, one, second, others in made:
         sign = "minus" if name == "time [s]" else "over"
@@ -930,8 +906,7 @@ def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
             return table
         if any(text.startswith("-") for text in texts):
             return table
-        cell = table.cells[one]
-        faults.add("read_as", cell, sign=sign, second=second, name=name)
+        faults.add("read_as", table.cells[one], sign=sign, second=second, name=name)
         width, rows = len(table.cells), []
         for row, text in zip(table.rows, texts, strict=True):
             cells = [*row.texts[:width], text]

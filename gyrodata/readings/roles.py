@@ -562,8 +562,8 @@ def turns_in(header: str) -> str:
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
-    if re.search(_DIVIDED, plain):
-        return "1" if re.search(_TURN, plain) else ""  # "we timed 3 turns and divided"
+    if re.search(_DIVIDED, plain) and re.search(rf"[0-9]\s*(?:\w+\s+)?(?:{_TURN})", plain):
+        return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):
         # "Time 1 1/3 turn" may be the first of several.
         return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
@@ -621,11 +621,6 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     return str(number + int(count) if mixed and count else number * int(count or 1))
 
 
-def said_turns(text: str) -> str:
-    """Return the turns that the words of a cell say: "one third", "1/3 rev"; "" if it says none."""
-    return words_of_turns(text, whole=True) or turns_in(text)
-
-
 _TURNS = r"(?:[1-9]\s+)?[1-9][0-9]?\s*/\s*(?:[2-9]|12)"
 _COUNT = r"[1-9][0-9]?(?:[.,](?:0+|25|5|50|75|3{2,}|6+7?))?|[0.]*[.,](?:25|5|50|75|3{2,}|6+7?)"
 
@@ -636,7 +631,7 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must contain a word for a turn.
     """
     texts = [text for text in map(quantities.fold_number, texts) if text]
-    parts = [bool(re.fullmatch(_TURNS, text) or said_turns(text)) for text in texts]
+    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
     counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
     unknown = not header.roles and header.unit is None
     # "thirds of a turn" above 3 is something else.

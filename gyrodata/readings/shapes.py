@@ -144,9 +144,8 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
 def _weigh(grid: Grid, faults: Faults) -> None:
     """Replace a count of weights by their mass, if a text states that of one: "one washer = 8.3 g"."""
     heads = [row for row in grid.rows if is_head(row)]
-    counting = [
-        (head, at) for head in heads for at in filled_at(head) if roles.counts_weights(parse_header(head.texts[at]))
-    ]
+    named = ((head, at) for head in heads for at in filled_at(head))
+    counting = [(head, at) for head, at in named if roles.counts_weights(parse_header(head.texts[at]))]
     texts = [*(text.text for text in grid.comments), *(" ".join(row.texts) for row in grid.rows)]
     masses = {match[1] or match[2] for text in texts if counting for match in re.finditer(_MASS_OF_ONE, text)}
     for head, at in counting if len(masses) == 1 else ():
@@ -171,9 +170,8 @@ def _turned_blocks(grid: Grid, faults: Faults) -> list[Row]:
 def _turned_into_table(grid: Grid, faults: Faults) -> Grid:
     """Make a table of one whose names are at the side; a single value is valid for all runs."""
     width = max(len(row.texts) for row in grid.rows)
-    said = [
-        row for row in grid.rows if len(filled_at(row)) == 1 and (said_in(row) or " " in " ".join(row.texts).strip())
-    ]
+    of_one_cell = (row for row in grid.rows if len(filled_at(row)) == 1)
+    said = [row for row in of_one_cell if said_in(row) or " " in "".join(row.texts).strip()]
     of_table = [row for row in grid.rows if row not in said]
     side = min((filled_at(row)[0] for row in of_table), default=0)
     names = Row(0, [row.texts[side] for row in of_table])

@@ -366,13 +366,6 @@ _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _MOST_LINES_OF_A_CELL = 100
 
 
-_STAMP = (
-    r"^\[?[0-9]{1,4}[./-][0-9]{1,2}[./-][0-9]{1,4},?\s+[0-9]{1,2}:[0-9]{2}(?::[0-9]{2})?(?:\s?[AaPp][Mm])?\]?[\s-]*"
-    r"[^\W\d][^:\d]{0,30}:\s"
-)
-"""Day, time and name in front of a message: "[13/02/2024, 14:01:10] Lena: "."""
-
-
 def _grid(
     sha256: str, faults: Faults, delimiter: str = "", floats: frozenset[int] = frozenset()
 ) -> tuple[Grid, Faults]:
@@ -384,9 +377,6 @@ def _grid(
         re.sub(r"(?<=[0-9])．(?=[0-9])|^>[> ]*(?=\S)", lambda sign: sign[0].replace("．", ".").replace(">", " "), line)
         for line in lines
     ]
-    # The stamps of a chat, and the header row of a table of MediaWiki.
-    lines = [re.sub(_STAMP, lambda stamp: " " * len(stamp[0]), line) for line in lines]
-    lines = [line.replace("!", "|") if line[:1] == "!" and "!!" in line else line for line in lines]
     # Students of LaTeX and MATLAB write % in front of a remark.
     lines = [re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line) for line in lines]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)

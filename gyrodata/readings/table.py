@@ -381,9 +381,8 @@ class TableReader:
                         read[text] = read_cell(remark[1], kind, unit, ask)
                         continue
                 if error.code == diagnostics.UNIT_MISSING:
-                    faults.add(
-                        "no_unit", chosen.cell.place, text=chosen.header.text[:60], role=role, kind=units.KINDS[kind]
-                    )
+                    values = {"text": chosen.header.text[:60], "role": role, "kind": units.KINDS[kind]}
+                    faults.add("no_unit", chosen.cell.place, **values)
                     break
                 missed = "; or put # before the line of a run that was not measured"
                 faulty[text] = error.code, error, error.hint + missed * (re.search(r"\d", text) is None)

@@ -71,13 +71,9 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
 
 def _text(head: list[str], columns: _Columns) -> str:
     lines = [[header for header, _ in columns], *zip(*(texts for _, texts in columns), strict=True)]
-    return "\n".join([*head, *(",".join(map(_quoted, line)) for line in lines)]) + "\n"
-
-
-def _quoted(text: str) -> str:
-    if re.search(r'[",;\t]|^[\s#]|\s$', text):
-        return '"' + text.replace('"', '""') + '"'
-    return text
+    needs_quotes = re.compile(r'[",;\t]|^[\s#]|\s$').search
+    cells = [['"' + cell.replace('"', '""') + '"' if needs_quotes(cell) else cell for cell in line] for line in lines]
+    return "\n".join([*head, *map(",".join, cells)]) + "\n"
 
 
 def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:

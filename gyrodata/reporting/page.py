@@ -23,24 +23,11 @@ from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
 
-_STYLES = {
-    "strong": "<strong>{}</strong>",
-    "warn": '<strong class="warn">{}</strong>',
-    "quote": "<q>{}</q>",
-    "code": "<code>{}</code>",
-}
+_STYLES = {"strong": "<strong>{}</strong>", "quote": "<q>{}</q>", "code": "<code>{}</code>"}
+_STYLES["warn"] = '<strong class="warn">{}</strong>'
 
-# The figures' markers in a square of 12 by 12.
-_SHAPES = {
-    "o": "M6 1.4a4.6 4.6 0 1 0 .01 0z",
-    "s": "M1.8 1.8h8.4v8.4H1.8z",
-    "^": "M6 1 11.2 10.6H.8z",
-    "v": "M6 11 11.2 1.4H.8z",
-    "<": "M1 6 10.6.8v10.4z",
-    "D": "M6 .4 11.6 6 6 11.6.4 6z",
-    "P": "M4.2 1h3.6v3.2H11v3.6H7.8V11H4.2V7.8H1V4.2h3.2z",
-    "X": "M3.5 1 6 3.5 8.5 1 11 3.5 8.5 6 11 8.5 8.5 11 6 8.5 3.5 11 1 8.5 3.5 6 1 3.5z",
-}
+_SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
+"""Characters that look like the figures' markers."""
 
 FARTHEST = 5.0
 """A drawn value is cut off if it is further from the band than this many widths of the band."""
@@ -128,8 +115,8 @@ class _Writer:
             return Markup(_STYLES[part.style]).format(part.text)
         if isinstance(part, Mark):
             _, colour, marker = self.looks[part.group]
-            shape = '<svg class="mark" viewBox="0 0 12 12" aria-hidden="true"><path fill="{}" d="{}"/></svg>'
-            return Markup(shape).format(colour, _SHAPES[marker])
+            shape = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
+            return shape.format(colour, _SHAPES[marker])
         return _typeset(part)
 
 

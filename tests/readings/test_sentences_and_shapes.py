@@ -184,8 +184,6 @@ READ = {
     "stamps of a chat": "".join(
         f"[13/02/2024, 14:0{n}:32] Mia: {row}\n" for n, row in enumerate(
             runs("{m} g, 14.8 cm, {s} rpm, 1 turn, {t} s\n").splitlines())),
-    "a table of a wiki": '{| class="wikitable"\n! mass (g) !! r (cm) !! spin (rpm) !! turns !! t (s)\n'
-    + runs("|-\n| {m} || 14.8 || {s} || 1 || {t}\n") + "|}\n",
     "names at the side of three tables": "r = 14.8 cm;;;;;;\nmass:;20.1 g;;40.3 g;;60.2 g;\nturns:;1;;1;;1;\n"
     + ";rpm;t/s" * 3 + "\n" + "".join(
         f"run {n}" + "".join(f";{s};{t(m, s)}" for m in MASSES) + "\n" for n, s in enumerate(SPINS, 1)),

@@ -116,14 +116,10 @@ def _content(grade: Grade) -> dict[str, Any]:
         grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
     words: Any = environment().get_template("words.jinja").module
     short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
-    return {
-        "grade": grade,
-        "short": short,
-        "slip_cost": next((one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail), None),
-        "lead": words.lead(grade, short).strip(),
-        "verdict": words.verdict(grade).strip(),
-        "hands": [line for line in words.hands(grade).split("\n") if line],
-    }
+    cost = next((one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail), None)
+    hands = [line for line in words.hands(grade).split("\n") if line]
+    told = {"lead": words.lead(grade, short).strip(), "verdict": words.verdict(grade).strip(), "hands": hands}
+    return {"grade": grade, "short": short, "slip_cost": cost, **told}
 
 
 # --- a class as a page ------------------------------------------------------------------------------------
@@ -146,21 +142,15 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
         base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
         return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
-    content = {
-        "found": found,
-        "feedback": feedback,
-        "links": links,
-        "desk_line": lambda offer: csv_lines([offer.cells]).rstrip("\n"),
-        "offers": offers,
-        "groups": [(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        "marked": {student for one in offers for student in one.people},
-        "references": sorted(found.references.items(), key=lambda one: in_order(one[0])),
-        "histogram": count_points(found.totals, found.rubric.points),
-        "factor": factor,
-        "unit": f"{power} kg·m²" if power else "kg·m²",
-        "by_key": {grade.student: grade for grade in found.grades},
-    }
-    return environment().get_template("class.html.jinja").render(content)
+    return environment().get_template("class.html.jinja").render(
+        found=found, feedback=feedback, links=links, offers=offers, factor=factor,
+        desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"), unit=f"{power} kg·m²" if power else "kg·m²",
+        groups=[(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
+        marked={student for one in offers for student in one.people},
+        references=sorted(found.references.items(), key=lambda one: in_order(one[0])),
+        histogram=count_points(found.totals, found.rubric.points),
+        by_key={grade.student: grade for grade in found.grades},
+    )  # fmt: skip
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:

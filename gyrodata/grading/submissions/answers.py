@@ -302,9 +302,8 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
         # A heading is above all values below it; titles of a table are in its rows already.
         heading = heading if end else sentence
         # The beginning of a sentence that goes on.
-        above = (
-            "" if "|" in sentence.strip(" |") else re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])[-1]
-        )
+        parts = re.split(r"(?<![m^])\d|[.!?;](?:\s|$)|\)\s*$", sentence[end:])
+        above = "" if "|" in sentence.strip(" |") else parts[-1]
 
 
 def _cuts(text: str) -> Iterator[tuple[str, bool]]:

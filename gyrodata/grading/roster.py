@@ -65,8 +65,7 @@ class Roster(Struct, frozen=True):
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
-_NOBODY = r"(?i:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?|[a-zà-ÿ]\S*(?:\s+[a-zà-ÿ]\S*){3,}"
-"""The writer, or a remark: "Eva Berg, we share the data"."""
+_ONESELF = r"(?i)(?:me|myself|I|ich|moi|yo|io|ik|ja|eu|jag)?"
 
 
 def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
@@ -75,9 +74,10 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     if not re.fullmatch(SAYS["alone"], text):
         for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
             names += [part] if "," not in part or keys_of(part, meant) else part.split(",")
-    keys = {name: keys_of(name, meant) for name in map(str.strip, names) if not re.fullmatch(_NOBODY, name)}
+    keys = {name: keys_of(name, meant) for name in map(str.strip, names) if not re.fullmatch(_ONESELF, name)}
     found = {one[0] for one in keys.values() if len(one) == 1}
-    return found, [name for name, one in keys.items() if len(one) != 1]
+    # "Eva Berg, we share the data" names one student.
+    return found, [name for name, one in keys.items() if len(one) != 1 and not (found and name[:1].islower())]
 
 
 def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[list[frozenset[str]], dict[str, str]]:

@@ -372,7 +372,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
         if role == "position" and squeeze(after).lower() in roles.DIMENSION_WORDS:
             continue
         if role == "position" and roles.origin_in(whole):
-            if roles.noted_origin(whole) and not re.search(roles.DIAMETER, own):
+            if roles.noted_origin(whole) and not (re.search(roles.DIAMETER, own) or roles.diameter_in(own)):
                 found.append((role, f"{number} {unit}", match.start(1 if match[1] else 4)))
             continue
         # Of "Rod weight at 16.0 cm", the rod is not meant.

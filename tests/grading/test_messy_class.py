@@ -104,6 +104,7 @@ TOGETHER = [
     "Authors: Ann Lee, {}, Dev Patel",
     "Team {} & Dev Patel",
     "We measured with {} as agreed.",
+    "Partner: {}, same data",
 ]
 
 
@@ -114,6 +115,7 @@ def test_partners_are_found_by_their_full_names_in_any_words(room: Room, words: 
         (room.home / "class" / key / "note.txt").write_text(words.format(other), encoding="utf-8")
     rows = room.grade()
     assert [rows[key]["flags"] for key in ("p1", "p2")] == ["", ""]
+    assert "same data" not in (room.out / "desk-todo.csv").read_text("utf-8")
 
 
 def test_accents_in_names_do_not_matter() -> None:
@@ -167,6 +169,23 @@ def test_answer_in_another_kind_of_file_is_read(name: str) -> None:
     found = read_answers(None, [(name, text.encode() if isinstance(text, str) else text)]).inertia
     assert found is not None
     assert (found.value, found.u, found.fault) == (pytest.approx(4.4e-3), pytest.approx(5e-5), None)
+
+
+OTHERS = {
+    "the rod": "I_zz = 4.40(5)e-3 kg m2.\nThe rod on its own only has 1.9(1)e-4 kg m2, so we neglected it.",
+    "a cross check": "The falling mass gave 4.7(3)e-3 kg m^2, which is\ntoo rough. "
+    "The precession yields 4.40(5)e-3 kg m^2.",
+    "the next group": "El momento de inercia es 0,00440 kg m2 con un error relativo del 1,136 %.\n"
+    "El grupo de al lado obtuvo 0,00435 kg m2.",
+    "an exercise": "Suppose you measure 4.5e-3 kg m^2 ± 2 %.\nOur result is I_zz = (4.40 ± 0.05)e-3 kg m^2.",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("whose", OTHERS)
+def test_value_of_something_else_beside_the_answer_is_not_taken(whose: str) -> None:
+    found = read_answers(None, [("a.txt", OTHERS[whose].encode())]).inertia
+    assert found is not None
+    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=1e-3))
 
 
 OTHER_UNITS = [

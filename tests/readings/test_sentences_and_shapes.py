@@ -101,6 +101,8 @@ READ = {
     + f"{sum(float(t(m, s)) for m in MASSES for s in SPINS) / 9:.4f};1\n",
     "a constant from the surface": "weight always 9.72 cm from the surface of the ball (ball diameter 101.6 mm)\n"
     + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
+    "a constant, and the radius": "pesa a 9,72 cm de la superficie de la bola (radio 5,08 cm)\n"
+    + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
     "turns behind time": "# time = 2 turns\n" + HEAD.replace(";turns", "") + runs(SHORT, 2),
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),

@@ -268,7 +268,8 @@ def _mean_spins(
         if drag is None or not parts.read_once(used):
             return spins[0], None, None
         # The spin at the midpoint, which was read too late, and then the harmonic mean over the run.
-        rate, late = drag.at(spins[0]), 0.0 if "u_spin_delay" in readings.uncertainties else LATE
+        rate, before = drag.at(spins[0]), parts.read_before(used, time)
+        late = np.where(before > 0, -before, 0.0 if "u_spin_delay" in readings.uncertainties else LATE)
         mean = 1 + late * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
         return spins[0] * mean, None, None
     start, end = spins[0], spins[-1]

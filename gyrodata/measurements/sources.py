@@ -17,7 +17,7 @@ from gyrodata import error_sources, physics
 from gyrodata.error_sources import LATE, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
-from gyrodata.readings.roles import stated_u
+from gyrodata.readings.roles import parse_header, stated_u
 from gyrodata.units import Uncertainty
 
 
@@ -70,7 +70,7 @@ def list_sources(
     """List all sources of error of a log, in the order of the table."""
     columns, load = readings.columns, load_role(readings.columns)
     yield from _timing_sources(readings, timing, time, turns)
-    yield from _spin_sources(readings, spin, drag)
+    yield from _spin_sources(readings, spin, time, drag)
     values = values_of(columns[load])
     yield _by_value(load, columns[load], values, values != 0)
     if load == "mass":
@@ -120,7 +120,13 @@ def read_once(used: tuple[Column, ...]) -> bool:
     return len(used) == 1 and max(used[0].spots, default=-1) >= 0
 
 
-def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterator[Source]:
+def read_before(used: tuple[Column, ...], time: Floats) -> Floats:
+    """Return how long before the middle of each run the only spin was read, by its header [s], shape (n,)."""
+    before = len(used) == 1 and used[0].role == "spin" and "spin_start" in parse_header(used[0].header).roles
+    return time / 2 if before else np.zeros(len(time))
+
+
+def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | None) -> Iterator[Source]:
     """List the errors of the spins, when they were read, and the law by which the spin falls."""
     used, square, any_default, usual = spin_columns(readings), np.zeros(len(spin)), False, None
     spins, spots = list(map(as_spin, used)), []
@@ -153,7 +159,8 @@ def _spin_sources(readings: Readings, spin: Floats, drag: Drag | None) -> Iterat
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
     # A log that states how uncertain the delay is, has no delay on average.
-    late = math.hypot(LATE if delay_default else 0.0, delay.absolute)
+    # The fall between a reading before the run and its middle is not known, if the log does not state the drag.
+    late = np.hypot(math.hypot(LATE if delay_default else 0.0, delay.absolute), read_before(used, time))
     every = np.zeros(len(spin), dtype=int)
     if read_once(used) and drag is None:
         rate = math.exp(error_sources.DECAY_SPREAD**2) / error_sources.DECAY_TIME

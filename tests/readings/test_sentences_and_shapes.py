@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 from labs import analyze_briefly as analyze
 from readings.test_first_attempt import TRUTH, TURN, is_right
@@ -297,6 +299,22 @@ def test_hint_about_one_wrong_row_leads_to_the_answer(case: str) -> None:
                 analyze(log)
         else:
             assert is_right(log)
+
+
+@pytest.mark.parametrize("tau", [600.0, 2000.0])
+def test_spin_that_is_read_only_before_the_runs_gives_the_truth(tau: float) -> None:
+    """Simulated: I_zz = 4.44e-3 kg m^2, three turns in each run, a spin that falls by 1/e in tau, seed 1."""
+    random, inertia = np.random.default_rng(1), 4.44e-3
+    log = "mass [g],position [cm],spin before [rpm],time [s],turns\n"
+    for mass in (20.0, 40.0, 60.0):
+        for rpm in (200, 400, 600):
+            torque = 1e-3 * mass * 9.80665 * 0.15
+            time = tau * math.log1p(6 * math.pi * inertia * rpm * math.pi / 30 / (torque * tau))
+            log += f"{mass:.2f},15.0,{rpm},{time + random.normal(0, 0.1):.2f},3\n"
+    found = analyze(log).inertia
+    assert found.interval_95 is not None
+    assert found.interval_95[0] < inertia < found.interval_95[1]
+    assert found.value == pytest.approx(inertia, rel=0.015)
 
 
 OTHER_TURNS = {

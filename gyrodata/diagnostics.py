@@ -62,18 +62,11 @@ def messages() -> dict[str, Message]:
 @cache
 def severities() -> dict[str, Severity]:
     """List the severity of every code, in the order of the codes."""
-    made_of_parts = (
-        CELL_BECAME_A_DATE,
-        PER_SECOND_IS_AMBIGUOUS,
-        NUMBER_IMPOSSIBLE,
-        RUBRIC_NO_TOML,
-        CRITERION_KIND_UNKNOWN,
-    )
     named = {code: severity for severity, code in (one.code.split() for one in messages().values())}
-    return convert(dict(sorted({**dict.fromkeys(made_of_parts, "error"), **named}.items())), dict[str, Severity])
+    return convert(dict(sorted({**dict.fromkeys(MADE_OF_PARTS, "error"), **named}.items())), dict[str, Severity])
 
 
-# Codes that the package compares with others, and codes of messages that are made of parts.
+# Codes that the package compares with others.
 COMPRESSED_FILE_DAMAGED, CODE_PAGE_GUESSED = "G107", "G109"
 CELL_IS_NO_NUMBER, CELL_BECAME_A_DATE, UNIT_UNKNOWN, UNIT_MISSING = "G203", "G204", "G205", "G206"
 PER_SECOND_IS_AMBIGUOUS, NUMBER_IMPOSSIBLE = "G208", "G215"
@@ -82,3 +75,5 @@ DIGITS_TOO_FEW, OUTLIER, SINGLE_TORQUE, SIZE_NOT_USUAL = "G407", "G410", "G414",
 TOO_FEW_RUNS, SPINS_TOO_CLOSE, NO_UNLOADED_RUN = "G452", "G453", "G454"
 NOISE_CANNOT_BE_READ, ANSWER_ELSEWHERE = "G636", "G717"
 RUBRIC_NO_TOML, RUBRIC_KEY_UNKNOWN, RUBRIC_VALUE_CANNOT_BE_USED, CRITERION_KIND_UNKNOWN = "G721", "G722", "G723", "G725"
+MADE_OF_PARTS = (CELL_BECAME_A_DATE, PER_SECOND_IS_AMBIGUOUS, NUMBER_IMPOSSIBLE, RUBRIC_NO_TOML, CRITERION_KIND_UNKNOWN)
+"""Codes of errors that `messages.toml` does not contain, because their messages are made of parts."""

@@ -508,7 +508,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
             hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
         if odd and role not in found:
             # The message about an arm or a spin contains the largest one.
-            run = int(np.argmax(np.abs(measured.position if role == "position" else measured.spin)))
+            sizes = np.where(loaded, np.abs(measured.position if role == "position" else measured.spin), 0.0)
+            run = int(np.argmax(sizes))
             place = column.place(run if role in ("position", "spin") else 0) if column else None
             found[role] = readings.say(name, place, **values, hint=hint)
     return found.values()

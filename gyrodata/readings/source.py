@@ -46,7 +46,7 @@ _OTHER_FILES = {
     "a rich-text document": rb"\{\\rtf",
     "an old Office file (.xls or .doc)": rb"\xd0\xcf\x11\xe0",
     "an archive (gyro grade reads the zip of a class)": rb"PK\x03\x04|7z\xbc\xaf|Rar!",
-    "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg))",
+    "a web page": rb"(?i:\s*(?:<!doctype|<html|<\?xml|<svg|<(?:p|div|table)\b))",
     "JSON": rb'(?:\xef\xbb\xbf)?\s*(?:\{\s*"|\[\s*[\[{])',
 }
 """Beginnings of files that are not tables."""
@@ -76,7 +76,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
         return _grid(digest, Faults(shown, *workbook_text(data, faults)), "\t")
-    is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b", data)
+    is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b|\A\s*<(?:p|div)\b", data)
     is_table = is_page or re.match(_OTHER_FILES["JSON"], data)
     if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
         raise faults.refuse("other_kind", kind=kind)

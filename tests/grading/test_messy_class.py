@@ -272,6 +272,10 @@ def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     }
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     assert item.read()[0].position_from == "surface"
+    # Without the diameter the log is refused rather than read as if the positions counted from the centre.
+    files["ann/notes.txt"] = "The position is measured from the surface of the ball."
+    (item,) = find_submissions(make_folder(tmp_path / "other", files)).items
+    assert [one.code for one in item.read()[0].diagnostics if one.severity == "error"] == ["G340"]
 
 
 def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:

@@ -105,6 +105,8 @@ READ = {
     + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
     "a constant, and the radius": "pesa a 9,72 cm de la superficie de la bola (radio 5,08 cm)\n"
     + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
+    "a remark with the word about": "Uncertainty: the stopwatch (about 0.15 s) and the position of the weight.\n"
+    + HEAD + runs(ROW),
     "turns behind time": "# time = 2 turns\n" + HEAD.replace(";turns", "") + runs(SHORT, 2),
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),

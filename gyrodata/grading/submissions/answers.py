@@ -184,7 +184,7 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
 
 def as_log(name: str, data: bytes) -> bytes:
     """Return a file as `read_log` reads it: a report of a word processor as its text, with ``|`` between cells."""
-    return ("\n".join(lines_of(name, data)).encode() if ending(name) in (*_PACKED, ".html", ".htm") else b"") or data
+    return ("\n".join(lines_of(name, data)).encode() if ending(name) in _PACKED else b"") or data
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
@@ -206,7 +206,7 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
         if not any(map(_is_number, cells)):
             titles, width = (titles, width) if set(line) <= set("-: |") else (cells * (len(cells) > 1), 0)
         elif len(cells) > 1:
-            # Titles beside a table of runs have values in as many cells.
+            # Titles on the right of a table of runs have values in as many cells.
             width = width or len(cells)
             titles = titles if width <= len(titles) or len(cells) == width else []
             # A column of I_zz with a value for each run is not the answer.

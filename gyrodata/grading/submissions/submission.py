@@ -84,13 +84,14 @@ class Submission(Struct, frozen=True, dict=True):
         log = readings.read_log(data := self.log(), name=name, settings=settings)
         # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
         lines = [line for one in self.reports() for line in lines_of(*one)] if log.columns else []
-        said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line)]
+        said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line) == "surface"]
         if said:
             text = (workbook_text if data[:2] == b"PK" else readings.decode)(data, readings.Faults(name))[0]
             more = (text + "".join(f"\n# {line}" for line in said)).encode()
             again = readings.read_log(more, name=name, settings=settings)
             errors = [sum(one.severity == "error" for one in found.diagnostics) for found in (again, log)]
-            if again.ok or errors[0] < errors[1]:
+            # A log whose positions count from the surface is refused rather than read as if they did not.
+            if log.ok or again.ok or errors[0] < errors[1]:
                 data, log = more, again
                 notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
         answers = read_answers(log, self.reports())

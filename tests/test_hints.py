@@ -201,7 +201,6 @@ NO_G = GOOD.partition("\n")[2]
 COMMAS = [TABLE[0], *([cell.replace(".", ",") for cell in row] for row in TABLE[1:])]
 HERTZ = table("mass [g],position [cm],spin [1/s],time [s],turns", *FIRST[:2],
               lambda row: f"{float(row[2]) / 60:.4f}", FIRST[3], lambda row: row[4])  # fmt: skip
-NO_NEW_TIME = [[*row, row[3]] for row in TABLE[1:]]
 LOWER = "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *TABLE[7:]))
 """The last three runs in a table of their own, without the weight."""
 SURFACE_HEAD = ["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]]
@@ -223,14 +222,12 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G209", written(COMMAS), lambda hint: written(COMMAS, named(hint, r"columns with (\S)"))),
     ("G209", written([TABLE[0], *([*row, "7"] for row in TABLE[1:])], ";"),
      lambda hint: written([row[:5] for row in TABLE], ";") if "remove these cells" in hint else ""),
-    ("G210", written([[*TABLE[0], "time [s]"], *NO_NEW_TIME]),
-     lambda hint: written([[*TABLE[0][:3], named(hint, r"time (time_1),") + " [s]", "turns",
-                            named(hint, r", (time_2)") + " [s]"], *NO_NEW_TIME])),
+    ("G210", written([[*row, row[1]] for row in TABLE]), then_good("remove the other")),
     ("G212", written(TABLE[:7]) + "\n" + LOWER,
      lambda hint: written(TABLE[:7]) + "\n" + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER),
     ("G215", written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
      lambda hint: written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]]) if "left blank" in hint else ""),
-    ("G219", changed(1, 0, ""), then_good("in the first row that it belongs to")),
+    ("G219", changed(1, 0, ""), then_good("the value in each of these rows")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
     ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),
     ("G226", changed(9, 4, '"1/3'), lambda hint: changed(9, 4, '"1/3' + named(hint, r"close it with (\S),"))),

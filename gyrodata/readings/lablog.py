@@ -631,6 +631,8 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
                 raise UnitError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
+            if key in roles.COUNTS and quantities.take_apart(text) is None:
+                text = roles.turns_in(f"{text} turns") or text  # "three", "one third"
             # g is in m/s² if it has no unit.
             written = quantities.take_apart(text) if key == "g" else None
             bare = written is not None and not written.unit

@@ -522,6 +522,11 @@ class _Sheet:
                 # "±" or "error" belongs to the column on its left.
                 header = replace(header, roles=(f"u_{left.roles[0]}",), unit=header.unit or left.unit)
                 self.here[at] = replace(cell, text=f"u({left.text})"), header
+        times = {at: header for at, (_, header) in enumerate(self.here) if header.roles == ("time",)}
+        for number, at in enumerate(times, 1) if len({*times.values()}) < len(times) else ():
+            self.here[at] = self.here[at][0], replace(times[at], number=number)
+            if number == len(times):
+                self.faults.add("same_times", self.here[at][0])
         self.named = list(self.here)
         beyond = len(head.texts)
         self.apart = not any("".join(row.texts[beyond : beyond + 1]) for row in self.grid.rows)
@@ -690,7 +695,7 @@ class _Sheet:
             return
         self.only_means = means if not self.runs else self.only_means
         for at, (cell, header) in enumerate(self.here):
-            if cell.text and any((cell.text, header.unit) == (old.text, own.unit) for old, own in self.here[:at]):
+            if cell.text and any((cell.text, header) == (old.text, own) for old, own in self.here[:at]):
                 raise self.faults.refuse("same_spins" if header.roles == ("spin",) else "same_names", cell)
             place = len(self.columns)
             for k, (old_cell, old) in enumerate(self.columns):

@@ -233,7 +233,7 @@ class TableReader:
             if count > width:
                 name = "row_too_long" if self.grid.delimiter == "," else "row_without_header"
                 self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
-            elif noted and layout.is_number(row.texts[-1]):
+            elif noted and layout.is_number(row.texts[-1]) and not re.search(r"[^\W\d]", row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
                 self.faults.add("note_is_number", self.grid.cell(row, count - 1))
         used, times = self.choice.used, self.choice.used.get("time", [])
@@ -467,7 +467,7 @@ class TableReader:
         if each or (role == "mass" and 8 * len(filled) < sum(is_run)):
             # If nearly every run has its own, a blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}
-            filled = []
+            early, filled = early and sorted([*early, *filled]), []
         if early and first is not None:
             cell = self.grid.cell(self.rows[first], at)
             faults.add("below_first_row", cell, role=role, lines=[lines[i] for i in early])

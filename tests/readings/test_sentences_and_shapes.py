@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -372,3 +373,38 @@ def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> Non
     with pytest.raises(LogError):
         analyze(header + hertz)
     assert is_right(header.replace("spin after", "spin after (Hz)") + hertz)
+
+
+READ_NOW = {
+    "two stopwatches": HEAD.replace("time (s)", "time (s);time (s)") + runs("{m};14.8;{s};{t};{t};1\n"),
+    "turns in words": "# turns = one\n" + HEAD.replace(";turns", "") + runs(SHORT),
+    "a remark that counts": HEAD.replace("\n", ";note\n") + runs("{m};14.8;{s};{t};1;1 turn\n"),
+    "outside the ball": "# ball_diameter: 101.6 mm\n" + HEAD.replace("r (cm)", "length of rod outside the ball (cm)")
+    + runs("{m};9.72;{s};{t};1\n"),
+    "without the radius": "# ball_diameter: 101.6 mm\n" + HEAD.replace("r (cm)", "r without ball radius (cm)")
+    + runs("{m};9.72;{s};{t};1\n"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", READ_NOW)
+def test_what_students_write_for_times_turns_and_distances_is_read(case: str) -> None:
+    assert is_right(READ_NOW[case])
+    assert "G229" not in str(read_log(READ_NOW[case]).diagnostics)
+
+
+def test_all_blank_cells_of_turns_are_named_at_once() -> None:
+    full, blank = (runs(row).splitlines(keepends=True) for row in (ROW, ROW.replace(";1\n", ";\n")))
+    log = HEAD + "".join(blank[i] if i in (0, 1, 4, 6) else full[i] for i in range(9))
+    assert "turns is blank in lines 2-3, 6, 8" in str(read_log(log).diagnostics)
+
+
+def test_doubtful_time_can_be_written_as_the_hint_says() -> None:
+    log = HEAD + runs(ROW).replace(f"{t('20.1', 206)};", f"{t('20.1', 206)}?;")
+    assert f"write {t('20.1', 206)} if you trust it" in str(read_log(log).diagnostics)
+
+
+def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
+    log = HEAD.replace("turns", "turns;torque [mN m]") + runs("{m};14.8;{s};{t};1;{m}\n").replace("14.8", "0", 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        analyze(log)

@@ -273,11 +273,13 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     say, measured, fit = seen.readings.say, seen.measured, seen.fit
     if seen.contradicts_itself:
         yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
-    if seen.contradicts_itself or seen.p is None or seen.p >= NO_ACCIDENT:
+    # If there are as many unknowns as runs, the runs can still contradict what is expected of M0.
+    dof = fit.dof or 1
+    if seen.contradicts_itself or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT:
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))
     values = {"scatter": fit.widths.scatter, "u_time": fit.widths.scatter * (measured.time_u or 0.14)}
-    if fitting.chi2_tail(fit.chi2 / widest**2, fit.dof) < NO_ACCIDENT:
+    if fitting.chi2_tail(fit.chi2 / widest**2, dof) < NO_ACCIDENT:
         yield say("not_one_line", **values, motion=_other_motion(seen))
     else:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
@@ -368,7 +370,7 @@ FELL_BY = 0.03
 def _poor_balance(seen: Seen) -> str:
     """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
     m0, lightest = seen.fit.residual_torque, fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
-    if seen.measured.balanced is False or abs(m0.value) <= max(POOR_BALANCE * lightest, 2 * (m0.u or 0.0)):
+    if seen.measured.balanced is False or abs(m0.value) <= max(POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)):
         return ""
     share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
     return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"

@@ -201,7 +201,8 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[[0, 1, 2, 3, 5, 6, 7, 10, 11, 15]]
         # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (S, W) from here on.
         mm, m_w = mm + narrow, m_left - at * narrow
-        determinant = ii * mm - im**2
+        # By rounding the difference can be zero or negative.
+        determinant = np.maximum(ii * mm - im**2, 1e-15 * ii * mm)
         both = (mm * i_left - im * m_w) / determinant
         residual_torque = (ii * m_w - im * i_left) / determinant
         misfit = chi2 + at * at * narrow - both * i_left - residual_torque * m_w
@@ -230,7 +231,7 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
     b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
     i_var = both_var - 2 * slope * cov + slope**2 * m_var
     mean = np.array([ended + both - slope * residual_torque, at + residual_torque, bias])
-    u = np.sqrt(np.array([i_var, m_var, np.maximum(b_var, 0.0)]))
+    u = np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
     # One part for each pair of s and w.
     s, w = np.broadcast_arrays(factor[:, None], widths)
     unit = conditions.unit[:, None]

@@ -370,7 +370,9 @@ FELL_BY = 0.03
 def _poor_balance(seen: Seen) -> str:
     """Describe an M0 that is too large for a balanced ball; otherwise return ""."""
     m0, lightest = seen.fit.residual_torque, fitting.lightest_torque(seen.measured, seen.fit.adjusted.kept)
-    if seen.measured.balanced is False or abs(m0.value) <= max(POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)):
+    if seen.measured.balanced is False or abs(m0.value) <= max(
+        POOR_BALANCE * lightest, min(2 * (m0.u or 0.0), 2 * lightest)
+    ):
         return ""
     share = f"{100 * abs(m0.value) / lightest:.0f} % of the lightest torque"
     return f"M0 = {1e3 * m0.value:.2g} mN·m is {share}, too large for a balanced ball"

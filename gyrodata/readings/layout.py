@@ -205,8 +205,9 @@ def is_head(row: Row) -> bool:
     physical = any(not roles.TEXTS.intersection(found) for found in named)
     # "t", "time for a quarter turn" explains a symbol.
     # "position", "10.8", "cm", "distance from the centre" is not one either.
-    others = not any(map(turns_in, row.texts)) and not any(map(is_bare, row.texts))
-    several = len(set(named)) > 1 or (len(named) > 1 and others)
+    several = len(set(named)) > 1 or (
+        len(named) > 1 and not any(map(turns_in, row.texts)) and not any(map(is_bare, row.texts))
+    )
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     are_names = len(headers) > 2 and all(header.roles for header in headers)
     return several and physical and _numbers(row) * 2 < len(headers) and (are_names or not _units(row))
@@ -429,7 +430,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
         there.add("turns")
     if "torque" in there:
         there |= {"mass", "position"}
-    if "force" in there or any(map(roles.counts_weights, headers)):
+    if "mass" not in there and ("force" in there or any(map(roles.counts_weights, headers))):
         there.add("mass")
     if any(header.roles and all(role.startswith("spin") for role in header.roles) for header in headers):
         there.add("spin")
@@ -584,7 +585,9 @@ class _Sheet:
             self._leave_out("taken_out", row)
         elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
             self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
-        elif not is_note and (self.below_results or names_result or self._is_result(row)):
+        elif not is_note and (
+            self.below_results or names_result or (not is_bare(row.texts[first]) and self._is_result(row))
+        ):
             self._leave_out("summary", row)
         else:
             self._take_run(row)

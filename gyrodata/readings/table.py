@@ -26,6 +26,8 @@ from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
 _THOUSANDS = re.compile(r"[-+]?[1-9][0-9]{0,2}[.,][0-9]{3}")
+_FRACTION = re.compile(rf"{quantities.NUMBER}|[1-9]/[1-9]")
+"""A number, or a fraction such as 1/3."""
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
@@ -370,7 +372,7 @@ class TableReader:
             try:
                 if ask:
                     read_cell(text.replace(".", ","), kind, unit, ask=True)
-                is_word = role in ("mass", "turns", "spin_turns") and not quantities.PLAIN.fullmatch(text)
+                is_word = role in ("mass", "turns", "spin_turns") and not _FRACTION.fullmatch(text)
                 meant = said_otherwise(text, role) if is_word else ""
                 read[text] = read_cell(meant or text, kind, unit, ask)
             except UnitError as error:
@@ -404,7 +406,7 @@ class TableReader:
             elif text in faulty:
                 code, wrong, hint = faulty[text]
                 faults.add("cell", self.grid.cell(row, at), code=code, role=role, text=text, fault=wrong, hint=hint)
-        unclear = [text for text in read if kind == "number" and not quantities.PLAIN.fullmatch(text)]
+        unclear = [text for text in read if kind == "number" and not _FRACTION.fullmatch(text)]
         if dates := [text for text in unclear if fraction_of_date(text)]:
             said = "; ".join(f'{role} "{text}" is {fraction_of_date(text)}' for text in dates[:4])
             self.faults.add("date", self.grid.cell(self.rows[texts.index(dates[0])], at), said=said)
@@ -559,8 +561,8 @@ class TableReader:
         if position is None:
             return 0.0
         named = "" if position.header.startswith(("#", "--")) else position.header
-        of_header = roles.origin_in(named) or ("centre" if roles.from_centre(named) else "")
         noted = self.settings.origin
+        of_header = roles.origin_in(named) or ("centre" if noted and roles.from_centre(named) else "")
         if not stated and (noted, of_header) in (("both", ""), ("surface", "centre")):
             self.faults.add("two_origins", position.place(0))
             return 0.0

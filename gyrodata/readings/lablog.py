@@ -488,6 +488,9 @@ def read_settings(
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
         if known == "time" and ":" not in text.text and (turns := roles.turns_in(text.text)):
             known, text = "turns", replace(text, text=turns)  # "# time = 3 turns"
+        # A line with the name of a quantity may be blank, the hour of the day, or a sentence.
+        says_nothing = not text.text or (known == "time" and ":" in text.text)
+        says_nothing |= known in roles.ROLES and len(text.text.split()) > 3 and not re.search(r"\d", text.text)
         result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
         if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
@@ -495,7 +498,7 @@ def read_settings(
             answers.append((key, text))
         elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
             answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
-        elif known not in roles.KEYS or known in roles.TEXTS or _says_no_value(known, text.text):
+        elif known not in roles.KEYS or known in roles.TEXTS or says_nothing:
             settings.metadata[key] = text.text
             if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:
                 _warn_of_remark(key, text.text, text, faults)
@@ -520,12 +523,6 @@ def read_settings(
         if item.key not in seen or not item.label.startswith("--config"):
             _enter(settings, item, True, faults)
     return settings
-
-
-def _says_no_value(key: str, text: str) -> bool:
-    """Return whether a line with the name of a quantity is blank, the hour of the day, or a sentence."""
-    of_day = key == "time" and ":" in text
-    return not text or of_day or (key in roles.ROLES and len(text.split()) > 3 and not re.search(r"\d", text))
 
 
 def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:

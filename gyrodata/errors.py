@@ -84,8 +84,8 @@ class Diagnostic(Struct, frozen=True):
     width : int
         Number of wrong characters, for the mark below the excerpt.
     doubt : str
-        Kind of doubt if the answer must not be quoted: "ball", "size", "contradiction", "exponent", "scatter" or
-        "pattern"; else "".
+        Kind of doubt if the answer must not be quoted: "ball", "size", "note", "contradiction", "exponent", "scatter"
+        or "pattern"; else "".
     cell : str
         Cell of a workbook, such as "Sheet2!B5"; else "".
     """

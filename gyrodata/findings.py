@@ -481,7 +481,7 @@ BY_HAND = (60 * RPM, 2000 * RPM)
 NO_MOTOR = 0.7
 """A rotor with less angular momentum than this has no motor: published ones with a motor have 1 to 2 [kg*m^2/s]."""
 
-LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.02, 10.0, 0.15
+LONG_TURN, SHORT_ARM, LONG_LEVER, NEARLY_AS_FAST = 600.0, 0.05, 10.0, 0.15
 """Bounds of the time of a turn with a weight [s], the arm [m], m x²/I_zz [1], and precession over spin [1]."""
 
 
@@ -499,7 +499,7 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         ("spin_not_usual", fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND),
         ("turn_not_usual", turn > LONG_TURN, "time", (1.0, LONG_TURN)),
         ("turn_too_fast", float((rate / spin).min()) > NEARLY_AS_FAST, "time", (1.0, LONG_TURN)),
-        ("arm_not_usual", arm < SHORT_ARM, "position", (0.04, 0.6)),
+        ("arm_not_usual", arm < SHORT_ARM, "position", (SHORT_ARM, 0.6)),
         ("weight_too_large", lever > LONG_LEVER and arm < 0.6, "spin", BY_HAND),
     )
     values = {"rpm": fastest / RPM, "minutes": turn / 60, "turn": turn, "arm": 100 * arm, "lever": lever}
@@ -515,7 +515,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
             sizes = np.where(loaded, np.abs(measured.position if role == "position" else measured.spin), 0.0)
             run = int(np.argmax(sizes))
             place = column.place(run if role in ("position", "spin") else 0) if column else None
-            found[role] = readings.say(name, place, **values, hint=hint)
+            # If only another unit makes the column usual, the answer is not safe to quote.
+            found[role] = replace(readings.say(name, place, **values, hint=hint), doubt="size" if unit else "")
     return found.values()
 
 

@@ -60,7 +60,7 @@ class Options(Struct, frozen=True):
     """Whether the report asks questions instead of giving conclusions."""
 
 
-DoubtKind = Literal["ball", "size", "contradiction", "exponent", "scatter", "pattern"]
+DoubtKind = Literal["ball", "size", "note", "contradiction", "exponent", "scatter", "pattern"]
 
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 """Kinds of doubt, the most serious first."""
@@ -243,7 +243,7 @@ class Analysis(Struct, frozen=True, eq=False):
     @property
     def runs_disagree(self) -> bool:
         """Whether the runs contradict each other or the fitted law; other doubts are about the ball or a column."""
-        return any(doubt.kind not in ("ball", "size") for doubt in self.doubts)
+        return any(doubt.kind not in ("ball", "size", "note") for doubt in self.doubts)
 
     @property
     def angular_momentum(self) -> Estimate:

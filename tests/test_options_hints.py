@@ -84,7 +84,7 @@ def test_name_that_is_proposed_or_listed_gives_the_truth(
 
 VALUES = [
     (WITHOUT_G, "g", "fast", "9.803", "9.803 m/s^2"),
-    (WITHOUT_TURNS, "turns", "third", "1/3", "1/3"),
+    (WITHOUT_TURNS, "turns", "many", "1/3", "1/3"),
     (ONE_SPIN, "spin", "6.63 1/s", "", "6.63 rev/s"),
     (ONE_PLACE, "position", "14.8", "", "14.8 mm"),
     (LOG, "u_time", "little", "0.1", "0.1 s"),

@@ -249,9 +249,11 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in several:
         left, cell = _left(column, choice), column.cell
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
-            headers = (f'"{header_of(role, column.header.unit or DISPLAY[kind_of_role(role)])}"' for role in left)
             without = f', and take "{counts[0].cell.text}" out' if counts else ""
-            ways = " or ".join(f'--map {role}="{cell.text}"{without * (role in roles.ONE_TURN)}' for role in left)
+            ends = {role: without * (role in roles.ONE_TURN) for role in left}
+            names = {role: header_of(role, column.header.unit or DISPLAY[kind_of_role(role)]) for role in left}
+            headers = (f'"{names[role]}"{ends[role]}' for role in left)
+            ways = " or ".join(f'--map {role}="{cell.text}"{ends[role]}' for role in left)
             choice.asked.update(left)
             faults.add("two_roles", cell, roles=" and ".join(left), ways=ways, headers=" or ".join(headers))
         else:

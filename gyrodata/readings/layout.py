@@ -104,14 +104,16 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
 
 
 def _with_commented_header(grid: Grid) -> Grid:
-    """Add the header that a program wrote behind #, if it has as many names as the rows have cells."""
+    """Split a header behind #, or with another delimiter, if it then has as many names as the rows have cells."""
     width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
     signs = (r"\s+" if grid.delimiter == "\t" else re.escape(grid.delimiter), ",")
     texts = [*grid.comments, *(text for _, text in grid.metadata)]
+    texts += [grid.cell(row, at) for row in grid.rows for at in filled_at(row) if len(filled_at(row)) == 1]
     for text, sign in ((text, sign) for text in texts for sign in signs):
         row = Row(text.place.line, [cell.strip() for cell in re.split(sign, text.text)])
         if len(row.texts) == width and is_head(row):
-            return replace(grid, rows=sorted([*grid.rows, row], key=lambda row: row.line))
+            others = [one for one in grid.rows if one.line != row.line]
+            return replace(grid, rows=sorted([*others, row], key=lambda row: row.line))
     return grid
 
 

@@ -31,6 +31,8 @@ _FRACTION = re.compile(rf"{quantities.NUMBER}|[1-9]/[1-9]")
 _CLOCK = re.compile(r"(?:[0-9]{1,2}:)?[0-9]{1,3}:[0-9]{2}")
 _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
+_LAP = 0.15
+"""Largest difference of laps that count as equal [1]."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -246,6 +248,21 @@ class TableReader:
             self.faults.add("not_used", times[0].cell, why=why)
             times = []
         read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
+        counted = [1 + at for at, (one, _) in enumerate(read) if not one.turns]
+        rows = [row for row in zip(*(column.values for _, column in read), strict=True) if None not in row]
+        if (
+            len(counted) == len(read) > 1
+            and rows
+            and all(
+                abs(value / row[0] / count - 1) < _LAP
+                for row in rows
+                for value, count in zip(row, counted, strict=True)
+            )
+        ):
+            ratio, count = " : ".join(map(str, counted)), len(counted)
+            self.faults.add(
+                "times_of_a_running_clock", read[0][0].cell, ratio=ratio, last=read[-1][0].cell.text, count=count
+            )
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
@@ -766,7 +783,10 @@ def read_notes(grid: sources.Grid, faults: Faults) -> str:
         if words and not any(map(layout.is_number, row.texts)):
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not layout.is_head(row) else []
-        words = [at for at in words if not roles.parse_header(row.texts[at]).roles]
+        # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
+        face = [at for at in words if roles.altered_role(row.texts[at]) == "position"]
+        words = [at for at in words if not roles.parse_header(row.texts[at]).roles
+                 or (at in face and not roles.origin_in(row.texts[at]))]  # fmt: skip
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
             notes[note] = grid.cell(row, words[0])

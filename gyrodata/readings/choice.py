@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping
+from decimal import Decimal, DecimalException
 from fractions import Fraction
 from operator import attrgetter, itemgetter
 
@@ -13,9 +14,9 @@ from msgspec.structs import replace
 
 from gyrodata import units, vocabulary
 from gyrodata.quantities import PLAIN, fold_number, to_float
-from gyrodata.readings import layout, roles
+from gyrodata.readings import layout, roles, source
 from gyrodata.readings.lablog import Faults, Settings, Text, header_of, listing
-from gyrodata.readings.roles import Header, kind_of_role, squeeze, turns_in
+from gyrodata.readings.roles import Header, kind_of_role, parse_header, squeeze, turns_in
 from gyrodata.units import DISPLAY, kinds_of
 
 TWO_READINGS = r"([0-9]+(?:[.,][0-9]+)?)\s*(?:-|->|→|/|to|bis|à|до)\s*([0-9]+(?:[.,][0-9]+)?)"
@@ -375,3 +376,62 @@ def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> li
         if there.isdisjoint(roles.COUNTS) and not whole:
             missing.append(next((role for role in roles.COUNTS if role in columns), "turns"))
     return missing
+
+
+# Quantities that two columns give ----------------------------------------------------------------------------------
+
+
+def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
+    """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
+
+    The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a large disk.
+    """
+    there = {role for header in table.headers for role in header.roles}
+    is_plain = len(there) == sum(len(header.roles) for header in table.headers) and "spin_turns" not in there
+    if is_plain and not there.isdisjoint(roles.TIMINGS):
+        return table
+    names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
+    free = {at: one for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles}
+    # Frames of a video are no times.
+    free = {at: one for at, one in free.items() if one.unit or any(":" in row.texts[at] for row in table.rows)}
+    clocks = {roles.clock_word(one.text): at for at, one in free.items()}
+    made: list[tuple[str, int, str, list[str]]] = []
+    stated = {key.lower(): text.text for key, text in table.grid.metadata}
+    if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
+        first = clocks["start"]
+        made.append(("time [s]", clocks["stop"], table.cells[first].text, [row.texts[first] for row in table.rows]))
+    counts = next((at for at, header in enumerate(table.headers) if "spin_turns" in header.roles), None)
+    for word, end in (("start", "start"), ("stop", "end")):
+        if (at := names.get(f"spintime{end}")) is not None and (counts is not None or "spin_turns" in stated):
+            # Instead of a column, a line may give the number of turns for the whole log.
+            texts = [stated["spin_turns"] if counts is None else row.texts[counts] for row in table.rows]
+            second = "spin_turns" if counts is None else table.cells[counts].text
+            made.append((f"spin_period_{end} [s]", at, second, texts))
+        for at, header in enumerate(table.headers):
+            # "Time of 10 rotations of the disk, before [s]"
+            of_spin = roles.clock_word(header.text) == word and roles.is_of_the_spin(header.text)
+            if of_spin and (turns := turns_in(header.text)):
+                made.append((f"spin_period_{end} [s]", at, turns, [turns] * len(table.rows)))
+    for name, one, second, others in made:
+        sign = "minus" if name == "time [s]" else "over"
+        try:
+            pairs = [(_seconds(row.texts[one]), _seconds(text)) for row, text in zip(table.rows, others, strict=True)]
+            texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
+        except (DecimalException, IndexError):
+            return table
+        if any(text.startswith("-") for text in texts):
+            return table
+        faults.add("read_as", table.cells[one], sign=sign, second=second, name=name)
+        width, rows = len(table.cells), []
+        for row, text in zip(table.rows, texts, strict=True):
+            cells = [*row.texts[:width], text]
+            rows.append(source.Row(row.line, cells, (*map(row.spot, range(width)), row.spot(one))))
+        header = replace(parse_header(name), text=table.headers[one].text)
+        table = layout.Layout(table.grid, [*table.cells, table.cells[one]], [*table.headers, header], rows)
+    return table
+
+
+def _seconds(text: str) -> Decimal:
+    """Read the time of a clock, "12:01:10.25" or "1:10", or a plain number."""
+    parts = fold_number(text.partition(" (")[0]).replace(",", ".").split(":")
+    return sum((Decimal(part) * 60**at for at, part in enumerate(reversed(parts))), Decimal())

@@ -10,7 +10,6 @@ import re
 from bisect import bisect
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
-from decimal import Decimal, DecimalException
 from itertools import accumulate, pairwise
 
 from msgspec import Struct
@@ -90,8 +89,6 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
             captions = _paragraphs([row for row in captions if row.line not in there])
             captions = [row for row in captions if lacking.intersection(said_in(row))]
             grid = replace(grid, rows=sorted([*grid.rows, *captions], key=lambda row: row.line))
-        if len(faults.sheets) > 1:
-            grid = _without_other_sheets(grid, lacking, faults)
         sheet = _Sheet(grid, decided, faults)
         for words, names, rows in _blocks(grid.rows, grid.rows.index(head)):
             sheet.words += words
@@ -131,30 +128,6 @@ def is_usual(grid: Grid) -> bool:
 def names_quantities(row: Row) -> bool:
     """Return whether most cells of a row name a quantity; of a sentence that is split at its blanks, few do."""
     return 2 * sum(bool(parse_header(text).roles) for text in row.texts) > len(filled_at(row))
-
-
-def _without_other_sheets(grid: Grid, lacking: set[str], faults: Faults) -> Grid:
-    """Leave out the sheets of a workbook that have neither a header nor runs, such as the numbers of a plot."""
-    above = [line for line, _ in faults.sheets]
-    by_sheet: dict[int, list[Row]] = {}
-    for row in grid.rows:
-        by_sheet.setdefault(bisect(above, row.line), []).append(row)
-
-    def is_log(rows: list[Row]) -> bool:
-        heads = ({role for text in row.texts for role in parse_header(text).roles} for row in rows if is_head(row))
-        return any(len(found.intersection(roles.ROLES).difference(roles.TEXTS)) > 1 for found in heads)
-
-    of_log = {number for number, rows in by_sheet.items() if is_log(rows)}
-    if not of_log:
-        return grid
-    fewest = min(max(map(_numbers, by_sheet[number])) for number in of_log)
-    others = {n: rows for n, rows in by_sheet.items() if n not in of_log and max(map(_numbers, rows)) < fewest}
-    for number, rows in others.items():
-        filled = next((row for row in rows if row.line not in above), rows[0])
-        faults.add("other_sheet", grid.cell(filled, 0), sheet=faults.sheets[number - 1][1] if number else "")
-    # A sheet of constants gives what the runs lack.
-    dropped = {id(row) for rows in others.values() for row in rows if lacking.isdisjoint(said_in(row))}
-    return replace(grid, rows=[row for row in grid.rows if id(row) not in dropped])
 
 
 def _name_counter(grid: Grid, head: Row) -> None:
@@ -261,7 +234,7 @@ def is_of_means(header: str) -> bool:
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})(?!=)|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -309,6 +282,8 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
         last = joined[-1] if joined else row
         goes_on = bool(re.match(r"#?\s*[a-zà-ÿа-яα-ω]", row.texts[0]))
         goes_on = goes_on and bool(re.search(r"[^.:;!?。\s].{40,}[^.:;!?。\s]\s*$", " ".join(last.texts)))
+        # "t: one turn" is a line of its own.
+        goes_on = goes_on and not any(map(is_number, row.texts)) and not re.match(r"#?\s*\w{1,12}\s*[:=]", row.texts[0])
         # "we timed half a turn" needs no beginning.
         goes_on = goes_on and not (said_in(row) and (said_in(last) or re.search(TIMED, " ".join(row.texts))))
         if goes_on and last is not row and last.spot(len(last.texts) - 1) // source.MAX_COLUMNS == row.line - 1:
@@ -337,10 +312,10 @@ def said_in(row: Row, with_time: bool = False) -> Given:
             if role == "turns" and len(set(filter(None, map(turns_in, re.split(_CLAUSE_END, whole))))) > 1:
                 continue  # "Runs 1-4: a quarter turn; runs 5-8: a full turn"
             found.setdefault(role, {}).setdefault(text, filled[min(bisect(ends, start + place), len(filled) - 1)])
-    for part in (*row.texts, *re.split(_CLAUSE_END, whole)):
+    for part in (*row.texts, *re.split(_CLAUSE_END, whole), *re.findall(r"\w+=\S+", whole)):
         name, *rest = re.split(r"\s*[:=：]\s*", part, maxsplit=1)
         name, *rest = (name, *rest) if rest else part.rsplit(maxsplit=1) or [""]
-        if rest and parse_header(name).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
+        if rest and parse_header(name.lstrip("# ")).roles == ("turns",) and (turns := turns_in(f"{rest[0]} turns")):
             found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
     # "60 g (on the scale: 60.0 g)" is one mass.
     values = {role: {(w.value, w.unit) if (w := quantities.take_apart(text)) else text for text in texts}
@@ -388,7 +363,10 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     if turns := next(filter(None, (_turns_stated(part, whole, {role for role, *_ in found}) for part in parts)), ""):
         found.append(("turns", turns, len(whole)))
     # "The tachometer said 616 rpm and the stopwatch 16.6 s" is a run.
-    only_position = re.search(_NOT_TIMED, whole) and not {"spin", "time"} <= {role for role, *_ in found}
+    outside = re.sub(r"\([^()]*\)", "", whole)
+    only_position = re.search(_NOT_TIMED, outside if turns_in(outside) else whole) and not {"spin", "time"} <= {
+        role for role, *_ in found
+    }
     says_nothing, several = _SAYS_NOTHING.search(whole) or only_position, _SEVERAL_WEIGHTS.search(whole)
     for one in found if "?" not in whole else ():
         # "Rod timed over a third of a turn"
@@ -813,16 +791,13 @@ class _Sheet:
             spans = ", ".join(self.faults.span(sorted({row.line for row in part})) for part in parts)
             self.faults.add("tables_joined", cells[0], count=len(parts), lines=spans)
         table = Layout(self.grid, cells, headers, [row for part in parts for row in part])
-        there = {role for header in headers for role in header.roles}
         for at, ((cell, header), (behind, other)) in enumerate(pairwise(self.columns), 1):
             # A header may be split at its own comma: "period [s], 5 turns".
             if not cell.text or (header.unit and other.unit) or any(row.texts[at] for row in table.rows):
                 continue
             if turns := turns_in(behind.text):
                 raise self.faults.refuse("header_split", behind, header=cell.text, turns=turns)
-        is_plain = len(there) == sum(len(header.roles) for header in headers) and "spin_turns" not in there
-        is_timed = not there.isdisjoint(roles.TIMINGS)
-        return table if is_plain and is_timed else _with_differences(table, there, self.faults)
+        return table
 
 
 def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
@@ -877,56 +852,3 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
         blocks.append((words, own_head, [row for row in cut[first + 1 :] if any(row.texts)]))
     blocks[-1][2].extend(notes)
     return blocks
-
-
-# Quantities that two columns give ----------------------------------------------------------------------------------
-
-
-def _with_differences(table: Layout, there: set[str], faults: Faults) -> Layout:
-    """Add the time between the start and the stop of a running clock, and the period of a ball whose turns are timed.
-
-    The columns "spin_turns" with "spin_time_start" and "spin_time_end" are usual for a large disk.
-    """
-    names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
-    free = {at: one for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles}
-    clocks = {roles.clock_word(one.text): at for at, one in free.items()}
-    made: list[tuple[str, int, str, list[str]]] = []
-    stated = {key.lower(): text.text for key, text in table.grid.metadata}
-    if there.isdisjoint(roles.TIMINGS) and {"start", "stop"} <= clocks.keys():
-        first = clocks["start"]
-        made.append(("time [s]", clocks["stop"], table.cells[first].text, [row.texts[first] for row in table.rows]))
-    counts = next((at for at, header in enumerate(table.headers) if "spin_turns" in header.roles), None)
-    for word, end in (("start", "start"), ("stop", "end")):
-        if (at := names.get(f"spintime{end}")) is not None and (counts is not None or "spin_turns" in stated):
-            # Instead of a column, a line may give the number of turns for the whole log.
-            texts = [stated["spin_turns"] if counts is None else row.texts[counts] for row in table.rows]
-            second = "spin_turns" if counts is None else table.cells[counts].text
-            made.append((f"spin_period_{end} [s]", at, second, texts))
-        for at, header in enumerate(table.headers):
-            # "Time of 10 rotations of the disk, before [s]"
-            of_spin = roles.clock_word(header.text) == word and roles.is_of_the_spin(header.text)
-            if of_spin and (turns := turns_in(header.text)):
-                made.append((f"spin_period_{end} [s]", at, turns, [turns] * len(table.rows)))
-    for name, one, second, others in made:
-        sign = "minus" if name == "time [s]" else "over"
-        try:
-            pairs = [(_seconds(row.texts[one]), _seconds(text)) for row, text in zip(table.rows, others, strict=True)]
-            texts = [f"{a - b:f}" if sign == "minus" else f"{a / b:.7g}" for a, b in pairs]
-        except (DecimalException, IndexError):
-            return table
-        if any(text.startswith("-") for text in texts):
-            return table
-        faults.add("read_as", table.cells[one], sign=sign, second=second, name=name)
-        width, rows = len(table.cells), []
-        for row, text in zip(table.rows, texts, strict=True):
-            cells = [*row.texts[:width], text]
-            rows.append(Row(row.line, cells, (*map(row.spot, range(width)), row.spot(one))))
-        header = replace(parse_header(name), text=table.headers[one].text)
-        table = Layout(table.grid, [*table.cells, table.cells[one]], [*table.headers, header], rows)
-    return table
-
-
-def _seconds(text: str) -> Decimal:
-    """Read the time of a clock, "12:01:10.25" or "1:10", or a plain number."""
-    parts = quantities.fold_number(text.partition(" (")[0]).replace(",", ".").split(":")
-    return sum((Decimal(part) * 60**at for at, part in enumerate(reversed(parts))), Decimal())

@@ -34,8 +34,10 @@ def table_of(text: str) -> str:
     if text[:1] in "{[":
         data = msgspec.json.decode(text)
         if "cells" not in data:
-            rows = data if isinstance(data, list) else next(one for one in data.values() if isinstance(one, list))
-            return "\n".join(["\t".join(rows[0]), *("\t".join(map(str, row.values())) for row in rows)]) + "\n"
+            named = {} if isinstance(data, list) else data
+            rows = next((one for one in named.values() if isinstance(one, list) and isinstance(one[0], dict)), data)
+            given = [f"# {key}: {value}" for key, value in named.items() if not isinstance(value, list | dict)]
+            return "\n".join([*given, "\t".join(rows[0]), *("\t".join(map(str, row.values())) for row in rows)]) + "\n"
         cells = [(cell["cell_type"], "".join(cell["source"])) for cell in data["cells"]]
         text = "\n".join(source for _, source in cells)
         notes = [f"# {line}" for kind, source in cells if kind == "markdown" for line in source.split("\n") if line]

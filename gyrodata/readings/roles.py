@@ -373,7 +373,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return name.rstrip(" /,;"), inside or None
     if match := re.fullmatch(_BRACKET_INSIDE, text):
         name = f"{match[1]} {match[3]}"  # "d (cm) from centre"
-        is_unit = any(_is_unit_of(one, match[2]) for one in (match[1], name))
+        is_unit = not turns_in(match[2]) and any(_is_unit_of(one, match[2]) for one in (match[1], name))
         if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
             return name, match[2]
     if kinds_of(text) == {"rate"} and len(text.partition("/")[0].strip()) > 2:
@@ -465,7 +465,7 @@ def _known(name: str) -> tuple[str, ...]:
 
 def _modified(name: str) -> tuple[str, ...]:
     """Look up "initial spin", "mean period", "error of T", "Mass, m": a known name between small words."""
-    if re.search(rf"{_FROM}$", name) and not re.search("[/,]", name) and origin_in(name) == "surface":
+    if re.search(rf"{_FROM}$", name) and not re.search("[/,)]", name) and (origin_in(name) or from_centre(name)):
         name = re.split(_FROM, name)[0]  # "pos. from ball surface"
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
@@ -699,6 +699,7 @@ def diameter_in(sentence: str) -> str:
     """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
     if not re.search(_SPHERE, sentence):
         return ""
+    sentence = re.sub(rf"[\[(]([^\W\d_]+)[\])]\W*({quantities.NUMBER})", r"\2 \1", sentence)  # "diameter (mm): 101.6"
     if match := re.search(DIAMETER, sentence):
         return match[1] or match[2]
     # "from the surface, r = x + 5.08 cm"

@@ -204,10 +204,18 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     runs_in_lines = ((number, one) for number, line in enumerate(lines, grid.rows[0].line) for one in _runs_in(line))
     for number, line in (*runs_in_lines, (grid.rows[-1].line + 1, "")):
         said = said_in(Row(number, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
-        matches = [match for match in re.finditer(layout.QUANTITY, line) if "time" in kinds_of(match[2] or match[3])]
-        times = [match[0] for match in matches if not layout.is_of_means(re.split("[0-9]", line[: match.start()])[-1])]
+        matches = list(re.finditer(layout.QUANTITY, line))
+        spins = [match[0] for match in matches if kinds_of(match[2] or match[3]) == {"rate"}]
+        times = [
+            match[0]
+            for match in matches
+            if "time" in kinds_of(match[2] or match[3])
+            and not layout.is_of_means(re.split("[0-9]", line[: match.start()])[-1])
+        ]
         if "spin" in said and len(times) > 1:
             said |= {f"time_{at}": (text, 0) for at, text in enumerate(times, 1)} | {"time": ("", 0)}
+        if len(spins) == 2 and "time" in said:
+            said |= {"spin_start": (spins[0], 0), "spin_end": (spins[1], 0), "spin": ("", 0)}
         if {"spin", "time"} <= said.keys() and "turns" not in said:
             part = roles.words_of_turns(re.split("[0-9]", line)[-1].rstrip(" .;,)"))  # "9.97 s for a third"
             said |= {"turns": (part, 0)} if "/" in part else {}
@@ -223,7 +231,7 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
         block = []
     runs = [said for *_, said in parts if {"spin", "time"} <= said.keys()]
     there = [role for role in _SENTENCE_ROLES if any(said.get(role, ("",))[0] for said in runs)]
-    there += sorted({role for said in runs for role in said if role.startswith("time_")})
+    there += sorted({role for said in runs for role in said if role.startswith(("time_", "spin_"))})
     rows: list[Row] = []
     begun = False
     for number, text, said in parts if len(runs) > 1 else ():

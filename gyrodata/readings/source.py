@@ -51,7 +51,7 @@ _OTHER_FILES = {
 }
 """Beginnings of files that are not tables."""
 _PROGRAM = (
-    r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|<-\s*c\("
+    r"[=:]\s*(?:[\w.]+\()*\[\s*(?:[\n\[(]|(?:[-+]?[0-9./]+[,;\s]\s*){2})|=\s*(?:[\w.]*\()*(?:\"\"\"|''')|(?:<-|=)\s*c\("
 )
 """The beginning of a list, of rows or of a long string in a program."""
 _CODE_PAGES = "cp1252 cp1251 cp1250 cp1254 cp1253 cp1255 cp1256 cp1257 cp1258 cp874 cp932 gb18030 cp949 big5 euc_jp"

@@ -20,7 +20,7 @@ from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
-from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, choose, missing_roles
+from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, choose, missing_roles, with_differences
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
@@ -101,6 +101,7 @@ def read_log(
     found = layout.find_layout(grid, faults, {key for key, item in given.roles.items() if item.place is None})
     if found is None:
         return replace(log, diagnostics=faults.all_told())
+    found = with_differences(found, faults)
     chosen = choose(found, mapping, given, faults)
     log, unmoved = TableReader(found, chosen, given, faults).read(log)
     if not log.runs and not faults.has_error():
@@ -346,7 +347,7 @@ class TableReader:
             owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
             behind = r"\s*(?:[,;)\"]|\.\s|$)|\s{2}|\t|\s+\(?(?:from|von|ab|du|desde|dal|от|od)\b"
             quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
-            stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:]\s*{quantity}"
+            stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:,\t]\s*{quantity}"
             found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
             if len(found) == 1:
                 meant[name] = found.pop()

@@ -138,4 +138,4 @@ def test_sheet_of_a_plot_and_result_rows_are_left_out() -> None:
     book.save(stream)
     log = read_log(stream.getvalue())
     assert (log.ok, len(log.runs)) == (True, 3)
-    assert "sheet Plot left out: it has no header of runs" in [one.message for one in log.diagnostics]
+    assert "rows Plot!2-3: left out, because there is no time" in [one.message for one in log.diagnostics]

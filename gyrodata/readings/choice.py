@@ -310,19 +310,6 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         choice.serve(column)
         choice.unplaced.remove(column.cell)
         faults.add("read_by_cells", column.cell, role=column.role)
-    for column in columns:
-        # "preccesion peroid (s)" and "Postion [cm]"
-        typed = column.cell in choice.unplaced and column.header.unit and not re.search("[0-9]", column.cell.text)
-        role = roles.suggest_role(column.cell.text, 0.85) if typed else ""
-        lacks = choice.there.isdisjoint(roles.TIMINGS) if role == "precession_period" else role not in choice.there
-        one_word = re.fullmatch(r"[^\W\d_]+", roles.split_unit(column.cell.text)[0])
-        if lacks and (role == "precession_period" or (role in ("position", "mass", "spin") and one_word)):
-            kind = kind_of_role(role)
-            if kind in kinds_of(column.header.unit or ""):
-                choice.serve(replace(column, role=role))
-                choice.unplaced.remove(column.cell)
-                name = "period_of_one_turn" if role == "precession_period" else "read_by_unit"
-                faults.add(name, column.cell, role=role, kind=units.KINDS[kind].words)
     there = choice.there | choice.asked
     for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)

@@ -513,11 +513,11 @@ def reported_key(key: str) -> str:
     return "inertia" if name_roles(bare)[0] == ("inertia",) else bare.lower()
 
 
-def suggest_role(header: str, cutoff: float = 0.75) -> str:
+def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
     key = squeeze(name).lower()
-    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=cutoff)):
+    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
         return NAMES[close[0]][0]
     match = re.fullmatch(_INDEX, name)  # "T_P_1"
     return next(iter(name_roles(match[1])[0]), "") if match else ""

@@ -269,19 +269,18 @@ def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         Empty if there is no such table.
     """
     heads = [at for at, row in enumerate(grid.rows) if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))]
-    for at in heads:
+    for at in heads if len(heads) > 1 else ():
         headers = {place: parse_header(grid.rows[at].texts[place]) for place in filled_at(grid.rows[at])}
         columns = {header.roles: (place, header.unit) for place, header in headers.items()}
-        if len(heads) < 2 or len(headers) != 2 or set(columns) != {("time",), ("spin",)}:
-            continue
-        last = at + 1
-        while last < len(grid.rows) and filled_at(grid.rows[last]) == list(headers) and last not in heads:
-            last += 1
-        if last < at + 4:
+        last = next(
+            (n for n in range(at + 1, len(grid.rows)) if n in heads or filled_at(grid.rows[n]) != list(headers)), None
+        )
+        rows = grid.rows[at + 1 : last]
+        if len(headers) != 2 or set(columns) != {("time",), ("spin",)} or len(rows) < 3:
             continue
         try:
             times, spins = (
-                [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in grid.rows[at + 1 : last]]
+                [abs(quantities.read_cell(row.texts[place], kind, unit).value) for row in rows]
                 for (place, unit), kind in ((columns[("time",)], "time"), (columns[("spin",)], "rate"))
             )
         except UnitError:
@@ -294,5 +293,5 @@ def _split_spin_down(grid: Grid) -> tuple[Grid, tuple[Fall, ...]]:
         falls = [(spins[a], spins[b], times[b] - times[a]) for a, b in pairwise(ends)]
         # A title of one cell, or the name of a sheet, belongs to the table.
         first = at - 1 if at and len(filled_at(grid.rows[at - 1])) == 1 else at
-        return replace(grid, rows=grid.rows[:first] + grid.rows[last:]), tuple(falls)
+        return replace(grid, rows=grid.rows[:first] + grid.rows[at + 1 + len(rows) :]), tuple(falls)
     return grid, ()

@@ -67,7 +67,6 @@ HEADERS = (
     "m/g;l/cm (Mitte);n/(U/min);t(1 Umdr.)/s;Nr",
     "m (g);Dist from ctr [cm];how fast it spins [rpm];period s;nr",
     "m (g);r (cm) t.o.v. middelpunt;rpm;1回目 T [s];nr",
-    "m (g);x (cm);rpm;preccesion peroid (s);nr",
 )  # fmt: skip
 
 

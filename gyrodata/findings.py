@@ -509,7 +509,8 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
         unit = unit_within(readings, role, range_) if odd and column else ""
         hint = "check the unit in the header of each column; if it is right, leave it"
         if unit:
-            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, leave it'
+            hint = f'if the numbers are in {unit}, write the header as "{role} [{unit}]"; if it is right, add '
+            hint += "# ball_mass and # ball_diameter: gyro then compares I_zz with the ball instead"
         if odd and role not in found:
             # The message about an arm or a spin contains the largest one.
             sizes = np.where(loaded, np.abs(measured.position if role == "position" else measured.spin), 0.0)

@@ -144,7 +144,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         faults.add("period_of_one_turn", times[0].cell)
     if several:
         _eliminate(table, several, choice, faults)
-    if choice.unplaced or ("note" in choice.used and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))):
+    if choice.unplaced:
         _place_by_cells_and_unit(sorted(typed, key=attrgetter("at")), table, choice, faults)
     for one in [*choice.used.get("spin", []), *choice.used.get("time", [])]:
         pairs = [re.fullmatch(TWO_READINGS, fold_number(row.texts[one.at])) for row in table.rows]
@@ -298,14 +298,6 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
         is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
         if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
-    [noted] = choice.used.get("note", [None])[:1]
-    if not fits and noted and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)):
-        said = [turns_in(row.texts[noted.at]) for row in table.rows]
-        # "stopped at 1/3 turn" in each remark
-        for row, turns in zip(table.rows, said, strict=True) if all(said) else ():
-            row.texts[noted.at] = turns
-        fits = [replace(noted, role="turns")] * all(said)
-        choice.unplaced += [noted.cell] * all(said)
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
         choice.unplaced.remove(column.cell)

@@ -476,10 +476,6 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
             counts = Counter(map(len, cells.values()))
             usual = max(count for count, often in counts.items() if often > 1 or count == usual)
-            for i, row in cells.items():
-                # "time for one turn(s)" is one name.
-                names = list(re.finditer(r"[^\s(\[][^(\[]*[(\[][^)\]]*[)\]]", lines[i])) if len(row) > usual else []
-                cells[i] = names if len(names) == usual else row
             columns = list(zip(*(row for row in cells.values() if len(row) == usual), strict=True))
             spans = [(min(one.start() for one in many), max(one.end() for one in many)) for many in columns]
             for i, row in cells.items():

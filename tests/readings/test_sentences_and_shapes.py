@@ -13,6 +13,7 @@ from labs import analyze_briefly as analyze
 from readings.test_first_attempt import TRUTH, TURN, is_right
 from sheets import workbook
 
+import gyrodata
 from gyrodata import LogError
 from gyrodata.readings import read_log
 
@@ -153,7 +154,6 @@ READ = {
     "units above the names": "# g; cm; 1/min; s; -\nmass;r;rpm;t;turns\n" + runs(ROW),
     "1 as a unit": "mass;r;rpm;t;turns\ng;cm;1/min;s;1\n" + runs(ROW),
     "results on the right": HEAD + runs(ROW).replace(";1\n", ";1;;;u;4e-5\n", 1),
-    "turns in the remarks": HEAD.replace("turns", "note") + runs(ROW.replace(";1\n", ";a full turn\n")),
     "a typing error": HEAD.replace("r (cm)", "Postion (cm)") + runs(ROW),
     "two times in a cell": HEAD.replace("time (s)", "times (s)") + runs(ROW.replace("{t}", "{t} / {t}")),
     "numbers of the weights": HEAD.replace("mass (g)", "Weight;mass (g)") + runs("1;" + ROW),
@@ -408,3 +408,47 @@ def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         analyze(log)
+
+
+@pytest.mark.parametrize(
+    ("log", "kind"),
+    [("# two reflective strips on the ball\n" + HEAD + runs(ROW), "note"),
+     (HEAD.replace("r (cm)", "centre to inner face of the weight (cm)") + runs(ROW), "note"),
+     (HEAD.replace("r (cm)", "r (mm)") + runs(ROW), "size")],
+)  # fmt: skip
+def test_answer_that_the_log_contradicts_is_not_safe_to_quote(log: str, kind: str) -> None:
+    assert [doubt.kind for doubt in gyrodata.analyze(log).doubts] == [kind]
+    assert gyrodata.analyze(HEAD + runs(ROW)).doubts == ()
+
+
+def test_times_of_a_running_stopwatch_are_asked_about() -> None:
+    head, row = HEAD.replace("time (s);turns", "lap 1 (s);lap 2 (s);lap 3 (s)"), "{m};14.8;{s};{t};{t2};{t3}\n"
+    log = head + "".join(row.format(m=m, s=s, t=t(m, s), t2=t(m, s, 2), t3=t(m, s, 3)) for m in MASSES for s in SPINS)
+    assert 'keep only the column "lap 3 (s)", and write how many turns it covers' in str(read_log(log).diagnostics)
+    last = HEAD.replace("time (s);turns", "lap 3 (s)")
+    rows = "".join(f"{m};14.8;{s};{t(m, s, 3)}\n" for m in MASSES for s in SPINS)
+    assert is_right("# turns: 3\n" + last + rows)
+
+
+def test_header_with_other_delimiters_than_the_rows_is_split() -> None:
+    rows = runs("{m}  14.8  {s}  {t}  1\n")
+    assert is_right("mass [g], position [cm], spin [rpm], time [s], turns\n" + rows)
+    assert is_right("m(g) r(cm) rpm t(s) turns\n" + rows)
+
+
+def test_frames_of_a_video_are_not_times() -> None:
+    log = HEAD.replace("time (s)", "first frame;last frame") + runs("{m};14.8;{s};100;{s};1\n")
+    assert "time is missing" in str(read_log(log).diagnostics)
+
+
+TITLES = ["Steel ball gyroscope: time of ONE precession turn", "Monday - 1 turn per measurement", "# t_s: one turn"]
+
+
+@pytest.mark.parametrize("title", TITLES)
+def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
+    assert is_right(f"{title}\n{HEAD.replace(';turns', '')}{runs(SHORT)}")
+
+
+def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
+    lines = runs("Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} U/min, gestoppte Zeit {t} s\n")
+    assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)

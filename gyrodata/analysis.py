@@ -214,7 +214,7 @@ def fit_runs(
         if fallen:
             raise LogError(fallen)
     try:
-        runs, chosen = measured, changes.choose_model(measured, model)
+        runs, (chosen, fit) = measured, changes.choose_model(measured, model)
         outliers, screened = fitting.screen(runs, chosen.tilted)
         if fitting.is_corrected(measured, chosen):
             odd = tuple([outlier.index for outlier in outliers])
@@ -223,7 +223,8 @@ def fit_runs(
         odd = tuple([outlier.index for outlier in outliers])
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
         left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
-        fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
+        if fit is None or left_out:
+            fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])

@@ -463,11 +463,12 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
         small = not release_may_matter(lab, limit) if lab.release is None else lab.release < limit
         is_clear = (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE if lab.chosen.released else small
     for change in CHANGES[table](lab):
-        measured, chosen, inertia = change.measured or lab.measured, change.chosen, None
+        measured, chosen, inertia, fit = change.measured or lab.measured, change.chosen, None, None
         if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
-            chosen = choose_model(measured, "auto")
+            chosen, fit = choose_model(measured, "auto")
         with suppress(fitting.NoFit):
-            _, fit = fitting.fit_model(measured, chosen, change.left_out, change.widths)
+            if fit is None or change.left_out or change.widths:
+                _, fit = fitting.fit_model(measured, chosen, change.left_out, change.widths)
             # An interval that includes zero is not an answer.
             if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
                 inertia = fit.inertia
@@ -487,25 +488,27 @@ ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out if the log lacks the readings for them, and that count towards the sum."""
 
 
-def choose_model(measured: Measurements, model: Model) -> ChosenModel:
+def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, FitResult | None]:
     """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
 
-    If the log does not say how the rod was started, a release from rest is assumed if it matters.
+    If the log does not say how the rod was started, a release from rest is assumed if it matters. The second value is
+    the fit of all runs with this model, if the choice needed it.
     """
     tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
     if model != "auto":
         tilted = model == "steady" or (model == "released" and tilts)
-        return ChosenModel(tilted, released=model == "released", asked=True)
+        return ChosenModel(tilted, released=model == "released", asked=True), None
     simplest = ChosenModel(tilted=False, released=False, asked=False)
     fullest = ChosenModel(tilts, measured.motion == "released", asked=False, earth=told)
     if simplest == fullest and measured.motion == "steady":
-        return simplest
+        return simplest, None
     try:
         runs, fit = fitting.fit_model(measured, simplest, widths=None if measured.motion is None else fitting.AS_STATED)
         lab = Lab(None, runs, fit, simplest)
     except fitting.NoFit:
         # It is unknown what could be left out.
-        return fullest
+        return fullest, None
+    whole = None if fit.posterior is None else fit
     released = fullest.released or (measured.motion is None and release_may_matter(lab))
     if released and not fullest.released:
         # A rod that would sag steeply in a run was not released.
@@ -514,7 +517,7 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
         sag = physics.greatest_sag(total, measured.spin, fit.inertia.value, across, measured.pitch)
         released = bool(np.max(sag[loaded]) < FALLEN)
     if simplest == fullest and not released:
-        return simplest
+        return simplest, whole
     named = {"tilt": tilts, "release": released, "earth": told}
     sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
     may = {name: sizes[name].bias for name, has in named.items() if has}
@@ -534,8 +537,8 @@ def choose_model(measured: Measurements, model: Model) -> ChosenModel:
     chosen = ChosenModel("tilt" in kept, "release" in kept, asked=False, earth="earth" in kept)
     steady = replace(chosen, released=False)
     if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):
-        return steady
-    return chosen
+        chosen = steady
+    return chosen, whole if chosen == simplest else None
 
 
 CLEARLY = math.log(200.0)

@@ -563,8 +563,6 @@ class _Sheet:
             self.below_results = bool(self.runs) and len(filled_at(row)) > 1 and names_result
         elif any(re.search(NOT_USED, text) for text in row.texts if not is_number(text)):
             self._leave_out("taken_out", row)
-        elif not is_note and re.search(r"[^\W\d].*[=:]$", row.texts[first]):
-            self._leave_out("summary", row)  # "I_zz =", "u:" and a result in the next cell
         elif not is_note and (
             self.below_results or names_result or (not is_bare(row.texts[first]) and self._is_result(row))
         ):

@@ -205,12 +205,14 @@ _ALTERED, _USUAL, _CORRECTED = (
     for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
 """Patterns of a note that says that a reading is not what is typed; of usual notes; and of notes that correct it."""
+ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in ("spin", "turns", "mass", "position")}
+"""Patterns of notes that say this of one role, in words that do not name it."""
 
 
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
-    for role in ("spin", "turns", "mass", "position"):
-        if re.search(vocabulary.pattern(f"altered_{role}"), note) and not re.search(_CORRECTED, note):
+    for role, words in ALTERED.items():
+        if re.search(words, note) and not re.search(_CORRECTED, note):
             return role
     for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
         for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():

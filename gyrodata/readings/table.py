@@ -785,9 +785,8 @@ def read_notes(grid: sources.Grid, faults: Faults) -> str:
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not layout.is_head(row) else []
         # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
-        face = [at for at in words if roles.altered_role(row.texts[at]) == "position"]
-        words = [at for at in words if not roles.parse_header(row.texts[at]).roles
-                 or (at in face and not roles.origin_in(row.texts[at]))]  # fmt: skip
+        words = [at for at in words if not roles.parse_header(typed := row.texts[at]).roles
+                 or (re.search(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
             notes[note] = grid.cell(row, words[0])

@@ -29,7 +29,6 @@ _OF_TILT = vocabulary.pattern("tilted")
 
 _PERIOD_SYMBOL = r"(?:[^\w(]*[0-9]\S*\s+)?T(?![^\W\d_])"
 """A header that begins with the usual symbol of a period, "T1 [s]", or "1st T [s]"."""
-_TIME_OF_DAY = re.compile(r"[0-2]?[0-9]:[0-5][0-9](?::[0-5][0-9])?")
 
 
 MOST_TURNS = 50
@@ -91,7 +90,6 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     # a distance from the surface after one from the centre.
     bare = [one for one in columns if one.header.unit is None]
     letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
-    timed = any(one.header.roles == ("time",) and one.header.unit for one in columns)
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
     before_or_after = roles.START_WORDS | roles.END_WORDS
@@ -115,13 +113,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
         is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
-        if header.unit is None and found == ("time",) and timed and all(map(_TIME_OF_DAY.fullmatch, texts)):
-            found = ("note",)  # next to "duration [s]"
-        elif not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in before_or_after:
+        if not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in before_or_after:
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
-        counts = all(re.fullmatch(r"1?[0-9](?:\s*/\s*[2-9]|[.,]\d+)?", text) for text in texts if text)
-        if found == ("spin",) and header.unit is None and found in with_unit and counts:
-            found = ("turns",)  # "obroty" of the rod, next to those of the ball in rpm
         numbers = [to_float(text) for text in texts if PLAIN.fullmatch(text)]
         if found == ("turns",) and name in ("n", "N") and min(numbers, default=0) > MOST_TURNS:
             found = ("spin",)  # whose unit is missing
@@ -250,7 +243,7 @@ def _eliminate(table: layout.Layout, several: list[Chosen], choice: Choice, faul
     for column in several:
         left, cell = _left(column, choice), column.cell
         if any(role[:2] == "u_" or roles.BY_NAME[role].part in lacking for role in left):
-            without = f', and take "{counts[0].cell.text}" out' if counts else ""
+            without = f' (and take "{counts[0].cell.text}" out)' if counts else ""
             ends = {role: without * (role in roles.ONE_TURN) for role in left}
             names = {role: header_of(role, column.header.unit or DISPLAY[kind_of_role(role)]) for role in left}
             headers = (f'"{names[role]}"{ends[role]}' for role in left)

@@ -482,6 +482,15 @@ class _Sheet:
         """Begin a table with its header row."""
         self.head = head
         self.here = [(self.grid.cell(head, at), parse_header(text)) for at, text in enumerate(head.texts)]
+        for at, text in enumerate(head.texts):
+            # The mean of "rpm1" and "rpm2" is right for two readings, and for the spin before and after.
+            pair, third = (text.replace("1", digit, 1) for digit in "23")
+            before = parse_header(text.replace("1", " start", 1))
+            if before.roles == ("spin_start",) and text != pair in head.texts and third not in head.texts:
+                after = parse_header(text.replace("1", " end", 1))
+                for place, header in ((at, before), (head.texts.index(pair), after)):
+                    self.here[place] = self.here[place][0], replace(header, text=head.texts[place])
+                self.faults.add("name_explained", self.here[at][0], said=f'"{pair}" is the spin at the end')
         for at, (cell, header) in enumerate(self.here):
             words = self.legend.get(squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text), "")
             if words and (explained := parse_header(words)) and header.unit is None and explained.unit:
@@ -540,8 +549,6 @@ class _Sheet:
         names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
         may_have_more = len(row.texts) > len(headers) or "" in self.head.texts
         if is_head(row):
-            if self.fresh and not self.words:
-                self._leave_out("title", self.head)  # a row of names above the header
             self.begin(row)
         elif self.fresh and (units := _units(row)):
             kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))

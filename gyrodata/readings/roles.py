@@ -479,8 +479,6 @@ def _modified(name: str) -> tuple[str, ...]:
         # A word of Chinese or Japanese may have two signs.
         if both and (len(squeeze(words[0])) > 2 or words[0] > "\u2e80"):
             return both
-    if re.fullmatch("[A-Z]", tokens[-1]) and tokens[-1] not in SYMBOLS:
-        return _known(" ".join(tokens[:-1]))  # "Poids P"
     lower = [squeeze(token).lower() for token in tokens]
     affixes = [affix for affix in _AFFIXES if not affix[0].isdisjoint(lower)]
     small = {word for words, _, _ in affixes for word in words}

@@ -452,3 +452,9 @@ def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
 def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
     lines = runs("Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} U/min, gestoppte Zeit {t} s\n")
     assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)
+
+
+@pytest.mark.parametrize("names", ["rpm1;rpm2", "spin1 (rpm);spin2 (rpm)"])
+def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
+    rows = "".join(f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    assert is_right(HEAD.replace("spin (rpm)", names) + rows)

@@ -274,7 +274,7 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
     if seen.contradicts_itself:
         yield say("runs_contradict_each_other", scatter=fit.widths.scatter)
     # If there are as many unknowns as runs, the runs can still contradict what is expected of M0.
-    dof = fit.dof or 1
+    dof = max(fit.dof, 1)
     if seen.contradicts_itself or (seen.p or fitting.chi2_tail(fit.chi2, dof)) >= NO_ACCIDENT:
         return
     widest = fitting.doubt_of_widths(fitting.times_stated(measured))

@@ -490,7 +490,7 @@ class _Sheet:
                 after = parse_header(text.replace("1", " end", 1))
                 for place, header in ((at, before), (head.texts.index(pair), after)):
                     self.here[place] = self.here[place][0], replace(header, text=head.texts[place])
-                self.faults.add("name_explained", self.here[at][0], said=f'"{pair}" is the spin at the end')
+                self.faults.add("numbered_spins", self.here[at][0], second=pair)
         for at, (cell, header) in enumerate(self.here):
             words = self.legend.get(squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text), "")
             if words and (explained := parse_header(words)) and header.unit is None and explained.unit:

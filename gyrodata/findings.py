@@ -24,6 +24,7 @@ from gyrodata.fitting import Estimate, FitResult, Outlier, relative_u
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.measurements.checks import unit_within
 from gyrodata.physics import RPM, Floats
+from gyrodata.quantities import take_apart
 from gyrodata.readings import Readings, kind_of_role, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE
 from gyrodata.readings.roles import TIMINGS
@@ -103,9 +104,9 @@ def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, 
         low = max(1 - fitting.chi2_tail(fit.chi2, fit.dof), 0.0)
         found.append(Pattern("agreement", "", fit.chi2 / fit.dof, None, low, low))
     # Rounding must not decide the order of equal values, such as those of the only position and the zero of the ruler.
-    found.sort(key=lambda pattern: float(f"{pattern.p:.9g}"))
+    order = np.argsort([float(f"{pattern.p:.9g}") for pattern in found], kind="stable")
     corrected, least = [], 0.0
-    for at, pattern in enumerate(found):
+    for at, pattern in enumerate([found[i] for i in order]):
         least = max(least, min(1.0, (len(found) - at) * pattern.p))
         corrected.append(replace(pattern, p_corrected=least))
     return tuple(corrected)
@@ -234,8 +235,11 @@ def _outliers(seen: Seen) -> Iterator[Diagnostic]:
     kept = f"; without the suspected outliers I_zz = {without.value:.4g} kg·m²" if without else ""
     for outlier in seen.outliers[:MOST_OF_ONE_CODE]:
         i, timing = outlier.index, next(readings.columns[role] for role in TIMINGS if role in readings.columns)
+        # "position 15.4 cm would fit" is about the position.
+        about = readings.columns.get("".join(outlier.cells[:1]).partition(" ")[0].replace("fits", "turns"), timing)
         values = {"run": seen.measured.runs[i], "reason": outlier_reason(seen.measured, outlier), "without": kept}
-        yield readings.say("outlier_left_out" if i in out else "outlier_kept", timing.cell(i), **values)
+        name, cell = "outlier_left_out" if i in out else "outlier_kept", about.cell(i) or timing.cell(i)
+        yield readings.say(name, cell, **values)
     if len(seen.outliers) > MOST_OF_ONE_CODE:
         yield readings.say("more_outliers", count=len(seen.outliers) - MOST_OF_ONE_CODE)
 
@@ -385,7 +389,8 @@ def _large_residual_torque(seen: Seen) -> Iterator[Diagnostic]:
         return
     arms = np.unique(measured.position[measured.torque != 0]).tolist()
     missing = seen.fit.residual_torque.value / (measured.g * arms[0]) if len(arms) == 1 else math.nan
-    hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; " if missing > 0 else ""
+    hanger = f"if a hanger of {1e3 * missing:.2g} g is missing from the masses, add it to each; "
+    hanger = hanger if missing > 0 else "add to the masses what else hung on the rod, such as a clip; "
     yield seen.readings.say("balance_poor", poor=poor, hanger=hanger)
 
 
@@ -437,6 +442,8 @@ def _digits(seen: Seen) -> Iterator[Diagnostic]:
         run, column, kind = int(np.argmax(rounding[0])), readings.columns[role], kind_of_role(role)
         reading = column.readings[run]
         value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
+        if role == "position" and (written := take_apart(reading.text)) and not written.unit:
+            value = written.value  # from the surface of the ball
         # One digit more, and at least as many as give a step of 1 %.
         digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
         power = math.floor(math.log10(abs(now.value)))

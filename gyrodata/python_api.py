@@ -70,13 +70,13 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
             result = function(*args, **kwargs)
         except GyroError as error:
             raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
-        told = tuple(PythonDiagnostic(*astuple(one)) for one in result.diagnostics)
+        told = [PythonDiagnostic(*astuple(one)) for one in result.diagnostics]
         warned = [one for one in told if one.severity == "warning"]
         for code in dict.fromkeys(one.code for one in warned):
             first, *others = [one for one in warned if one.code == code]
             more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)
-        return replace(result, diagnostics=told)
+        return replace(result, diagnostics=tuple(told))
 
     return called
 

@@ -356,12 +356,12 @@ def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
 
 def date_pair(text: str) -> tuple[int, int] | None:
     """Return day and month of a date, in either order; None if a text is not a date."""
-    match = next(filter(None, (re.fullmatch(date, text) for date in _DATES)), None)
-    if match is None:
-        return None
-    word = match["month"].lower()
-    month = int(word) if word.isdigit() else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
-    return (int(match["day"]), month) if month is not None else None
+    for date in _DATES:
+        if match := re.fullmatch(date, text):
+            word = match["month"].lower()
+            month = int(word) if word.isdigit() else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+            return (int(match["day"]), month) if month is not None else None
+    return None
 
 
 def how_to_write(kind: str) -> str:

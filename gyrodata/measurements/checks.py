@@ -256,8 +256,8 @@ def exchanged(readings: Readings, measured: Measurements) -> bool:
     loaded = measured.torque != 0
     each = np.abs(measured.torque / measured.product)[loaded]
     other = each * (measured.spin / RPM / measured.time)[loaded] ** 2
-    odd = ((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])).any()
-    return spread(other) < (spread(each) + SCATTERS if odd else spread(each) / 4)
+    odd = np.sum((spin < SPIN.possible[0]) | (spin > SPIN.possible[1])) > 1
+    return spread(other) < (spread(each) + SCATTERS if odd else min(spread(each) / 4, 2 * SCATTERS))
 
 
 INSIDE = 0.04
@@ -291,7 +291,7 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
             # 1 g is 1e-3 kg, and 1 cm is 1e-2 m. Positions in mm are as large, but none is inside the ball.
             swapped = ((SIZES[0].usual, 0.1 * values), (size.usual, 10 * np.abs(values_of(mass))))
             possible = all(((low <= each) & (each <= high)).all() for (low, high), each in swapped)
-            if possible and values.min() < 10 * INSIDE:
+            if possible and len(odd) > 1 and values.min() < 10 * INSIDE:
                 names = {"first": mass.header, "second": column.header, "one": "mass [g]", "other": "position [cm]"}
                 found.append(readings.say("columns_exchanged", column.cell(run), **names))
                 continue

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from decimal import Decimal, DecimalException
-from fractions import Fraction
 from operator import attrgetter, itemgetter
 
 from msgspec import Struct, field
@@ -112,7 +111,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         header = column.header
         found = header.roles
         is_time = found in ((), ("time",), ("precession_period",)) and "time" in kinds_of(header.unit or "")
-        is_time |= found == ("time",) and header.unit is None  # "Time for one turn" above "20.3 s"
+        # "Time for one turn" or "1 turn takes" above "20.3 s"
+        in_time = any(texts) and all("time" in kinds_of(text.lstrip("0123456789., ")) for text in texts if text)
+        is_time |= header.unit is None and (found == ("time",) or (not found and in_time))
         if not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in before_or_after:
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
         numbers = [to_float(text) for text in texts if PLAIN.fullmatch(text)]
@@ -127,7 +128,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         elif header.text or any(texts):
             choice.unplaced.append(column.cell)
     if stating or mapped:
-        _serve_stating(stating, table, choice, faults)
+        _serve_stating(stating, table, choice)
     times = choice.used.get("time", [])
     of_one_turn = times and all(
         re.match(_PERIOD_SYMBOL, one.cell.text) and one.number and not one.turns for one in times
@@ -161,23 +162,19 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         choice.used["spin_start"] = [replace(one, role="spin_start") for one in choice.used.pop("spin")]
         choice.there = choice.there - {"spin"} | {"spin_start"}
         faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
-    choice.unplaced.sort(key=lambda cell: cell.place)
+    choice.unplaced.sort(key=attrgetter("place"))
     for repeats in choice.used.values():
-        repeats.sort(key=lambda chosen: chosen.number or 0)
+        repeats.sort(key=attrgetter("number"))
     return choice
 
 
-def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
+def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) -> None:
     """Use columns that state their turns: "Time for 1/3 rev (s)" is a time of the precession, or of the ball."""
     rates = any(kinds_of(header.unit or "") == {"rate"} for header in table.headers)
     spins = rates or any(choice.there.issuperset(one) for one in roles.SPIN_SETS)
     for column in stating:
         turns, of_the_spin = turns_in(column.cell.text), roles.is_of_the_spin(column.cell.text)
-        times = [one for one in choice.used.get("time", []) if one.turns not in ("", turns)]
-        if copied := next((one for one in times if _is_multiple(table, one, column, turns)), None):
-            why = f'is not used: it is calculated from "{copied.cell.text}"'
-            faults.add("not_used", column.cell, why=why)
-        elif of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
+        if of_the_spin and not roles.clock_word(column.cell.text) and "spin_time" not in choice.used:
             choice.serve(replace(column, role="spin_time", turns=turns))
         elif of_the_spin or (not spins and turns.isdigit() and int(turns) >= 5):
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
@@ -192,14 +189,6 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice, 
         is_part = others == [1] and all("/" in turns for turns in said)
         turns = "1" if is_part else "".join(said) if len(said) == 1 else ""
         choice.used["time"] = [replace(one, turns=one.turns or turns) for one in times]
-
-
-def _is_multiple(table: layout.Layout, first: Chosen, second: Chosen, turns: str) -> bool:
-    """Return whether two times for different turns agree better than a hand can stop them."""
-    pairs = [(row.texts[first.at], row.texts[second.at]) for row in table.rows]
-    pairs = [pair for pair in pairs if all(map(PLAIN.fullmatch, pair))]
-    factor = Fraction(turns) / Fraction(first.turns)
-    return len(pairs) > 2 and all(abs(to_float(a) * factor / to_float(b) - 1) < 2e-3 for a, b in pairs if to_float(b))
 
 
 def _mapped(table: layout.Layout, mapping: Mapping[str, str], faults: Faults) -> dict[int, Chosen]:
@@ -309,11 +298,8 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             other = role != "time" or not any("time" in roles.name_roles(word)[0] for word in common)
         else:
             # "T/2 (s)", "Weight #1 (g)" and "σt (s)" say something else.
-            words = {
-                word
-                for word in roles.squeezed_words(roles.split_unit(text)[0])
-                if role != "spin" or not re.search(roles.SPINNING, word)
-            }
+            words = roles.squeezed_words(roles.split_unit(text)[0])
+            words -= {word for word in words if role == "spin" and re.search(roles.SPINNING, word)}
             other = bool(words & _OTHER_THINGS or re.match(r"[^\[^]*[0-9]|[σε]\w", text))
             other |= role == "mass" and roles.is_part_of_mass(text)
             # Behind an unknown name, "g" may be its unit.

@@ -12,7 +12,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -540,9 +540,14 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
         faults.add("reported_value", text, name=name, problem=read.problem)
 
 
+_KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
+# A class writes the same remarks a thousand times.
+_nearest_key = lru_cache(maxsize=1024)(partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8))
+
+
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     """Warn of a remark that is nearly a ``# key: value`` line, such as "# u_positon: 1 mm" or "# m1 = 47 g"."""
-    close = _nearest_key(key.lower())
+    close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
         close = [one for name in names for one in roles.name_roles(name)[0] if roles.kind_of_role(one) != "text"]
@@ -551,12 +556,6 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
         match = re.match(rf"{quantities.NUMBER}\s*\S*", value) if close[0] in roles.ROLES else None
         written = text.text if text.text != value else key
         faults.add("remark", text, written=written, meant=f"{close[0]}: {match[0] if match else value}")
-
-
-@lru_cache(maxsize=1024)  # a class writes the same remarks a thousand times
-def _nearest_key(key: str) -> list[str]:
-    known = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
-    return difflib.get_close_matches(key, known, n=1, cutoff=0.8) if len(key) > 2 else []
 
 
 _YES_OR_NO: dict[str, bool | None] = {"": None}
@@ -598,6 +597,10 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
     return start, end, seconds
 
 
+OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
+"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be a share."""
+
+
 def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
@@ -619,8 +622,15 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             else:
                 settings.fields[key] = words[text.lower()]
         elif key in roles.UNCERTAINTIES:
-            settings.uncertainties[key] = read_uncertainty(key, text, ask)
-            settings.given_uncertainties[key] = item
+            try:
+                u = quantities.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
+            except UnitError as error:
+                raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
+            if key.endswith("_scale") and u.absolute:
+                raise UnitError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+            if key in OF_NOTHING and u.relative:
+                raise UnitError("is a share of what is not read", f'write it with its unit: "{OF_NOTHING[key]}"')
+            settings.uncertainties[key], settings.given_uncertainties[key] = u, item
         elif key == "latitude":
             match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
             value = quantities.read_cell(match[1] if match else text, "angle", "deg", ask).value
@@ -657,20 +667,3 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             raise Faults(faults.name).refuse("option_value", **values) from None
         settings.unread |= {key} & set(roles.ROLES)
         faults.add("key_value", item.place, **values)
-
-
-OF_NOTHING = {"u_time_bias": "0.1 s", "u_spin_delay": "1 s", "u_imbalance": "0.3 mN*m"}
-"""Uncertainties of quantities with the expected value 0, with a sample: they cannot be a share."""
-
-
-def read_uncertainty(key: str, text: str, ask: bool = True) -> Uncertainty:
-    """Read the value of one ``u_…`` key of a whole log."""
-    try:
-        uncertainty = quantities.parse_uncertainty(text, roles.kind_of_role(key), ask=ask)
-    except UnitError as error:
-        raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
-    if key.endswith("_scale") and uncertainty.absolute:
-        raise UnitError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
-    if key in OF_NOTHING and uncertainty.relative:
-        raise UnitError("is a share of what is not read", f'write it with its unit, such as "{OF_NOTHING[key]}"')
-    return uncertainty

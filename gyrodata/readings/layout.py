@@ -57,7 +57,7 @@ def texts_of(grid: Grid) -> list[str]:
 def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> Layout | None:
     """Find the header and the rows; None, with diagnostics, if there is no such table.
 
-    An option gives the roles in `decided`.
+    An option gives the roles in `decided`, or names the headers in it.
     """
     try:
         if not grid.rows:
@@ -78,7 +78,12 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         bare = [(sum(map(is_bare, row.texts)), row) for row in above]
         if early := next((row for count, row in bare if count > 2 and 2 * count > len(filled_at(row))), None):
             raise faults.refuse("numbers_above_header", grid.cell(early, 0), early=[early.line], line=[head.line])
-        _name_counter(grid, head)
+        _name_counter(grid, head, decided)
+        for row in grid.rows if len(head.texts) > 2 else ():
+            # Rows that were typed with another delimiter.
+            for parts in (text.split(sign) for text in row.texts for sign in ",;\t" if len(row.texts) == 1):
+                if len(parts) == len(head.texts) and all(map(is_number, parts)):
+                    row.texts[:] = parts
         heads = [row for row in grid.rows if is_head(row)] or [head]
         if lacking := _lacking([parse_header(text) for row in heads for text in row.texts], grid):
             # A line behind # may give a quantity without a column: "# each time is for one full turn".
@@ -130,10 +135,10 @@ def names_quantities(row: Row) -> bool:
     return 2 * sum(bool(parse_header(text).roles) for text in row.texts) > len(filled_at(row))
 
 
-def _name_counter(grid: Grid, head: Row) -> None:
+def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
     """Call a column such as "Lap" or "N" run if its cells are 1, 2, 3, …; they may repeat if a text states turns."""
     stated = any(map(turns_in, head.texts))
-    for at, text in enumerate(head.texts):
+    for at, text in ((at, text) for at, text in enumerate(head.texts) if text not in decided):
         is_turns = at == 0 and stated and parse_header(text).roles == ("turns",)
         if is_turns or squeeze(text).lower() in roles.COUNTER_WORDS or re.fullmatch(r"[^\W\d]|(?i:count)", text):
             rows = (row.texts for row in grid.rows if row.line > head.line and _numbers(row) > 1)
@@ -234,7 +239,9 @@ def is_of_means(header: str) -> bool:
 _AMOUNT = r"(?:[0-9]{1,2}\s*[x×*·]\s*)?NUMBER(?:\([0-9]+\)|\s*(?:±|\+/-|\+-)\s*NUMBER)?"
 _AMOUNT = _AMOUNT.replace("NUMBER", quantities.NUMBER)
 _UNIT = r"(?:1?/min|[^\W\d_][\w/^*·]*)"
-QUANTITY = rf"(?<![^\W\u2e80-\uffef])(?<![.,])({_AMOUNT})\s*({_UNIT})(?!=)|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+QUANTITY = (
+    rf"(?<![^\W\u2e80-\uffef])(?<![.,/])({_AMOUNT})\s*({_UNIT})(?!=)|(?<![uΔδσ])[\[(]({_UNIT})[\])]\W*({_AMOUNT})"
+)
 """A number and its unit: "20.1 g", or "(g)" with "20.1" in the next cell."""
 _MOVED = frozenset(vocabulary.words("moved").split())
 SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
@@ -377,7 +384,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
 
 
 _UNITS_LISTED = rf"\W*{vocabulary.pattern('units')}\W"
-_IN_A_UNIT = r"(?i).*\b(?:in|en|em|w|в)\s+\S+\W*"
+_IN_A_UNIT = r"(?i)(.*)\b(?:in|en|em|w|в)\s+(\S.*)"
 
 
 def _stated_units(text: str) -> dict[str, str]:
@@ -388,9 +395,14 @@ def _stated_units(text: str) -> dict[str, str]:
         r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text[listed.end() :] if listed else text
     ):
         *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
-        words = {squeeze(name).lower() for name in names}
+        if match := re.fullmatch(_IN_A_UNIT, part):
+            names, unit = (
+                re.split(r"[\s:=()\[\]]+", match[1]),
+                re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:"),
+            )
+        words = {squeeze(name).lower() for name in names} - {""}
         of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
-        if of_another or re.search("[0-9]", part) or not (listed or re.fullmatch(_IN_A_UNIT, part)):
+        if of_another or (re.search("[0-9]", part) and not turns_in(part)) or not (listed or match):
             continue
         forms = {word.removesuffix(end) for word in words for end in ("", "s", "es", "n", "en")}
         named = {roles.kind_of_role(role) for form in forms for role in roles.name_roles(form)[0]}
@@ -494,13 +506,15 @@ class _Sheet:
         for at, (cell, header) in enumerate(self.here):
             words = self.legend.get(squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text), "")
             if words and (explained := parse_header(words)) and header.unit is None and explained.unit:
-                self.here[at] = replace(cell, text=words), explained
+                self.here[at] = replace(cell, text=words), replace(explained, roles=explained.roles or header.roles)
             elif words and "time" in kinds_of(header.unit or "") and turns_in(words) and not turns_in(cell.text):
                 explained = parse_header(f"{words} [{header.unit}]")
                 if "time" in explained.roles:
                     self.here[at] = replace(cell, text=words), explained
+        spins = any("spin" in header.roles for _, header in self.here)
         for at, (cell, header) in enumerate(self.here if self.units else ()):
-            kinds = self.units.keys() & set(map(roles.kind_of_role, header.roles))
+            named = header.roles if spins else roles.name_roles(cell.text)[0] or header.roles  # "n in rpm"
+            kinds = self.units.keys() & set(map(roles.kind_of_role, named))
             unit = self.units[min(kinds)] if len(kinds) == 1 else ""
             if unit and header.unit is None:
                 self.here[at] = cell, replace(parse_header(f"{cell.text} [{unit}]"), text=cell.text)

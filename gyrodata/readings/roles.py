@@ -318,7 +318,7 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == {"angle", "number"} and not kept and "time" not in found and not is_of_the_spin(name):
+    elif kinds == {"angle", "number"} and len(name) > 1 and not (kept or "time" in found or is_of_the_spin(name)):
         kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
@@ -363,7 +363,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
         if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
             return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
         parted, own = ("", None) if is_unit else split_unit(name)
-        if own and not own.isdigit() and kinds_of(own):
+        if own and not own.isdigit() and kinds_of(own) and (name[-1] in "])" or not kinds_of(inside)):
             return f"{parted} {inside}", own  # "r [cm] (from centre)"
         if not is_unit and kinds_of(name) == {"rate"}:
             return "spin", name  # "turns per second (tachometer)"
@@ -389,6 +389,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1].replace("_", " "), match[2]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
     if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
+    if (match := re.fullmatch(r"(\S+)\s+(.+)", text)) and kinds_of(match[1]) == {"length"} and from_centre(match[2]):
+        return match[2], match[1]  # "cm from the centre"
     if (match := re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)) and kinds_of(match[2]) and not kinds_of(text):
         return match[1], match[2]  # "a/mm"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
@@ -544,7 +546,7 @@ _MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
 _ALONE = r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
-_ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*(?:°|º|˚|deg\b|degrees)"
+_ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 
 
 @lru_cache(maxsize=4096)
@@ -570,7 +572,8 @@ def turns_in(header: str) -> str:
     if match := re.search(_COUNTED, plain) or re.match(_ALONE, plain) or re.match(_PERIODS, plain):
         return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
     match = re.search(_ANGLE, plain)
-    if match and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
+    in_degrees = match and kinds_of(match[2]) == {"angle"} and units.parse(match[2]).text == "deg"
+    if match and in_degrees and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
         return str(part)
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
         before = plain[: turn.start()]
@@ -648,7 +651,9 @@ def counts_weights(header: Header) -> bool:
     return header.unit is None and not header.roles and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
 
 
-_FROM = rf"\b{vocabulary.pattern('from')}\b((?:\W+[\w']+){{1,5}})"
+FROM = vocabulary.pattern("from")
+"""Words between a length and its origin."""
+_FROM = rf"\b{FROM}\b((?:\W+[\w']+){{1,5}})"
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
 _WEIGHT_NAMES = (name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip())
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"

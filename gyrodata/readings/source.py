@@ -475,7 +475,7 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
             counts = Counter(map(len, cells.values()))
-            usual = max(count for count, often in counts.items() if often > 1 or count == usual)
+            usual = max((count for count, often in counts.items() if often > 1), default=max(counts))
             columns = list(zip(*(row for row in cells.values() if len(row) == usual), strict=True))
             spans = [(min(one.start() for one in many), max(one.end() for one in many)) for many in columns]
             for i, row in cells.items():

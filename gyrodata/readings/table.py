@@ -98,7 +98,8 @@ def read_log(
     log = replace(log, constants=given.constants, uncertainties=given.uncertainties, reported=given.reported)
     stated_at = {key: item.place for key, item in given.given_uncertainties.items()}
     log = replace(log, metadata=given.metadata, stated_at=stated_at)
-    found = layout.find_layout(grid, faults, {key for key, item in given.roles.items() if item.place is None})
+    decided = {*mapping.values(), *(key for key, item in given.roles.items() if item.place is None)}
+    found = layout.find_layout(grid, faults, decided)
     if found is None:
         return replace(log, diagnostics=faults.all_told())
     found = with_differences(found, faults)
@@ -198,7 +199,7 @@ class TableReader:
         """Return the log with its readings, and the runs in which the rod did not move."""
         times, is_run = self._read_times()
         # The load is the first: it shows which cells are filled down, and whether the rod may rest.
-        for role in sorted(self.choice.used, key=lambda role: role not in _PULLS):
+        for role in sorted(self.choice.used, key=_PULLS.__contains__, reverse=True):
             if role not in roles.BY_NAME or role == "time" or role in TEXTS:
                 continue
             chosen, strict = self.choice.used[role][0], role not in self.derived
@@ -236,7 +237,8 @@ class TableReader:
         for row in self.rows:
             count = len(row.texts)
             if count > width:
-                name = "row_too_long" if self.grid.delimiter == "," else "row_without_header"
+                split = self.grid.delimiter == "," and not any("." in text for text in row.texts)
+                name = "row_too_long" if split else "row_without_header"
                 self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
             elif noted and layout.is_number(row.texts[-1]) and not re.search(r"[^\W\d]", row.texts[-1]):
                 # A decimal comma that splits a number moves all that follows to the right.
@@ -251,15 +253,8 @@ class TableReader:
         read = [(chosen, column) for chosen in times if (column := self._read_column(chosen)) is not None]
         counted = [1 + at for at, (one, _) in enumerate(read) if not one.turns]
         rows = [row for row in zip(*(column.values for _, column in read), strict=True) if None not in row]
-        if (
-            len(counted) == len(read) > 1
-            and rows
-            and all(
-                abs(value / row[0] / count - 1) < _LAP
-                for row in rows
-                for value, count in zip(row, counted, strict=True)
-            )
-        ):
+        laps = [(value / count, row[0]) for row in rows for value, count in zip(row, counted, strict=False)]
+        if len(counted) == len(read) > 1 and laps and all(abs(lap - first) < _LAP * first for lap, first in laps):
             ratio, count = " : ".join(map(str, counted)), len(counted)
             self.faults.add(
                 "times_of_a_running_clock", read[0][0].cell, ratio=ratio, last=read[-1][0].cell.text, count=count
@@ -345,10 +340,18 @@ class TableReader:
             names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:
             owner = rf"{re.escape(chosen.header.text)}\s*(?:n[or]\.?|#)?\s*" if name.isdigit() else ""
-            behind = r"\s*(?:[,;)\"]|\.\s|$)|\s{2}|\t|\s+\(?(?:from|von|ab|du|desde|dal|от|od)\b"
+            behind = rf"\s*(?:[,;)\"]|\.\s|$)|\s{{2}}|\t|\s+\(?{roles.FROM}\b"
             quantity = rf"({quantities.NUMBER}\s*[^\W\d_]+)(?={behind})"
-            stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:,\t]\s*{quantity}"
-            found = {match[1] for line in self.grid.lines for match in re.finditer(stated, line)}
+            stated = rf"(?i:(?<![\w.]){owner})(?<![\w.]){re.escape(name)}\s*[=:,;\t]\s*{quantity}"
+            stated = rf"(?:{stated}|#{name}\s+{quantity})" if name.isdigit() else stated
+            found = {match[match.lastindex or 0] for line in self.grid.lines for match in re.finditer(stated, line)}
+            unit_of = ""
+            # A table of the weights: "disc, mass / g" above "small, 19.7".
+            for label, number in (filter(None, row.texts) for row in self.grid.rows if len(layout.filled_at(row)) == 2):
+                if not layout.is_number(number):
+                    unit_of = roles.parse_header(number).unit or ""
+                elif label == name and kind_of_role(chosen.role) in kinds_of(unit_of):
+                    found.add(f"{number} {unit_of}")
             if len(found) == 1:
                 meant[name] = found.pop()
         if meant:
@@ -401,8 +404,10 @@ class TableReader:
                         read[text] = read_cell(remark[1], kind, unit, ask)
                         continue
                 if error.code == diagnostics.UNIT_MISSING:
-                    values = {"text": chosen.header.text[:60], "role": role, "kind": units.KINDS[kind]}
-                    faults.add("no_unit", chosen.cell.place, **values)
+                    known = f"{units.KINDS[kind].examples}{', N for a weight' * (role == 'mass')}"
+                    values = {"text": chosen.header.text[:60], "role": role, "kind": units.KINDS[kind], "units": known}
+                    numbered = role in ("mass", "position") and all(re.fullmatch("[0-9]?", text) for text in texts)
+                    faults.add("no_unit_but_numbers" if numbered else "no_unit", chosen.cell.place, **values)
                     break
                 missed = "; or put # before the line of a run that was not measured"
                 faulty[text] = error.code, error, error.hint + missed * (re.search(r"\d", text) is None)
@@ -443,7 +448,7 @@ class TableReader:
         own_unit = column.header.unit or (unit if own_kind == kind else None)
         if own_unit is None and own_kind != "number":
             text, about = column.header.text[:60], units.KINDS[own_kind]
-            faults.add("no_unit", column.cell.place, text=text, role=key, kind=about)
+            faults.add("no_unit", column.cell.place, text=text, role=key, kind=about, units=about.examples)
             return spreads
         percent, own_unit = (" %", "") if own_unit == "%" else ("", own_unit or "")
         if self._uncertainty(column, f"0{percent}", own_kind, own_unit, faults) is None:

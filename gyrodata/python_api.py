@@ -72,7 +72,7 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
             raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
         told = [PythonDiagnostic(*astuple(one)) for one in result.diagnostics]
         warned = [one for one in told if one.severity == "warning"]
-        for code in dict.fromkeys(one.code for one in warned):
+        for code in dict.fromkeys([one.code for one in warned]):
             first, *others = [one for one in warned if one.code == code]
             more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)

@@ -221,7 +221,7 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),
     ("G209", written(COMMAS), lambda hint: written(COMMAS, named(hint, r"columns with (\S)"))),
     ("G209", written([TABLE[0], *([*row, "7"] for row in TABLE[1:])], ";"),
-     lambda hint: written([row[:5] for row in TABLE], ";") if "remove these cells" in hint else ""),
+     lambda hint: written([row[:5] for row in TABLE], ";") if "remove the cell that is too many" in hint else ""),
     ("G210", written([[*row, row[1]] for row in TABLE]), then_good("remove the other")),
     ("G212", written(TABLE[:7]) + "\n" + LOWER,
      lambda hint: written(TABLE[:7]) + "\n" + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER),

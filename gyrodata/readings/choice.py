@@ -95,9 +95,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     later = []
     for one in columns:
         is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
-        later.append(
-            (is_number, layout.is_of_means(one.cell.text), one.at in letters, roles.origin_in(one.cell.text) > "")
-        )
+        text = one.cell.text
+        later.append((is_number, layout.is_of_means(text), one.at in letters, roles.origin_in(text) > ""))
     typed: list[Chosen] = []
     """The columns, with the units of their cells."""
     for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):
@@ -130,10 +129,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     if stating or mapped:
         _serve_stating(stating, table, choice)
     times = choice.used.get("time", [])
-    of_one_turn = times and all(
-        re.match(_PERIOD_SYMBOL, one.cell.text) and one.number and not one.turns for one in times
-    )
-    if of_one_turn and choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) and not _told_of_parts(table):
+    periods = [one for one in times if re.match(_PERIOD_SYMBOL, one.cell.text) and one.number and not one.turns]
+    uncounted = choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+    if periods == times != [] and uncounted and not _told_of_parts(table):
         choice.used["time"] = [replace(one, turns="1") for one in times]  # "T1 [s]", "T2 [s]"
         faults.add("period_of_one_turn", times[0].cell)
     if several:

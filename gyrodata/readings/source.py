@@ -467,8 +467,12 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
     bare = [re.sub(r'"[^"\t]*[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     # A comma between digits separates cells only if no other sign does.
-    without_decimals = _shares([re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare])
-    shares = _shares(bare)
+    found: list[dict[str, float]] = []
+    for some in ([re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare], bare):
+        signs = ((sign, Counter(filter(None, (line.count(sign) for line in some)))) for sign in "\t;,|")
+        # The share of the lines in which a sign has its most common count.
+        found.append({sign: max(count.values(), default=0) / len(some) for sign, count in signs})
+    without_decimals, shares = found
     for gap, least, others in ((r"\s{2,}", 2, without_decimals), (r"\s+", 4, shares)):
         usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
         rival = max(others.values())
@@ -492,15 +496,6 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
     shares = without_decimals if max(without_decimals.values()) > 0.6 else shares
     best = max(shares.values())
     return next((delimiter for delimiter, share in shares.items() if share and share >= best - 0.3), "\t")
-
-
-def _shares(lines: list[str]) -> dict[str, float]:
-    """Return the share of the lines in which each delimiter has its most common count."""
-    shares = {}
-    for delimiter in "\t;,|":
-        counts = Counter(filter(None, (line.count(delimiter) for line in lines)))
-        shares[delimiter] = counts.most_common(1)[0][1] / len(lines) if counts else 0.0
-    return shares
 
 
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:

@@ -255,10 +255,8 @@ class TableReader:
         rows = [row for row in zip(*(column.values for _, column in read), strict=True) if None not in row]
         laps = [(value / count, row[0]) for row in rows for value, count in zip(row, counted, strict=False)]
         if len(counted) == len(read) > 1 and laps and all(abs(lap - first) < _LAP * first for lap, first in laps):
-            ratio, count = " : ".join(map(str, counted)), len(counted)
-            self.faults.add(
-                "times_of_a_running_clock", read[0][0].cell, ratio=ratio, last=read[-1][0].cell.text, count=count
-            )
+            values = {"ratio": " : ".join(map(str, counted)), "count": len(counted), "last": read[-1][0].cell.text}
+            self.faults.add("times_of_a_running_clock", read[0][0].cell, **values)
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
         is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]

@@ -222,6 +222,34 @@ READ = {
     + runs(ROW.replace(";1\n", ";ok\n"), 1 / 3) + "All times are for 1/3 of a turn.\n",
     "a column of turns above another text": HEAD.replace("turns", "turns of the rod")
     + runs(ROW.replace(";1\n", ";3\n"), 3) + "The time covers the stated number of full turns.\n",
+    "a title that says how long a turn takes": "Mass,r,Spin,1 turn takes\n" + runs("{m}g,14.8cm,{s}rpm,{t}s\n"),
+    "units in a sentence, with the unit of the spin in words": "masses in gram, r in cm from the centre of the ball, n in revs per minute, T (1 turn) in "
+    "seconds\nm;r;n;T\n" + runs(SHORT),
+    "letters explained below": "M,d,w,N,t\n" + "".join(
+        f"{m},14.8,{s * math.pi / 30:.2f},1,{t(m, s)}\n" for m in MASSES for s in SPINS)
+    + "\nM = mass in g\nd = cm from centre of sphere\nw = spin in rad/s\nN = how many turns\n"
+    "t = stopwatch in s for the N turns\n",
+    "weights on a sheet of their own": workbook({
+        "weights": [["name", "g"], *([f"W{at}", m] for at, m in enumerate(MASSES, 1))],
+        "runs": [["weight", "r (cm)", "spin (rpm)", "time of two turns (s)"], *(
+            [f"W{at}", "14.8", str(s), t(m, s, 2)] for at, m in enumerate(MASSES, 1) for s in SPINS)]}),
+    "numbers of holes in a sentence": "Holes (from centre of ball): #1 14.8 cm, #2 18.0 cm\n"
+    + HEAD.replace("r (cm)", "hole") + runs("{m};1;{s};{t};1\n"),
+    "places in a legend with a semicolon": HEAD.replace("r (cm)", "posición")
+    + runs("{m};A;{s};{t};1\n") + "A: 14,8 cm del centro;;;\n",
+    "rows with another delimiter": HEAD + runs(ROW, masses=MASSES[:2]) + runs(ROW, masses=MASSES[2:]).replace(";", ","),
+    "a weight in newtons with its symbol": HEAD.replace("mass (g)", "Gewicht G (N)") + "".join(
+        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS),
+    "a symbol with its uncertainty beside it": HEAD.replace("time (s);turns", "T precesji [s];u(T)")
+    + runs("{m};14.8;{s};{t};0.1\n"),
+    "a calculated rate without a unit": HEAD.replace("time (s);turns", "T one turn (s);omega prec")
+    + runs("{m};14.8;{s};{t};0.3\n"),
+    "a fraction of a scale in a sentence": "La masselotte pèse 20.1 g (balance au 1/10 g).\n"
+    "On mesure un tour de la tige.\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[:1])
+    + "La masselotte pèse 40.3 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[1:2])
+    + "La masselotte pèse 60.2 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[2:]),
+    "a spin before and after in Italian": HEAD.replace("spin (rpm)", "giri/min inizio;giri/min fine")
+    + runs(ROW.replace("{s}", "{s};{s}")),
     "constants on a second sheet": workbook({
         "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
         "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),
@@ -240,6 +268,38 @@ def test_runs_of_a_crossed_table_have_the_places_of_their_cells() -> None:
     assert log.lines == (4, 4, 4, 5, 5, 5, 6, 6, 6)
     assert log.columns["mass"].values[:4] == pytest.approx((0.0201, 0.0403, 0.0602, 0.0201))
     assert (log.columns["time"].place(1).line, log.columns["time"].place(1).column) == (4, 11)
+
+
+TURNS_IN_WORDS = {
+    "Zeit zweier Umdrehungen": 2, "temps de trois tours": 3, "tiempo de dos vueltas": 2, "tempo di tre giri": 3,
+    "tempo de duas voltas": 2, "tijd 1/2 omw.": 1 / 2, "tid för tre varv": 3, "kahden kierroksen aika": 2,
+    "kolmen kierroksen aika": 3, "czas trzech obrotów": 3, "čas tří otáček": 3, "čas troch otáčok": 3,
+    "время двух оборотов": 2, "час трьох обертів": 3, "két fordulat ideje": 2, "üç tur süresi": 3,
+    "timp pentru două rotații": 2, "χρόνος τριών περιστροφών": 3, "vrijeme dva okreta": 2, "čas treh vrtljajev": 3,
+    "време за два оборота": 2, "kahe pöörde aeg": 2, "trijų apsisukimų laikas": 3, "temps de dues voltes": 2,
+    "两圈时间": 2, "半周の時間": 1 / 2, "세 바퀴 시간": 3, "thời gian hai vòng": 2, "waktu tiga putaran": 3,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", TURNS_IN_WORDS)
+def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(words: str) -> None:
+    log = read_log(f"# r: 14.8 cm\n{PLAIN[0].replace('time (s)', f'{words} (s)')}{runs(PLAIN[1])}")
+    assert log.columns["turns"].values == pytest.approx([TURNS_IN_WORDS[words]] * 9)
+
+
+BEFORE_AND_AFTER = (
+    "tr/min début, tr/min fin; giri iniziali (rpm), giri finali (rpm); rpm inicial, rpm final; rpm início, rpm fim; "
+    "U/min Anfang, U/min Ende; toeren/min begin, toeren/min eind; varv/min före, varv/min efter; "
+    "o/min før, o/min etter; obr/min początek, obr/min koniec; ot/min začátek, ot/min konec; "
+    "об/мин начало, об/мин конец; rpm alussa, rpm lopussa; ford/perc eleje, ford/perc vége; rpm baş, rpm son; "
+    "rot/min început, rot/min sfârșit"
+)
+
+
+@pytest.mark.parametrize("pair", BEFORE_AND_AFTER.split("; "))
+def test_spin_before_and_after_is_read_in_many_languages(pair: str) -> None:
+    log = read_log(HEAD.replace("spin (rpm)", pair.replace(", ", ";")) + runs(ROW.replace("{s}", "{s};{s}")))
+    assert {"spin_start", "spin_end"} <= log.columns.keys()
 
 
 PARTS = {
@@ -286,7 +346,7 @@ def test_option_decides_which_turns_are_right() -> None:
 
 HINTS = {
     "missed": (ROW.replace("{t}", "missed it"), "put # before the line", "# " + ROW),
-    "two times": (ROW.replace("{t}", "{t} and {t}"), "write one value in each row", ROW),
+    "two times": (ROW.replace("{t}", "{t} and {t}"), "write the one that is right", ROW),
     "no mass": (ROW.replace("{m}", ""), "write it there", ROW),
 }
 
@@ -338,6 +398,47 @@ def test_period_of_one_turn_is_asked_about_if_a_note_counts_more(note: str) -> N
 def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
     log = HEAD + runs(ROW) + "u(r) = 1 mm, u(t) = 0.15 s, u(m) = 0.1 g, combined in quadrature\n"
     assert is_right(log)
+
+
+def test_column_that_was_taken_as_the_number_of_the_run_can_be_named_by_map() -> None:
+    log = HEAD.replace("turns", "N") + "".join(
+        f"{row};{n}\n" for n, row in enumerate(runs("{m};14.8;{s};{t}\n").splitlines(), 1)
+    )
+    assert "turns" not in read_log(log).columns
+    assert read_log(log, mapping={"turns": "N"}).columns["turns"].values == tuple(map(float, range(1, 10)))
+
+
+def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
+    log = HEAD.replace("r (cm)", "hole no.") + runs("{m};1;{s};{t};1\n")
+    assert 'such as "# hole no. 1: 9.0 cm"' in str(read_log(log).diagnostics)
+    assert is_right("# hole no. 1: 14.8 cm\n" + log)
+
+
+def test_weight_in_newtons_can_be_written_as_the_hint_says() -> None:
+    newtons = "".join(f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    log = HEAD.replace("mass (g)", "poids") + newtons
+    assert "N for a weight" in str(read_log(log).diagnostics)
+    assert is_right(log.replace("poids", "poids [N]"))
+
+
+def test_cell_that_is_missing_in_a_row_can_be_written_as_the_hint_says() -> None:
+    log = HEAD + runs(ROW)
+    short = log.replace("40.3;14.8;407", "40.3;407")
+    assert "if another cell of the line is missing" in str(read_log(short).diagnostics)
+
+
+def test_rounding_of_a_position_is_printed_as_it_was_typed() -> None:
+    rows = "".join(f"{m};10;{s};{t(m, s, arm='15.08')};1\n" for m in MASSES for s in SPINS)
+    found = analyze("# ball_diameter: 101.6 mm\n# position_from: surface\n" + HEAD + rows)
+    hints = [one.hint for one in found.diagnostics if one.code == "G407"]
+    assert [hint for hint in hints if "such as 10.0" in hint] == hints != []
+
+
+def test_warning_about_a_run_marks_the_cell_that_may_be_wrong() -> None:
+    log = HEAD + runs(ROW).replace(f"40.3;14.8;407;{t('40.3', 407)}", f"40.3;148;407;{t('40.3', 407)}")
+    (found,) = [one for one in analyze(log).diagnostics if one.code == "G410"]
+    assert (found.line, found.column) == (6, 6)
+    assert [one.code for one in analyze(log).diagnostics if one.code == "G441"] == []
 
 
 def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
@@ -413,6 +514,8 @@ def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
 @pytest.mark.parametrize(
     ("log", "kind"),
     [("# two reflective strips on the ball\n" + HEAD + runs(ROW), "note"),
+     ("contamos as voltas em quartos (4 = volta completa)\n" + HEAD + runs("{m};14.8;{s};{t};1\n"), "note"),
+     (HEAD + runs(ROW) + "clip itself not included\n", "note"),
      (HEAD.replace("r (cm)", "centre to inner face of the weight (cm)") + runs(ROW), "note"),
      (HEAD.replace("r (cm)", "r (mm)") + runs(ROW), "size")],
 )  # fmt: skip

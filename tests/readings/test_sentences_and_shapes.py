@@ -223,7 +223,8 @@ READ = {
     "a column of turns above another text": HEAD.replace("turns", "turns of the rod")
     + runs(ROW.replace(";1\n", ";3\n"), 3) + "The time covers the stated number of full turns.\n",
     "a title that says how long a turn takes": "Mass,r,Spin,1 turn takes\n" + runs("{m}g,14.8cm,{s}rpm,{t}s\n"),
-    "units in a sentence, with the unit of the spin in words": "masses in gram, r in cm from the centre of the ball, n in revs per minute, T (1 turn) in "
+    "units in a sentence, with that of the spin in words":
+    "masses in gram, r in cm from the centre of the ball, n in revs per minute, T (1 turn) in "
     "seconds\nm;r;n;T\n" + runs(SHORT),
     "letters explained below": "M,d,w,N,t\n" + "".join(
         f"{m},14.8,{s * math.pi / 30:.2f},1,{t(m, s)}\n" for m in MASSES for s in SPINS)

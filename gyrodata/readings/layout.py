@@ -391,9 +391,8 @@ def _stated_units(text: str) -> dict[str, str]:
     """Return the unit of each kind of quantity that a text states: "masses in g, times in s", "Units: g, cm, s"."""
     found: dict[str, str] = {}
     listed = re.match(_UNITS_LISTED, text)
-    for part in re.split(
-        r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text[listed.end() :] if listed else text
-    ):
+    text = text[listed.end() :] if listed else text
+    for part in re.split(r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text):
         *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
         if match := re.fullmatch(_IN_A_UNIT, part):
             names, unit = (
@@ -766,7 +765,10 @@ class _Sheet:
             if not any(header.roles == (role,) for _, header in self.columns):
                 place = source.find_place(self.grid.lines, self.grid.delimiter, spot)
                 self.columns.append((Text(role, place), Header(role, (role,), None, "")))
-        cells, headers = [cell for cell, _ in self.columns], [header for _, header in self.columns]
+        headers = [header for _, header in self.columns]
+        cells = [
+            cell if cell.text else replace(cell, text=f"column {n}") for n, (cell, _) in enumerate(self.columns, 1)
+        ]
         joined = []
         for row, places, given in self.runs:
             if not given and places == list(range(len(headers))):

@@ -132,7 +132,7 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     steep = abs(value) >= math.pi / 2
     broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
     if known and broken.get(known.bound):
-        return f"must be {known.bound}", known.bound_hint
+        return f"must be {known.bound}".replace("be not", "not be"), known.bound_hint
     low, high = units.LIMITS.get(kind, (0.0, math.inf))
     if value == 0 or low <= abs(value) <= high:
         return "", ""

@@ -424,7 +424,7 @@ class TableReader:
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
             if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
                 self.unmoved.add(i)  # the rod did not move in a run without a weight
-            elif text in faulty:
+            elif text in faulty and len(row.texts) <= len(self.table.cells):
                 code, wrong, hint = faulty[text]
                 faults.add("cell", self.grid.cell(row, at), code=code, role=role, text=text, fault=wrong, hint=hint)
         unclear = [text for text in read if kind == "number" and not _FRACTION.fullmatch(text)]
@@ -642,7 +642,7 @@ class TableReader:
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
         used |= self.replaced.union(one.at for one in self.choice.others)
-        heads = [(at, cell.text or f"column {at + 1}") for at, cell in enumerate(self.table.cells) if at not in used]
+        heads = [(at, cell.text) for at, cell in enumerate(self.table.cells) if at not in used]
         unread = [(head, tuple(self.rows[i].texts[at] for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))
 
@@ -698,7 +698,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     if not is_told and "precession_period" in log.columns:
         _check_period(log.columns, faults)
     if choice.unplaced and not missing:
-        texts = [cell.text or f"(column {cell.place.column}, no header)" for cell in choice.unplaced]
+        texts = [cell.text for cell in choice.unplaced]
         faults.add("headers_unknown" if len(texts) > 1 else "header_unknown", headers=listing(texts))
 
 
@@ -714,7 +714,7 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     hint = f"add a column {lablog.header_of(role, unit)}"
     hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
     hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
-    texts = [cell.text for cell in choice.unplaced if cell.text]
+    texts = [cell.text for cell in choice.unplaced]
     message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
     if texts and role == missing[0]:
         message += f"; headers that could not be placed: {listing(texts)}"
@@ -746,6 +746,8 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? {hint}'
+    elif blank := [one for one in texts if re.fullmatch("column [0-9]+", one)]:
+        hint = f'is it {" or ".join(blank)}, without a name? Write "{lablog.header_of(role, unit)}" above it; {hint}'
     return message, hint
 
 

@@ -283,7 +283,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             fault = "divides by zero" if "/" in number else "is too large or too small for a number"
             raise _fault(fault, "write the value as it was read")
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        raise _two_readings(kind)
+        raise _fault(*_TWO_READINGS)
     own, (low, high) = written.unit or unit, units.LIMITS[kind]
     if own is None and kind != "number":
         raise UnitError("has no unit", f"write one behind it: {units.KINDS[kind].examples}", diagnostics.UNIT_MISSING)
@@ -303,6 +303,12 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         raise _fault("has an uncertainty that is far too large", "is its unit the one written?")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
     return replace(quantity, step=None) if exact else quantity
+
+
+_TWO_READINGS = (
+    "is not one number, but looks like two readings",
+    "write their mean; or write them in two columns, such as spin_start [rpm] and spin_end [rpm], or in two rows",
+)
 
 
 def _fault(message: str, hint: str, code: str = diagnostics.CELL_IS_NO_NUMBER) -> UnitError:
@@ -326,17 +332,11 @@ def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
 
 
-def _two_readings(kind: str) -> UnitError:
-    """Return the error for "412/398" and "412 - 398", the spin at the start and at the end."""
-    ways = "in two columns, spin_start [rpm] and spin_end [rpm]" if kind == "rate" else "in two rows"
-    return _fault("is not one number, but looks like two readings", f"write their mean; or write them {ways}")
-
-
 def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
     """Return an error that says what a text looks like, and what was probably meant; else `otherwise`."""
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
-        return _two_readings(kind)
+        return _fault(*_TWO_READINGS)
     for case in vocabulary.NO_NUMBER:
         if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
             return _fault(case["message"], match.expand(case["hint"]))

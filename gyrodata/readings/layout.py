@@ -71,6 +71,11 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         widths = Counter(len(row.texts) for row in rows if len(filled_at(row)) > 1).most_common(1)
         head = next(filter(is_head, rows), None)
         head = head or next((row for row in rows if widths and len(row.texts) == widths[0][0]), rows[0])
+        before = grid.rows[max(grid.rows.index(head) - 1, 0)]
+        at = filled_at(before)[0]
+        over, under = parse_header(before.texts[at]), parse_header("".join(head.texts[at : at + 1])).roles
+        if before.line == head.line - 1 and over.unit and {*over.roles} & {*roles.TIMINGS} and {*under} <= roles.TEXTS:
+            head = before  # "Time (s)" over "Trial 1", "Trial 2"
         if 2 * _numbers(head) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
         # "turns:", "1", "", "1" is a caption of tables beside each other.
@@ -108,7 +113,7 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
 def _with_commented_header(grid: Grid) -> Grid:
     """Split a header behind #, or with another delimiter, if it then has as many names as the rows have cells."""
     width = Counter(len(row.texts) for row in grid.rows).most_common(1)[0][0]
-    signs = (r"\s+" if grid.delimiter == "\t" else re.escape(grid.delimiter), ",")
+    signs = (r"\s{2,}", r"\s+", ",") if grid.delimiter == "\t" else (re.escape(grid.delimiter), ",")
     texts = [*grid.comments, *(text for _, text in grid.metadata)]
     texts += [grid.cell(row, at) for row in grid.rows for at in filled_at(row) if len(filled_at(row)) == 1]
     for text, sign in ((text, sign) for text in texts for sign in signs):
@@ -436,7 +441,7 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
 _LEGEND = re.compile(
-    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|(?:[=:]|(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
+    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
 )
 
 
@@ -537,11 +542,6 @@ class _Sheet:
         self.fresh, self.skipped, self.below_results = True, False, False
         self.places: list[int] = []
         self.given: Given = dict(self.general)
-        for comment in self.grid.comments:
-            # "# g; cm; rpm; s" above the names
-            units = Row(0, re.split(r"\s*[;,|\t]\s*", comment.text))
-            if len(units.texts) == len(head.texts) > 2 and abs(comment.place.line - head.line) == 1:
-                self._take_units(_units(units))
 
     def take(self, row: Row) -> None:
         """Read the next row."""
@@ -556,12 +556,11 @@ class _Sheet:
         # A row of means, deviations or sums begins with such a word, which is not a note on a run.
         start = re.split(r"[\s_:,;(=]+", row.texts[first])[0], re.sub(r"[()=:]", "", row.texts[first])
         is_note = first < len(headers) and "note" in headers[first].roles
-        # "R2" in a full row is a label.
-        is_note |= bool(re.fullmatch(r"[A-Z][0-9]", row.texts[first])) and len(filled_at(row)) >= len(headers)
         names = [text for text in row.texts if not is_number(text)]
         names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
         may_have_more = len(row.texts) > len(headers) or "" in self.head.texts
-        if is_head(row):
+        below = self._names_below(row) if self.fresh and may_have_more else []
+        if is_head(row) and not (below and "" in self.head.texts):
             self.begin(row)
         elif self.fresh and (units := _units(row)):
             kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
@@ -569,7 +568,7 @@ class _Sheet:
             if any(map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()):
                 self.here = list(self.named)  # the first row, such as "S, t, N", contains symbols
             self._take_units(units)
-        elif self.fresh and may_have_more and (below := self._names_below(row)):
+        elif below:
             self.here = below
         elif row.texts[0] == "#":
             self._leave_out("taken_out", row)  # a # that a spreadsheet put into a cell of its own

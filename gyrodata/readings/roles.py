@@ -383,6 +383,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
     if (match := re.fullmatch(_TIME_PER, text)) and kinds_of(match[1]) == {"time"} and re.search(_TURN, match[2]):
         owner = "precession" if re.search(PRECESSION, match[2]) else "spin" if re.search(SPINNING, match[2]) else ""
         return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
+    match = re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)
+    if match and kinds_of(match[2]) and not kinds_of(text) and ("_" not in text or turns_in(match[1])):
+        return match[1], match[2]  # "a/mm", "t_one_turn/ms"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
     if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]|_.*_", text):
@@ -391,8 +394,6 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
     if (match := re.fullmatch(r"(\S+)\s+(.+)", text)) and kinds_of(match[1]) == {"length"} and from_centre(match[2]):
         return match[2], match[1]  # "cm from the centre"
-    if (match := re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)) and kinds_of(match[2]) and not kinds_of(text):
-        return match[1], match[2]  # "a/mm"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
     is_time = (unit == "s" and turns_in(name)) or re.fullmatch(_CLOCK_FORM, unit)
     if is_time or any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
@@ -430,9 +431,8 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
     if len(kinds_of(text)) == 1 and not kinds_of(text).isdisjoint(("angle", "mass", "length", "time")):
         return "", text  # "cm" above the positions
-    name, _, unit = text.rpartition(" / ")
-    if name and kinds_of(unit):
-        return name.strip(), unit.strip()
+    if (match := re.fullmatch(r"(.+)\s(?:/|in|en|em|w|в)\s+(\S+)", text)) and kinds_of(match[2]):
+        return match[1].strip(), match[2]  # "a in cm"
     name, _, unit = text.rpartition(",")
     if name_roles(name)[0] and unit.strip() and not re.search(_TURN, unit):
         return name.strip(), unit.strip()  # an unknown unit, which is reported
@@ -704,11 +704,12 @@ def diameter_in(sentence: str) -> str:
     """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
     if not re.search(_SPHERE, sentence):
         return ""
-    sentence = re.sub(rf"[\[(]([^\W\d_]+)[\])]\W*({quantities.NUMBER})", r"\2 \1", sentence)  # "diameter (mm): 101.6"
+    # "diameter (mm): 101.6", "diameter, cm 10.2"
+    sentence = re.sub(rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({quantities.NUMBER})", r"\2 \1", sentence)
     if match := re.search(DIAMETER, sentence):
         return match[1] or match[2]
     # "from the surface, r = x + 5.08 cm"
-    match = re.search(rf"{_RADIUS}[^0-9;]{{0,30}}?{_LONG}", sentence) or (
+    match = re.search(rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}", sentence) or (
         re.search(rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}", sentence) if origin_in(sentence) == "surface" else None
     )
     return f"2 x {match[1]}" if match else ""

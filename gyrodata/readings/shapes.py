@@ -199,17 +199,11 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     # The commas of "215,392,582" separate cells.
     lines = [re.sub(r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line)
              for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]]  # fmt: skip
-    if any(re.search(r"[)\]]\W*[0-9.]+(?:\s+[0-9.]+){2,}", line) for line in lines):
-        return []  # "spin (rpm) 215 392 582" has several runs in columns
     runs_in_lines = ((number, one) for number, line in enumerate(lines, grid.rows[0].line) for one in _runs_in(line))
     for number, line in (*runs_in_lines, (grid.rows[-1].line + 1, "")):
         said = said_in(Row(number, [re.sub(r"^\s*\(?[0-9]{1,2}[.):、]\s+", "", line)]), with_time=True)
-        found = [(match, kinds_of(match[2] or match[3])) for match in re.finditer(layout.QUANTITY, line)]
-        spins = [match[0] for match, kinds in found if kinds == {"rate"}]
-        timed = [match for match, kinds in found if "time" in kinds]
-        times = [one[0] for one in timed if not layout.is_of_means(re.split("[0-9]", line[: one.start()])[-1])]
-        if "spin" in said and len(times) > 1:
-            said |= {f"time_{at}": (text, 0) for at, text in enumerate(times, 1)} | {"time": ("", 0)}
+        matches = re.finditer(layout.QUANTITY, line)
+        spins = [match[0] for match in matches if kinds_of(match[2] or match[3]) == {"rate"}]
         if len(spins) == 2 and "time" in said:
             said |= {"spin_start": (spins[0], 0), "spin_end": (spins[1], 0), "spin": ("", 0)}
         if {"spin", "time"} <= said.keys() and "turns" not in said:

@@ -508,8 +508,6 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
         if (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
             grid.lines[index] = bare
-        if re.fullmatch(r'\s*" [^"]*', grid.lines[index]):
-            grid.lines[index] = grid.lines[index].replace('"', " ")  # '" = same as above'
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))

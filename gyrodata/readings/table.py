@@ -20,7 +20,7 @@ from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
-from gyrodata.readings.choice import TWO_READINGS, Choice, Chosen, choose, missing_roles, with_differences
+from gyrodata.readings.choice import MOST_TURNS, TWO_READINGS, Choice, Chosen, choose, missing_roles, with_differences
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
@@ -258,7 +258,7 @@ class TableReader:
             values = {"ratio": " : ".join(map(str, counted)), "count": len(counted), "last": read[-1][0].cell.text}
             self.faults.add("times_of_a_running_clock", read[0][0].cell, **values)
         timed = [one for one, _ in read] or [used[role][0] for role in roles.ONE_TURN if role in used]
-        is_run = [not timed or any(row.texts[one.at] not in BLANKS for one in timed) for row in self.rows]
+        is_run = [not timed or any(re.search("[0-9]", row.texts[one.at]) for one in timed) for row in self.rows]
         left_out = [row for row, run in zip(self.rows, is_run, strict=True) if not run]
         if left_out and any(is_run):
             lines = [row.line for row in left_out]
@@ -322,6 +322,8 @@ class TableReader:
     def _meant_texts(self, chosen: Chosen, unit: str | None, faults: Faults) -> list[str]:
         """Return the texts of a column, with the quantity in the place of a name, a dash or a stopwatch's colon."""
         texts = [row.texts[chosen.at] for row in self.rows]
+        if chosen.role in roles.TIMINGS and any(map(layout.is_number, texts)):
+            texts = [text if re.search("[0-9]", text) else "" for text in texts]  # "aborted"
         if chosen.part:
             return [match[chosen.part] for text in texts if (match := re.fullmatch(TWO_READINGS, fold_number(text)))]
         if chosen.role == "mass":
@@ -420,6 +422,10 @@ class TableReader:
             shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
             faults.add("parts_of_turns", chosen.cell, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
+        few = role == "turns" and min((one.value for one in read.values()), default=99.0) <= MOST_TURNS
+        for text in [text for text, one in read.items() if few and one.value > MOST_TURNS and one.value % 15 == 0]:
+            hint = f"if it is in degrees, write {Fraction(int(read[text].value), 360)}"
+            faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, "looks like an angle beside numbers of turns", hint
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
             if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
@@ -745,7 +751,7 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
         hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
     elif close:
-        hint = f'is it "{close[0]}"? {hint}'
+        hint = f'is it "{close[0]}"? Write "{lablog.header_of(role, unit)}" instead of it; {hint}'
     elif blank := [one for one in texts if re.fullmatch("column [0-9]+", one)]:
         hint = f'is it {" or ".join(blank)}, without a name? Write "{lablog.header_of(role, unit)}" above it; {hint}'
     return message, hint

@@ -135,8 +135,6 @@ READ = {
     "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n" + runs("{m} & {s} & {t} \\\\\n")
     + "\\end{tabular}\n\\end{table}\n",
     "results below the runs": HEAD + runs(ROW) + "I_zz;0.0044;kg m^2\nu(I_zz);5e-05;kg m^2\n",
-    "a quote at the beginning": '" = same as above\n'
-    + (HEAD + runs("{d}" + ROW[3:]).replace("\n;", '\n";')).replace(";", ","),
     "the ditto mark of Japan": HEAD + runs("{d}" + ROW[3:]).replace("\n;", "\n〃;"),
     "Italian thirds": HEAD + runs("{m};14.8;{s};{t};due terzi\n", 2 / 3),
     "several runs in a line": "r = 14.8 cm from the centre, one full turn each\n" + "".join(
@@ -151,7 +149,6 @@ READ = {
     "units as names": "g;cm;rpm;sec;turns\n" + runs(ROW),
     "fewer units than names": " mass   r    spin  turn  time\n (g)  (cm)  (rpm)        (s)\n"
     + runs("{m}  14.8    {s}     1  {t}\n"),
-    "units above the names": "# g; cm; 1/min; s; -\nmass;r;rpm;t;turns\n" + runs(ROW),
     "1 as a unit": "mass;r;rpm;t;turns\ng;cm;1/min;s;1\n" + runs(ROW),
     "results on the right": HEAD + runs(ROW).replace(";1\n", ";1;;;u;4e-5\n", 1),
     "a typing error": HEAD.replace("r (cm)", "Postion (cm)") + runs(ROW),
@@ -249,6 +246,25 @@ READ = {
     "On mesure un tour de la tige.\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[:1])
     + "La masselotte pèse 40.3 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[1:2])
     + "La masselotte pèse 60.2 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[2:]),
+    "a title over the repeats": workbook({"Sheet": [
+        ["", "", "", "Time for one precession (s)"],
+        ["Mass (g)", "r from ball centre (cm)", "Spin (rpm)", "Trial 1", "Trial 2", "Average", "SD"], *(
+            [m, "14.8", str(s), t(m, s), t(m, s), t(m, s), "0.01"] for m in MASSES for s in SPINS)]}),
+    "a run that was aborted": HEAD.replace("\n", ";remarks\n") + runs("{m};14.8;{s};{t};1;\n")
+    + "60.2;14.8;300;aborted;1;hit the table\n60.2;14.8;300;---;1;forgot the stopwatch\n",
+    "a unit behind a name that nobody knows": "m in g;a in cm;f in rpm;T1 in s\n" + runs(SHORT),
+    "names of columns that end in a unit": "m_weight/g\tr_centre/cm\tf_spin/rpm\tt_one_turn/s\n"
+    + runs(SHORT.replace(";", "\t")),
+    "a header of several words behind #": "# columns: mass/g  r/cm (centre of ball)  spin/rpm  number of turns  t/s\n"
+    + runs("{m} 14.8 {s} 1 {t}\n"),
+    "the diameter in a cell of its own": "Диаметр шара, см;10.16\nl - расстояние от поверхности шара до груза\n"
+    "m, г;l, см;n, об/мин;T (1 оборот), с\n" + runs("{m};9.72;{s};{t}\n"),
+    "the radius of the ball": "Kugel: R = 50,8 mm;;;\nx: Abstand Kugeloberfläche - Gewicht;;;\n"
+    "m/g;x/cm;n/min^-1;t/s (1 Umlauf)\n" + runs("{m};9.72;{s};{t}\n"),
+    "a force that nobody knows": HEAD.replace("mass (g)", "Tyngdekraft på lod (N)") + "".join(
+        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS),
+    "turns in a cell above": "Voltas cronometradas;3\nmassa (g);posição (cm, a partir do centro);rotação (rpm);"
+    "tempo (s)\n" + runs(SHORT, 3),
     "a spin before and after in Italian": HEAD.replace("spin (rpm)", "giri/min inizio;giri/min fine")
     + runs(ROW.replace("{s}", "{s};{s}")),
     "constants on a second sheet": workbook({
@@ -257,10 +273,14 @@ READ = {
 }  # fmt: skip
 
 
+TWICE = ("two times in a cell", "a title over the repeats")
+"""Logs with two times for each run."""
+
+
 @pytest.mark.parametrize("name", READ)
 def test_each_run_is_read_as_it_is_meant(name: str) -> None:
     analysis = analyze(READ[name])
-    assert len(analysis.run_table) == (18 if name == "two times in a cell" else 9)
+    assert len(analysis.run_table) == (18 if name in TWICE else 9)
     assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.02)
 
 
@@ -346,7 +366,6 @@ def test_option_decides_which_turns_are_right() -> None:
 
 
 HINTS = {
-    "missed": (ROW.replace("{t}", "missed it"), "put # before the line", "# " + ROW),
     "two times": (ROW.replace("{t}", "{t} and {t}"), "write the one that is right", ROW),
     "no mass": (ROW.replace("{m}", ""), "write it there", ROW),
 }
@@ -413,6 +432,12 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     log = HEAD.replace("r (cm)", "hole no.") + runs("{m};1;{s};{t};1\n")
     assert 'such as "# hole no. 1: 9.0 cm"' in str(read_log(log).diagnostics)
     assert is_right("# hole no. 1: 14.8 cm\n" + log)
+
+
+def test_angle_among_numbers_of_turns_is_asked_about() -> None:
+    typed = runs("{m};14.8;{s};{t};1/4\n", 0.25).replace(f"{t('60.2', 598, 0.25)};1/4", f"{t('60.2', 598, 0.25)};90")
+    with pytest.raises(LogError, match=r'turns "90" looks like an angle(?s:.*)write 1/4'):
+        analyze(HEAD + typed)
 
 
 def test_weight_in_newtons_can_be_written_as_the_hint_says() -> None:

@@ -11,7 +11,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cached_property, lru_cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -108,8 +108,7 @@ class Column(Struct, frozen=True, dict=True):
 
     def cell(self, run: int) -> Text | None:
         """Return the cell of a reading; None for a value from an option or a simulation."""
-        place = self.place(run)
-        return None if place is None else Text(self.readings[run].text, place)
+        return Text(self.readings[run].text, place) if (place := self.place(run)) else None
 
 
 Fall = tuple[float, float, float]
@@ -272,6 +271,11 @@ class Faults:
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
             self.found.append(self.message(name, place, **values))
+
+    def take_back(self, name: str, lines: Collection[int]) -> None:
+        """Remove the messages of one kind about some lines."""
+        code = diagnostics.messages()[name].code.split()[1]
+        self.found = [one for one in self.found if one.code != code or one.line not in lines]
 
     def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
         """Return the error to raise for an input that is not a log, with all that was found before."""

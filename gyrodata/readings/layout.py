@@ -15,7 +15,7 @@ from itertools import accumulate, pairwise
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import diagnostics, quantities, vocabulary
+from gyrodata import quantities, vocabulary
 from gyrodata.errors import InputError
 from gyrodata.readings import roles, source
 from gyrodata.readings.lablog import BLANKS, Faults, Text, listing
@@ -406,7 +406,7 @@ def _stated_units(text: str) -> dict[str, str]:
             )
         words = {squeeze(name).lower() for name in names} - {""}
         of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
-        if of_another or (re.search("[0-9]", part) and not turns_in(part)) or not (listed or match):
+        if of_another or not (listed or match) or (re.search("[0-9]", part) and not turns_in(part)):
             continue
         forms = {word.removesuffix(end) for word in words for end in ("", "s", "es", "n", "en")}
         named = {roles.kind_of_role(role) for form in forms for role in roles.name_roles(form)[0]}
@@ -794,10 +794,7 @@ class _Sheet:
                 self.faults.add(why, self.grid.cell(*left[0]), lines=lines, texts=said)
         for cell, where, told in self.said:
             self.faults.add("caption", cell, line=[cell.place.line], where=where, said=told)
-            # A remark that was read as a caption is not a remark.
-            remark = diagnostics.messages()["remark"].code.split()[1]
-            found = self.faults.found
-            self.faults.found = [one for one in found if (one.code, one.line) != (remark, cell.place.line)]
+            self.faults.take_back("remark", [cell.place.line])
         if not self.runs:
             raise self.faults.refuse("no_runs")
         seen: set[tuple[str, ...]] = set()

@@ -355,8 +355,9 @@ class TableReader:
             if len(found) == 1:
                 meant[name] = found.pop()
         if meant:
-            said = ", ".join(f"{name} is {text}" for name, text in meant.items())
-            faults.add("name_explained", chosen.cell, said=said)
+            faults.add("name_explained", chosen.cell, said=", ".join(f"{one} is {text}" for one, text in meant.items()))
+            lines = enumerate(self.grid.lines, 1)
+            self.faults.take_back("remark", {n for n, line in lines if any(text in line for text in meant.values())})
         if unit == "s" and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
@@ -776,8 +777,7 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
         if seconds and value and count and not 0.8 < count < 1.25
     ]
     if 2 * sum(exchanged) > len(exchanged):
-        text = period.readings[0].text
-        faults.add("exchanged", period.place(0), period=period.header, time=time.header, text=text)
+        faults.add("exchanged", period.cell(0), period=period.header, time=time.header)
 
 
 def read_notes(grid: sources.Grid, faults: Faults) -> str:

@@ -432,6 +432,19 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     log = HEAD.replace("r (cm)", "hole no.") + runs("{m};1;{s};{t};1\n")
     assert 'such as "# hole no. 1: 9.0 cm"' in str(read_log(log).diagnostics)
     assert is_right("# hole no. 1: 14.8 cm\n" + log)
+    weights = HEAD.replace("mass (g)", "Weight") + runs(ROW)
+    for number, mass in enumerate(MASSES, 1):
+        weights = f"# Weight {number}: {mass} g\n" + weights.replace(f"\n{mass};", f"\n{number};")
+    assert is_right(weights)
+    assert "nothing is read from it" not in str(read_log(weights).diagnostics)
+
+
+def test_turns_of_each_row_can_be_written_as_the_hint_says() -> None:
+    rows = [(m, s, 5 if m != "60.2" else 1) for m in MASSES for s in SPINS]
+    typed = [f"{m};14.8;{s};{t(m, s, turns)}" for m, s, turns in rows]
+    with pytest.raises(LogError, match=r"G420(?s:.*)in a column turns, and no turns in the header of the time"):
+        analyze(HEAD.replace("time (s);turns", "time for 5 turns (s)") + "\n".join(typed) + "\n")
+    assert is_right(HEAD + "".join(f"{row};{turns}\n" for row, (_, _, turns) in zip(typed, rows, strict=True)))
 
 
 def test_angle_among_numbers_of_turns_is_asked_about() -> None:

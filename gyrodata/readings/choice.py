@@ -87,8 +87,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     stating: list[Chosen] = []
     # Means come after the readings of which they are the mean, a bare letter, which may number runs, after a name, and
     # a distance from the surface after one from the centre.
-    bare = [one for one in columns if one.header.unit is None]
-    letters = {one.at for one in bare if re.fullmatch(r".|(?i:count)", one.header.text)}
+    letters = {one.at for one in columns if one.header.unit is None and re.fullmatch(r".|(?i:count)", one.header.text)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
     before_or_after = roles.START_WORDS | roles.END_WORDS
@@ -178,7 +177,8 @@ def _serve_stating(stating: list[Chosen], table: layout.Layout, choice: Choice) 
             choice.unplaced.append(column.cell)  # ten turns may be the ball's
         else:
             numbers = {one.number for one in choice.used.get("time", [])}
-            number = next(number for number in range(1, len(numbers) + 2) if number not in numbers)
+            free = [number for number in range(1, len(numbers) + 2) if number not in numbers]
+            number = None if layout.is_of_means(column.cell.text) else free[0]
             choice.serve(replace(column, role="time", number=number, turns=turns))
     times = choice.used.get("time", [])
     said, others = {one.turns for one in times if one.turns}, [one.number for one in times if not one.turns]

@@ -629,7 +629,7 @@ class _Sheet:
         for at, text in enumerate(row.texts):
             over = named[at][0].text or over
             name, unit = roles.split_unit(over)
-            if text and not (parse_header(text).roles and parse_header(text).unit):
+            if text and not (parse_header(text).unit and {*parse_header(text).roles} - roles.TEXTS):
                 text = f"{name} {text.rstrip('.')}" + (f" [{unit}]" if unit else "")
             if text and not parse_header(text).roles:
                 return []

@@ -439,6 +439,12 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     assert "nothing is read from it" not in str(read_log(weights).diagnostics)
 
 
+def test_first_of_the_repeats_below_a_title_is_a_time_and_no_mean_is() -> None:
+    log = read_log(READ["a title over the repeats"])
+    assert log.runs[:4] == ("1.1", "1.2", "2.1", "2.2")
+    assert log.columns["time"].header == "Time for one precession Trial 1 [s]"
+
+
 def test_turns_of_each_row_can_be_written_as_the_hint_says() -> None:
     rows = [(m, arm, 5 if m == "30.1" else 1) for m in ("30.1", "60.2") for arm in ("12.0", "16.0", "20.0", "24.0")]
     typed = [f"{m};{arm};407;{t(m, 407, turns, arm)}" for m, arm, turns in rows]

@@ -558,8 +558,7 @@ class _Sheet:
         is_note = first < len(headers) and "note" in headers[first].roles
         names = [text for text in row.texts if not is_number(text)]
         names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
-        may_have_more = len(row.texts) > len(headers) or "" in self.head.texts
-        below = self._names_below(row) if self.fresh and may_have_more else []
+        below = self.fresh and (len(row.texts) > len(headers) or "" in self.head.texts) and self._names_below(row)
         if is_head(row) and not (below and "" in self.head.texts):
             self.begin(row)
         elif self.fresh and (units := _units(row)):

@@ -237,7 +237,7 @@ class TableReader:
         for row in self.rows:
             count = len(row.texts)
             if count > width:
-                split = self.grid.delimiter == "," and not any("." in text for text in row.texts)
+                split = self.grid.delimiter == "," and "." not in "".join(row.texts)
                 name = "row_too_long" if split else "row_without_header"
                 self.faults.add(name, self.grid.cell(row, width), count=count, width=width)
             elif noted and layout.is_number(row.texts[-1]) and not re.search(r"[^\W\d]", row.texts[-1]):
@@ -475,9 +475,9 @@ class TableReader:
             return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
-        """Give blank cells the value above; never across a run without a weight, never upwards."""
+        """Give blank cells the value above; never upwards, across a run without a weight, or from its turns."""
         role, readings, spots = column.role, list(column.readings), list(column.spots)
-        mass = self.columns.get("mass") if role in roles.LOADS else None
+        weights = self.columns["mass"].values if "mass" in self.columns else None
         lines, faults = [row.line for row in self.rows], self.faults if strict else Faults("")
         above: dict[int, int] = {}
         early: list[int] = []
@@ -485,10 +485,10 @@ class TableReader:
         for i, reading in enumerate(readings):
             if reading.text:
                 first, last = i if first is None else first, i
-            elif mass is not None and mass.values[i] == 0:
+            elif weights and role in roles.LOADS and weights[i] == 0:
                 last = None
-            elif last is not None:
-                above[i] = last
+            elif last is not None and not (weights and role in roles.COUNTS and weights[last] == 0 != weights[i]):
+                above[i] = last  # but without a weight the rod turns less
             elif first is None and is_run[i]:
                 early.append(i)
         # An unreadable value above is reported once: the blank cells below it lack nothing.

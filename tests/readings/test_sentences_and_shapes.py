@@ -439,6 +439,12 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     assert "nothing is read from it" not in str(read_log(weights).diagnostics)
 
 
+def test_turns_without_a_weight_are_not_those_of_the_runs_below() -> None:
+    log = HEAD + "0;;400;180;1/20\n" + runs("{m};14.8;{s};{t};\n")
+    with pytest.raises(LogError, match=r"G302: lines 3-11: no turns"):
+        analyze(log)
+
+
 def test_first_of_the_repeats_below_a_title_is_a_time_and_no_mean_is() -> None:
     log = read_log(READ["a title over the repeats"])
     assert log.runs[:4] == ("1.1", "1.2", "2.1", "2.2")

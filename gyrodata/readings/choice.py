@@ -348,7 +348,7 @@ def with_differences(table: layout.Layout, faults: Faults) -> layout.Layout:
         return table
     names = {squeeze(roles.split_unit(header.text)[0]).lower(): at for at, header in enumerate(table.headers)}
     free = {at: one for at, one in enumerate(table.headers) if one.unit in (None, "s") and not one.roles}
-    # Frames of a video are no times.
+    # Frames of a video are not times.
     free = {at: one for at, one in free.items() if one.unit or any(":" in row.texts[at] for row in table.rows)}
     clocks = {roles.clock_word(one.text): at for at, one in free.items()}
     made: list[tuple[str, int, str, list[str]]] = []

@@ -494,6 +494,9 @@ class TableReader:
         # An unreadable value above is reported once: the blank cells below it lack nothing.
         filled = [i for i, j in above.items() if is_run[i] and column.values[j] is not None]
         each = roles.BY_NAME[role].part in ("spin", "count") and 2 * len(filled) < sum(is_run)
+        # The second of two runs shows no pattern, unless it only repeats a time.
+        own = [i for i in filled if sum(map(bool, self.rows[i].texts)) > 2]
+        each |= role in roles.COUNTS and bool(own) and sum(is_run) == 2
         if each or (role == "mass" and 8 * len(filled) < sum(is_run)):
             # If nearly every run has its own, a blank cell was forgotten.
             above = {i: j for i, j in above.items() if i not in filled}

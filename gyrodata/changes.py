@@ -24,8 +24,7 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Widths
-from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, measure, select, total_spin_excess
-from gyrodata.physics import Floats
+from gyrodata.measurements import SOURCES, WHOLE, Measurements, Source, select, total_spin_excess
 from gyrodata.readings import Readings
 from gyrodata.tables import load_words
 
@@ -46,9 +45,6 @@ MOST_WEIGHTS = 12
 
 MOST_RUNS = 500
 """Of a longer log nothing is asked: each answer is a fit of all runs."""
-
-MOST_ROUNDING = 0.5
-"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more digit is worth writing."""
 
 
 class Lab(Struct, frozen=True):
@@ -76,7 +72,7 @@ class Change(Struct, frozen=True):
     name: str
     """Its name in the JSON."""
     words: str
-    """What is different, for users; of an effect, why it is kept or dropped; of one more digit, its column."""
+    """What is different, for users; of an effect, why it is kept or dropped."""
     measured: Measurements | None
     """None: there is nothing to fit."""
     chosen: ChosenModel
@@ -281,41 +277,6 @@ def _advice(lab: Lab) -> Iterator[Change]:
         yield lab.change("three_times", "time three times as many turns of the rod in every run", changed)
 
 
-# --- digits -----------------------------------------------------------------------------------------------------------
-
-
-def rounding(lab: Lab, role: str) -> tuple[Floats, float] | None:
-    """Share of the rounding in the error of each reading, shape (n,), and in u(I_zz); None if the log states u.
-
-    Both are ratios of standard uncertainties [1].
-    """
-    column = lab.readings.columns.get(role) if lab.readings is not None else None
-    part = next((share.u_inertia for share in lab.fit.budget if share.source == role), None)
-    source = next((one for one in lab.measured.sources if one.name == role), None)
-    if part is None or source is None or column is None or not source.default:
-        return None
-    touched = source.groups >= 0
-    size = np.where(touched, source.absolute + source.relative * np.abs(getattr(lab.measured, role)), 1.0)
-    steps = np.array(column.steps) / math.sqrt(12)
-    for i, _ in column.stated:
-        steps[i] = 0.0
-    # A reading may be stated as exact.
-    ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
-    used = ratio[touched]
-    return ratio, math.sqrt(used @ used / len(used)) * part / (lab.fit.inertia.u or 1.0)
-
-
-def _one_more_digit(lab: Lab) -> Iterator[Change]:
-    """Write every reading of a coarse column with one more digit, a zero."""
-    for role in ("mass", "position", "time", "spin"):
-        found = rounding(lab, role)
-        if lab.readings is not None and found is not None and found[1] >= MOST_ROUNDING:
-            column = lab.readings.columns[role]
-            finer = tuple(replace(one, step=(one.step or 0.0) / 10) for one in column.readings)
-            columns = {**lab.readings.columns, role: replace(column, readings=finer)}
-            yield lab.change("one_more_digit", role, measured=measure(replace(lab.readings, columns=columns)))
-
-
 def _direction(lab: Lab) -> Iterator[Change]:
     """Write the direction of the runs without a weight, if M0 may have either sign without it."""
     if lab.fit.two_signs:
@@ -327,7 +288,6 @@ CHANGES: Mapping[str, Callable[[Lab], Iterator[Change]]] = {
     "sensitivity": _sensitivity,
     "advice": _advice,
     "unloaded_run": _unloaded_run,
-    "digits": _one_more_digit,
     "direction": _direction,
 }
 """The changes by the table to which they belong, each in the order of its table; none that does not apply to a log."""

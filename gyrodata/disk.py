@@ -35,8 +35,9 @@ def telling(folder: Path, name: str = "report_not_written") -> Iterator[None]:
 
 
 def _make_folder(folder: Path, private: bool) -> None:
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    folder.mkdir(0o700 if private else 0o777, exist_ok=True)
+    if not folder.is_dir():
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(0o700 if private else 0o777, exist_ok=True)
 
 
 @contextmanager

@@ -431,29 +431,44 @@ def _other_measurements(seen: Seen) -> Iterator[Diagnostic]:
         yield readings.say("nutation", ratio=float(np.nanmedian(measured.nutation_ratio)))
 
 
+MOST_ROUNDING = 0.5
+"""If the rounding of one column makes so much of u(I_zz), a quarter of u², one more digit is worth writing."""
+
+
 def _digits(seen: Seen) -> Iterator[Diagnostic]:
-    """Report a column with too few digits: its part of u(I_zz), both answers, and what to write."""
-    readings, now = seen.readings, seen.fit.inertia
-    for change, answer in changes.answers(seen, "digits"):
-        role, better = change.words, answer.inertia
-        rounding = changes.rounding(seen, role)
-        if better is None or rounding is None:
+    """Report a column with too few digits: its part of u(I_zz), u with one more digit, and what to write."""
+    readings, measured, inertia = seen.readings, seen.measured, seen.fit.inertia
+    parts = {share.source: share.u_inertia / (inertia.u or 1.0) for share in seen.fit.budget}
+    for source in measured.sources:
+        role = source.name
+        if role not in ("mass", "position", "time", "spin") or role not in readings.columns or not source.default:
             continue
-        run, column, kind = int(np.argmax(rounding[0])), readings.columns[role], kind_of_role(role)
+        if parts.get(role, 0.0) < MOST_ROUNDING:
+            continue  # the rounding is only a part of its error
+        column, kind, touched = readings.columns[role], kind_of_role(role), source.groups >= 0
+        size = np.where(touched, source.absolute + source.relative * np.abs(getattr(measured, role)), 1.0)
+        steps = np.array(column.steps) / math.sqrt(12)
+        steps[[i for i, _ in column.stated]] = 0.0
+        # Share of the rounding in the error of each reading, and in u(I_zz); a reading may be stated as exact.
+        ratio = np.divide(steps, size, out=np.zeros_like(size), where=touched & (size > 0))
+        rounding = math.sqrt(np.mean(ratio[touched] ** 2)) * parts[role]
+        if rounding < MOST_ROUNDING:
+            continue
+        run = int(np.argmax(ratio))
         reading = column.readings[run]
         value, step = (from_si(number or 0.0, column.unit, kind) for number in (reading.value, reading.step))
         if role == "position" and (written := take_apart(reading.text)) and not written.unit:
             value = written.value  # from the surface of the ball
         # One digit more, and at least as many as give a step of 1 %.
         digits = max(0, 1 - round(math.log10(step)), math.ceil(2 - math.log10(abs(value))))
-        power = math.floor(math.log10(abs(now.value)))
-        shown, then = (f"{one.value / 10.0**power:.2f} ± {(one.u or 0.0) / 10.0**power:.2f}" for one in (now, better))
         high = f"{value + step / 2:.4g} {column.unit}".rstrip()
         half, in_unit = to_display(0.5 * 10.0**-digits * parse_unit(column.unit, kind).factor, role)
         # A spreadsheet removes zeros at the end of a number.
         how = " (by a number format that shows it)" if readings.name.lower().endswith(".xlsx") else ""
         typed = {"role": role, "text": reading.text, "low": value - step / 2, "high": high}
-        gain = {"percent": 100 * rounding[1] ** 2, "now": shown, "then": then, "power": power}
+        # A step of a tenth has a hundredth of the variance.
+        now = 100 * relative_u(inertia)
+        gain = {"percent": 100 * rounding**2, "now": now, "then": now * math.sqrt(max(1 - 0.99 * rounding**2, 0.01))}
         better_typed = {"example": f"{value:.{digits}f}", "how": how, "u": half, "unit": in_unit}
         yield readings.say("digits_too_few", column.cell(run), **typed, **gain, **better_typed)
 

@@ -290,7 +290,7 @@ def test_reason_why_an_uncertainty_changes_nothing_is_said(line: str, head: str,
     assert (why in told.message, told.line) == (True, 1)
 
 
-def test_digits_that_decide_u_are_named_with_both_answers() -> None:
+def test_digits_that_decide_u_are_named_with_u_before_and_after() -> None:
     full = "mass [kg],position [cm],spin [rpm],time [s],turns\n"
     full += "0.0200,15.0,206,20.4,1\n0.0400,15.0,405,20.1,1\n0.0600,15.0,404,13.4,1\n"
     short = full.replace("15.0", "15")
@@ -299,14 +299,13 @@ def test_digits_that_decide_u_are_named_with_both_answers() -> None:
     assert (named.line, named.severity) == (2, "warning")
     assert named.message.startswith('position "15" can mean any value from ')
     assert "such as 15.0, or state" in named.hint
-    told = re.findall(r"\d\.\d\d ± \d\.\d\d", named.message)
-    assert told[0] == f"{1e3 * before.inertia.value:.2f} ± {1e3 * (before.inertia.u or 0):.2f}"
-    value, u = map(float, told[1].split(" ± "))
+    then, now = map(float, re.findall(r"([\d.]+) %", named.message)[-2:])
+    assert now == pytest.approx(100 * (before.inertia.relative_u or 0), rel=0.05)
     for log in (f"# {named.hint.partition('# ')[2]}\n{short}", full):
         after = gyrodata.analyze(log.encode())
         assert [d.code for d in after.diagnostics if d.code == "G407"] == []
-        assert 1e3 * after.inertia.value == pytest.approx(value, abs=0.5 * u)
-        assert 1e3 * (after.inertia.u or 0) == pytest.approx(u, rel=0.25)
+        assert abs(after.inertia.value - before.inertia.value) < (before.inertia.u or 0)
+        assert 100 * (after.inertia.relative_u or 0) == pytest.approx(then, rel=0.25)
 
 
 def test_torque_is_used_if_a_mass_has_no_position() -> None:

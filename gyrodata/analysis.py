@@ -215,7 +215,7 @@ def fit_runs(
             raise LogError(fallen)
     try:
         runs, (chosen, fit) = measured, changes.choose_model(measured, model)
-        outliers, screened = fitting.screen(runs, chosen.tilted)
+        outliers, screened = fitting.screen(runs, chosen.tilted, fit and fit.as_stated)
         if fitting.is_corrected(measured, chosen):
             odd = tuple([outlier.index for outlier in outliers])
             runs, _ = fitting.fit_model(measured, chosen, odd, fitting.AS_STATED)

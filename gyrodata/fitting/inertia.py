@@ -131,6 +131,8 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """True if M0 can have either sign, and the answer includes both."""
     posterior: Posterior | None = None
     """The answer as a mixture; None for a fit at fixed widths."""
+    as_stated: FitResult | None = None
+    """The fit at the stated widths, from which the others were found; None for a fit at fixed widths."""
 
     @cached_property
     def fitted_time(self) -> Floats:
@@ -257,6 +259,7 @@ def fit(
         budget=_budget(first, inertia.u or 0.0),
         contradicted_balance=contradicted,
         posterior=answer,
+        as_stated=min(begun, key=attrgetter("chi2")),
     )
 
 

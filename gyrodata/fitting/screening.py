@@ -32,11 +32,13 @@ TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 """Likely numbers of revolutions."""
 
 
-def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier], FitResult | None]:
+def screen(
+    measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
+) -> tuple[list[Outlier], FitResult | None]:
     """Find the runs that do not agree with the others, and the turn count that would explain each.
 
     A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
-    scatter of the runs, the larger one.
+    scatter of the runs, the larger one. `as_stated` is the fit of all runs, if it is there already.
 
     Returns
     -------
@@ -57,7 +59,7 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     off = adjustment.rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
     far = set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
-    found, result = _settle(measured, tilted, far)
+    found, result = _settle(measured, tilted, far, as_stated)
     if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
         # One bad run can increase the scatter so much that it is not an outlier.
         named = {outlier.index for outlier in found}
@@ -69,7 +71,9 @@ def screen(measured: Measurements, tilted: bool = False) -> tuple[list[Outlier],
     return found, result
 
 
-def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[Outlier], FitResult | None]:
+def _settle(
+    measured: Measurements, tilted: bool, out: set[int], as_stated: FitResult | None = None
+) -> tuple[list[Outlier], FitResult | None]:
     """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
     found: list[Outlier] = []
@@ -79,7 +83,7 @@ def _settle(measured: Measurements, tilted: bool, out: set[int]) -> tuple[list[O
         if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = fit(measured, AS_STATED, tilted=tilted, left_out=out)
+            result = (as_stated if not out else None) or fit(measured, AS_STATED, tilted=tilted, left_out=out)
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))

@@ -283,7 +283,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             fault = "divides by zero" if "/" in number else "is too large or too small for a number"
             raise _fault(fault, "write the value as it was read")
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
-        raise _fault(*_TWO_READINGS)
+        raise _fault(*_TWO_NUMBERS)
     own, (low, high) = written.unit or unit, units.LIMITS[kind]
     if own is None and kind != "number":
         raise UnitError("has no unit", f"write one behind it: {units.KINDS[kind].examples}", diagnostics.UNIT_MISSING)
@@ -305,7 +305,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     return replace(quantity, step=None) if exact else quantity
 
 
-_TWO_READINGS = (
+_TWO_NUMBERS = (
     "is not one number, but looks like two readings",
     "write their mean; or write them in two columns, such as spin_start [rpm] and spin_end [rpm], or in two rows",
 )
@@ -336,7 +336,7 @@ def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
     """Return an error that says what a text looks like, and what was probably meant; else `otherwise`."""
     plain = fold_number(text)
     if kind == "rate" and re.fullmatch(_TWO, plain):
-        return _fault(*_TWO_READINGS)
+        return _fault(*_TWO_NUMBERS)
     for case in vocabulary.NO_NUMBER:
         if match := re.fullmatch(case["pattern"], plain, re.IGNORECASE):
             return _fault(case["message"], match.expand(case["hint"]))

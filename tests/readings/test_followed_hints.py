@@ -5,12 +5,15 @@ What a hint prints to copy is copied from the hint.
 
 from __future__ import annotations
 
+import datetime
+import io
 import math
 import re
 import shlex
 from collections.abc import Callable
 from typing import Any
 
+import openpyxl
 import pytest
 from labs import analyze_briefly
 from msgspec.structs import asdict
@@ -39,7 +42,7 @@ def plain(mass: float, spin: int, time: float) -> str:
 GOOD = log(HEAD, plain)
 
 
-def analyze(text: str, **given: Any) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
+def analyze(text: str | bytes, **given: Any) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
     """Give the result and what is said of a log."""
     try:
         answer = analyze_briefly(text, **given).to_dict()
@@ -139,3 +142,55 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
     assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note}")) == []
+
+
+# Cells and names that are missing or wrong ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("advice", ["write the spin that was read", "put # before the line"])
+def test_run_with_a_spin_of_zero_is_corrected_or_left_out(advice: str) -> None:
+    row = plain(*RUNS[1])
+    text = GOOD.replace(row, row.replace(",394,", ",0,"))
+    assert advice in hint_of(text, "G215")
+    assert gives_truth(GOOD if advice.startswith("write") else GOOD.replace(row, f"# {row}"))
+
+
+@pytest.mark.parametrize(("name", "at"), [("position [cm]", 2), ("spin [rpm]", 3), ("mass [g]", 1)])
+def test_column_without_a_name_gets_the_name_that_the_hint_says(name: str, at: int) -> None:
+    nameless = GOOD.replace(name, "", 1)
+    hint = hint_of(nameless, "G301")
+    assert f"is it column {at}, without a name?" in hint
+    assert gives_truth(
+        nameless.replace(nameless.splitlines()[0], HEAD.replace(name, found('Write "([^"]+)"', hint)), 1)
+    )
+
+
+def test_decimal_sign_that_is_missing_in_a_column_is_written_as_the_hint_says() -> None:
+    text = GOOD.replace(",14.8,", ",148,")
+    assert "Is a decimal sign missing" in hint_of(text, "G440")
+    assert gives_truth(text.replace(",148,", ",14.8,"))
+    assert gives_truth(text.replace("position [cm]", found('write the header as "([^"]+)"', hint_of(text, "G440"))))
+
+
+def test_times_that_a_spreadsheet_took_for_hours_are_written_in_seconds() -> None:
+    book = openpyxl.Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append(HEAD.split(","))
+    for mass, spin, time in RUNS:
+        hours, minutes = divmod(round(100 * time / 3), 100)  # 6.50 s, typed as 6:50
+        sheet.append([mass, 14.8, spin, datetime.time(hours, minutes % 60), 1 / 3])
+    data = io.BytesIO()
+    book.save(data)
+    result, said = analyze(data.getvalue())
+    assert result is None
+    assert [one for one in said if "write every time of this column in s" in one["hint"]]
+    assert gives_truth(log(HEAD, lambda mass, spin, time: f"{mass},14.8,{spin},{time / 3:.2f},1/3"))
+
+
+@pytest.mark.parametrize(("name", "typed"), [("spin [rpm]", "spim"), ("mass [g]", "wieght"), ("turns", "trns")])
+def test_misspelt_name_is_replaced_as_the_hint_says(name: str, typed: str) -> None:
+    text = GOOD.replace(name, typed, 1)
+    hint = hint_of(text, "G301")
+    assert f'is it "{typed}"?' in hint
+    assert gives_truth(text.replace(typed, found('Write "([^"]+)" instead of it', hint), 1))

@@ -233,8 +233,7 @@ def fit_runs(
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without degrees of freedom, the runs cannot contradict the stated uncertainties.
-            why = "all uncertainties are stated as zero, and the runs are too few to show how well they agree"
-            raise NoFit(why)
+            raise NoFit("all uncertainties are stated as zero, and the runs are too few to show how well they agree")
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
             raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
@@ -249,8 +248,7 @@ def fit_runs(
         if miscounted:
             raise LogError(miscounted)
     lab = Lab(readings, runs, fit, chosen, left_out)
-    explained = wrong_cells.explain(readings, lab, outliers, screened or fit) if outliers else ()
-    return lab, explained, without
+    return lab, wrong_cells.explain(readings, lab, outliers, screened or fit) if outliers else (), without
 
 
 def _result(estimate: Estimate) -> Result:

@@ -152,8 +152,7 @@ def tilt_bias(
 
     Exact for steady precession.
     """
-    ratio = np.divide(transverse_inertia, inertia)
-    return (1.0 - ratio) * np.divide(precession_rate, spin) * np.sin(pitch)
+    return (1.0 - np.divide(transverse_inertia, inertia)) * np.divide(precession_rate, spin) * np.sin(pitch)
 
 
 # --- a spin that falls while it is timed ----------------------------------------------------------------------

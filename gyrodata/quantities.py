@@ -77,7 +77,7 @@ _LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0,
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
-_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5"})
+_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5", "З": "3", "О": "0", "о": "0"})
 _THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
 _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
@@ -297,8 +297,9 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         commas = [number for number in (written.number, written.spread or "") if "," in number]
         both = all(low <= abs(size) <= high for size in (quantity.value, 1000 * quantity.value))
         if both and all(re.fullmatch(_THOUSANDS, number) for number in commas):
-            ways = f"{written.number.replace(',', '')} or {written.number.replace(',', '.')}"
-            raise _fault(f"can mean {ways}", f"write {ways}, without marks between the thousands")
+            thousands, decimals = (written.number.replace(",", sign) for sign in ("", "."))
+            hint = f"write {thousands} or {decimals}0 (one more zero shows that the sign is decimal)"
+            raise _fault(f"can mean {thousands} or {decimals}", hint)
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > high:
         raise _fault("has an uncertainty that is far too large", "is its unit the one written?")
     exact = quantity.value == 0 and set(text) <= set("+-−0")
@@ -344,7 +345,7 @@ def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # If the comma is the decimal sign, 20.1 becomes the 20th of January.
         meant = f"{min(pair)}/{max(pair)}" if pair and kind == "number" else "{}.{}".format(*pair) if pair else ""
-        hint = f"did you mean {meant}? " if meant else ""
+        hint = f"did you mean {meant}? " if meant else "write the number that was read. "
         hint += "A spreadsheet makes dates of such numbers: make the cells text first"
         return _fault("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
     mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)).rstrip(".,;")

@@ -197,8 +197,7 @@ def _draw_labs(scene: MotionScene, count: int, random: np.random.Generator) -> _
     rest, steady = motion.released(top, start, pitch), motion.steady(top, start, pitch)
     state = motion.State(rest.axis, rest.momentum + push[:, None] * (steady.momentum - rest.momentum))
     time = 2 * np.pi / physics.precession_rate(top.torque, start, inertia, across, pitch)
-    spin = physics.harmonic_mean_spin(start, start * np.exp(-time / DECAY))
-    return _Labs(top, state, pitch, spin, time)
+    return _Labs(top, state, pitch, physics.harmonic_mean_spin(start, start * np.exp(-time / DECAY)), time)
 
 
 MODELS: dict[str, Callable[[_Labs], Floats]] = {

@@ -146,8 +146,8 @@ def _about_code(code: str) -> str:
         "gyro says about this log": str(raised or ""),
     }
     told = [f"{head}:\n{indent(text.rstrip(), '  ')}" for head, text in blocks.items() if text]
-    whole = "\n\n".join([f"{code}, {diagnostics.severities()[code]}: {entry.title}", *told])
-    return whole.translate(PICTURES) + "\n"
+    title = f"{code}, {diagnostics.severities()[code]}: {entry.title}"
+    return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
 
 
 def _raised(code: str) -> Diagnostic | None:

@@ -32,9 +32,10 @@ TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 """Likely numbers of revolutions."""
 
 
-def screen(
-    measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
-) -> tuple[list[Outlier], FitResult | None]:
+Screened = tuple[list[Outlier], FitResult | None]
+
+
+def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None) -> Screened:
     """Find the runs that do not agree with the others, and the turn count that would explain each.
 
     A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
@@ -71,9 +72,7 @@ def screen(
     return found, result
 
 
-def _settle(
-    measured: Measurements, tilted: bool, out: set[int], as_stated: FitResult | None = None
-) -> tuple[list[Outlier], FitResult | None]:
+def _settle(measured: Measurements, tilted: bool, out: set[int], as_stated: FitResult | None = None) -> Screened:
     """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
     found: list[Outlier] = []

@@ -303,4 +303,7 @@ def check_sizes(readings: Readings, measured: Measurements) -> list[Diagnostic]:
         words = {"role": size.role, "value": value, "low": low, "high": high, "unit": meant, "there": near}
         name = "size_of_column" if unit else "size_of_cell" if meant else "size_unusual"
         found.append(readings.say(name, column.cell(run), **words))
+    if not 0.01 <= (diameter := readings.constants.get("ball_diameter", 0.1)) <= 0.5:
+        words = {"role": "ball_diameter", "value": f"{100 * diameter:.4g} cm", "low": "1 cm", "high": "50 cm"}
+        found.append(readings.say("size_unusual", readings.stated_at.get("ball_diameter"), **words))
     return found

@@ -357,7 +357,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
             continue  # "Position 15,5 cm" may be split at its decimal comma
         kinds = SAID_KINDS | ({"time": "time"} if with_time else {})
         role = next((role for kind, role in kinds.items() if kind in kinds_of(unit)), "")
-        if re.search(r"\b[uUΔδσ]\s?\(\w+\)\W*$", whole[: match.start()]):
+        if re.search(r"\b(?:[uUΔδσ]\s?\(\w+\)|u_\w+:.*)\W*$", whole[: match.start()]):
             continue  # "u(r) = 1 mm"
         if role == "position" and squeeze(after).lower() in roles.DIMENSION_WORDS:
             continue

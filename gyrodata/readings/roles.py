@@ -200,7 +200,7 @@ def is_word(text: str) -> bool:
 
 
 _HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
-_ALTERED, _USUAL, _CORRECTED = (
+_ALTERED, _USUAL, CORRECTED = (
     rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace("HANGER", _HANGER).replace("HALF", _HALF)
     for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
@@ -212,9 +212,9 @@ ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in ("spin", "tur
 def altered_role(note: str) -> str:
     """Find the reading that a note says is twice, half, without or minus something; "" if there is none."""
     for role, words in ALTERED.items():
-        if re.search(words, note) and not re.search(_CORRECTED, note):
+        if re.search(words, note) and not re.search(CORRECTED, note):
             return role
-    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(_CORRECTED, note) else ():
+    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(CORRECTED, note) else ():
         for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():
             named = NAMES.get(squeeze(word).lower()) or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
             named = ("spin",) if kinds_of(word) == {"rate"} else named if len(word) > 2 else ()
@@ -249,7 +249,7 @@ _CLOCK_FORM = r"[a-zA-Z.]+:[a-zA-Z:.0]+"
 """A unit such as "mm:ss.cc"."""
 _BRACKET = r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*(?:\([^()]*\)[^()]*)?)\))\s*"
 _BRACKET_INSIDE = r"([^\[(]*?)\s*[\[(]([^\[\]()]+)[\])][\s,;]+([^\[\]]+)"
-_IN_UNIT = r"(.+?)\s+(?:in|en|em|w|в)\s+(\S+)\s+(.+)"
+_IN_UNIT = r"(.+?)(?:\s+(?:in|en|em|w|в)\s+|\s*/\s*)(\S+)\s+(.+)"
 _TIME_PER = rf"(\w+)\s+(?:{vocabulary.words('per', '|')}|for|für|pour)\s+(.+)"
 _INDEX = r"(.*?[^\W\d])[\s_\-.]*([1-9][0-9]?)"
 _WIDE_BRACKETS = str.maketrans("（）［］【】₀₁₂₃₄₅₆₇₈₉", "()[][]0123456789")
@@ -390,8 +390,9 @@ def split_unit(text: str) -> tuple[str, str | None]:
         return match[1], f"{match[2]}/{match[3]}"
     if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]|_.*_", text):
         return match[1].replace("_", " "), match[2]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
-    if (match := re.fullmatch(_IN_UNIT, text)) and kinds_of(match[2]) in ({"length"}, {"time"}):
-        return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre"
+    match = re.fullmatch(_IN_UNIT, text)
+    if match and kinds_of(match[2]) in ({"length"}, {"time"}) and not kinds_of(text[: match.end(2)]):
+        return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre", "x/cm from centre"
     if (match := re.fullmatch(r"(\S+)\s+(.+)", text)) and kinds_of(match[1]) == {"length"} and from_centre(match[2]):
         return match[2], match[1]  # "cm from the centre"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
@@ -424,7 +425,7 @@ def split_unit(text: str) -> tuple[str, str | None]:
             is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
             # Of "how long for 1 turn", the turn is not a unit.
             of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit)
-            counted = bool(re.search("[0-9]", text) or words_of_turns(name))
+            counted = bool(re.search("[0-9]", text) or words_of_turns(text.removesuffix(unit)))
             if fits and is_name and not (of_turns and counted):
                 return name, unit
     if is_rate:

@@ -84,8 +84,8 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
         texts = [text for row in (*grid.rows[index::-1], *grid.rows[index + 1 + len(below) :]) for text in row.texts]
         texts = [name, *(text.text for text in grid.comments), *texts]
         parts = [part for text in texts for part in (*re.split(r"[,;:.]\s+", text), text)]
-        timed = (part for part in parts if parse_header(part).unit and {*parse_header(part).roles} & {*roles.TIMINGS})
-        time = next(timed, "")
+        timed = [part for part in parts if not {*parse_header(part).roles}.isdisjoint(roles.TIMINGS)]
+        time = max(timed, key=lambda part: parse_header(part).unit is not None, default="")
         # The label of a row may contain its quantities: "200 rpm".
         cornered = not head.texts[0] or head.texts[0] == time
         labels = [said_in(Row(row.line, row.texts[:1])) if row.texts[0] else {} for row in below if cornered]

@@ -358,7 +358,7 @@ class TableReader:
             faults.add("name_explained", chosen.cell, said=", ".join(f"{one} is {text}" for one, text in meant.items()))
             lines = enumerate(self.grid.lines, 1)
             self.faults.take_back("remark", {n for n, line in lines if any(text in line for text in meant.values())})
-        if unit == "s" and any(re.search("[:：]", text) for text in texts):
+        if unit in ("s", None) and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
         return [meant.get(text, text) for text in texts]
 
@@ -376,6 +376,8 @@ class TableReader:
         if proof:
             faults.add("colons_are_points", chosen.cell, proof=proof, header=header, first=first, meant=meant[first])
             return meant
+        if chosen.header.unit is None:
+            return {}
         cell, name = self.grid.cell(self.rows[texts.index(first)], chosen.at), header.partition("[")[0].strip()
         faults.add("colon", cell, role=chosen.role, first=first, meant=meant[first], name=name)
         return meant
@@ -591,6 +593,13 @@ class TableReader:
         position, stated = columns.get("position"), self.settings.fields.get("position_from")
         if position is None:
             return 0.0
+        known = [" ".join(row.texts) for row in self.grid.rows if layout.is_head(row)]
+        for text in layout.texts_of(self.grid):
+            said = layout.said_in(sources.Row(1, [text])).get("position")
+            arm = read_cell(said[0], "length", None).value if said and roles.from_centre(text) else 0.0
+            agrees = any(abs(arm - (value or 0.0)) <= 0.05 * arm for value in position.values)
+            if arm and not (agrees or text in known or roles.altered_role(text) or re.search(roles.CORRECTED, text)):
+                self.faults.add("note", note=text, role="position")
         named = "" if position.header.startswith(("#", "--")) else position.header
         noted = self.settings.origin
         of_header = roles.origin_in(named) or ("centre" if noted and roles.from_centre(named) else "")
@@ -721,7 +730,8 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     unit, known = units.DISPLAY[kind_of_role(role)], roles.BY_NAME[role]
     sample = known.sample or f"1 {unit}"
     quoted = f'"{sample}"' if " " in sample else sample
-    hint = f"add a column {lablog.header_of(role, unit)}"
+    named = lablog.header_of(role, unit)
+    hint = f"add a column {named}"
     hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
     hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
     texts = [cell.text for cell in choice.unplaced]
@@ -755,9 +765,9 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
     elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
         hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
     elif close:
-        hint = f'is it "{close[0]}"? Write "{lablog.header_of(role, unit)}" instead of it; {hint}'
+        hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
     elif blank := [one for one in texts if re.fullmatch("column [0-9]+", one)]:
-        hint = f'is it {" or ".join(blank)}, without a name? Write "{lablog.header_of(role, unit)}" above it; {hint}'
+        hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
     return message, hint
 
 

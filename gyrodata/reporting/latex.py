@@ -47,8 +47,7 @@ def latex_report(analysis: Analysis) -> str:
     for section in whole.sections:
         blocks += [rf"\section*{{{escape(section.title)}}}", *map(_block, section.blocks)]
     body = "\n\n".join([*filter(None, blocks), "\\end{document}\n"]).replace(answer, r"\Izz{}")
-    preamble = Path(__file__).with_name("preamble.tex").read_text(encoding="utf-8")
-    return preamble.replace("ANSWER", answer) + body
+    return Path(__file__).with_name("preamble.tex").read_text(encoding="utf-8").replace("ANSWER", answer) + body
 
 
 def _block(block: Block) -> str:

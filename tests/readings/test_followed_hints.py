@@ -18,6 +18,7 @@ import pytest
 from labs import analyze_briefly
 from msgspec.structs import asdict
 
+import gyrodata
 from gyrodata import LogError
 
 TRUTH = 4.4e-3
@@ -193,4 +194,69 @@ def test_misspelt_name_is_replaced_as_the_hint_says(name: str, typed: str) -> No
     text = GOOD.replace(name, typed, 1)
     hint = hint_of(text, "G301")
     assert f'is it "{typed}"?' in hint
-    assert gives_truth(text.replace(typed, found('Write "([^"]+)" instead of it', hint), 1))
+    assert gives_truth(text.replace(typed, found('Write "([^"]+)" instead', hint), 1))
+
+
+# Texts that contradict the table, and cells of another script -------------------------------------------------------
+
+
+def doubts_of(text: str) -> list[str]:
+    return [doubt.kind for doubt in gyrodata.analyze(text).doubts]
+
+
+@pytest.mark.parametrize(
+    "note",
+    ["weight always at x = 10.0 cm from centre", "moved the weight 4 cm outwards", "x bis Außenkante Gewicht gemessen",
+     "flyttade vikten utåt 4,0 cm"],
+)  # fmt: skip
+def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(note: str) -> None:
+    for text in (f"{note}\n{GOOD}", f"{GOOD}\n{note}\n"):
+        assert doubts_of(text) == ["note"]
+        assert doubts_of(text.replace(note, f"corrected: {note}")) == []
+
+
+def test_position_that_a_text_repeats_is_not_a_contradiction() -> None:
+    assert doubts_of(f"{GOOD}\nweight always at x = 148 mm from centre\n") == []
+
+
+def test_ball_of_a_metre_is_not_safe_to_quote() -> None:
+    surface = GOOD.replace(",14.8,", ",9.72,")
+    for size, kinds in (("1016 mm", ["size"]), ("101.6 mm", [])):
+        assert doubts_of(f"# ball_diameter: {size}\n# position_from: surface\n{surface}") == kinds
+
+
+@pytest.mark.parametrize(("unit", "pattern"), [("ms", "write ([0-9]+) or"), ("s", "or ([0-9.]+) ")])
+def test_time_with_a_mark_that_may_separate_thousands_is_written_as_the_hint_says(unit: str, pattern: str) -> None:
+    head = HEAD.replace(",", ";").replace("time [s]", f"time [{unit}]")
+    text = log(head, lambda m, s, t: f"{m:.1f};14.8;{s};".replace(".", ",") + f"{t:.3f};1")
+    result, said = analyze(text)
+    assert result is None
+    hints = [one["hint"] for one in said if one["code"] == "G203"]
+    for time, hint in zip([f"{time:.3f}" for *_, time in RUNS], hints, strict=True):
+        text = text.replace(f";{time};", f";{found(pattern, hint)};")
+    assert gives_truth(text)
+
+
+def test_colons_in_a_column_without_a_unit_are_points_if_a_row_shows_it() -> None:
+    head = "mass (g);r (cm);rpm;turns;time"
+    text = log(head, lambda m, s, t: f"{m};14.8;{s};1/3;" + f"{t / 3:05.2f}".replace(".", ":"))
+    header = found('write the header as "([^"]+)"', hint_of(text, "G206"))
+    assert gives_truth(text.replace("time\n", f"{header}\n"))
+
+
+def test_digit_of_another_alphabet_is_corrected_as_the_hint_says() -> None:
+    hint = hint_of(GOOD.replace("40.3,", "40.З,", 1), "G203")
+    assert "did you mean 40.3?" in hint
+
+
+@pytest.mark.parametrize("name", ["x/cm from centre", "r / cm from the centre", "distance / cm (from centre)"])
+def test_words_may_follow_the_unit_of_a_header(name: str) -> None:
+    assert gives_truth(GOOD.replace("position [cm]", name))
+
+
+@pytest.mark.parametrize("title", ["tid for en omdreining i s", "Zeit für einen Umlauf in s"])
+def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> None:
+    cells = {(m, s): f"{t:.2f}" for m, s, t in RUNS}
+    rows = "".join(f"{s} rpm;{';'.join(cells[m, s] for m in MASSES)}\n" for s in SPINS)
+    head = ";".join(["", *(f"{m} g" for m in MASSES)])
+    assert gives_truth(f"{title}\nx = 14.8 cm\n{head}\n{rows}")

@@ -698,7 +698,7 @@ def noted_centre(note: str) -> bool:
 
 WIDE, _RADIUS, _SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
 _LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
-DIAMETER = rf"(?:{WIDE}|\bD\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
+DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
 
 
 def diameter_in(sentence: str) -> str:

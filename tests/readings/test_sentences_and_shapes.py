@@ -612,3 +612,14 @@ def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
 def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
     rows = "".join(f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
     assert is_right(HEAD.replace("spin (rpm)", names) + rows)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["діаметр кулі 101,6 мм", "διάμετρος σφαίρας 101,6 mm", "ボールの直径 101,6 mm", "공 지름 101,6 mm",
+     "priemer gule 101,6 mm", "diametrul bilei 101,6 mm", "קוטר הכדור 101,6 mm", "قطر الكرة 101,6 mm",
+     "D ball = 101,6 mm", "Ø Kugel 101,6 mm"],
+)  # fmt: skip
+def test_diameter_of_the_ball_in_a_sentence_is_read(sentence: str) -> None:
+    head = HEAD.replace("r (cm)", "distance from the surface (cm)")
+    assert is_right(f"{sentence}\n\n" + head + runs("{m};9.72;{s};{t};1\n"))

@@ -538,8 +538,9 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
             sizes = np.where(loaded, np.abs(measured.position if role == "position" else measured.spin), 0.0)
             run = int(np.argmax(sizes))
             place = column.place(run if role in ("position", "spin") else 0) if column else None
-            # If only another unit makes the column usual, the answer is not safe to quote.
-            found[role] = replace(readings.say(name, place, **values, hint=hint), doubt="size" if unit else "")
+            # If only another unit makes the column usual, or if no such rod was seen, the answer is not safe to quote.
+            doubt = "size" if unit or name in ("turn_too_fast", "weight_too_large") else ""
+            found[role] = replace(readings.say(name, place, **values, hint=hint), doubt=doubt)
     return found.values()
 
 

@@ -78,8 +78,7 @@ def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_
     """
     radius, bore = diameter / 2, bore_diameter / 2
     taken = math.pi * bore**2 * bore_depth
-    density = mass / (4 / 3 * math.pi * radius**3 - taken)
-    return density * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
+    return mass / (4 / 3 * math.pi * radius**3 - taken) * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
 
 
 def cylinder_inertia(mass: float, diameter: float) -> float:

@@ -302,8 +302,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
             raise _fault(f"can mean {thousands} or {decimals}", hint)
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > high:
         raise _fault("has an uncertainty that is far too large", "is its unit the one written?")
-    exact = quantity.value == 0 and set(text) <= set("+-−0")
-    return replace(quantity, step=None) if exact else quantity
+    return replace(quantity, step=None) if quantity.value == 0 and set(text) <= set("+-−0") else quantity
 
 
 _TWO_NUMBERS = (

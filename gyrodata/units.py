@@ -193,8 +193,7 @@ def parse(text: str) -> Unit:
             size = symbol.factor ** abs(power)
             factor = factor * size if power > 0 else factor / size
             dimensions = Dimensions(*(d + power * one for d, one in zip(dimensions, symbol.dimensions, strict=True)))
-            spelled = symbol.text if abs(power) == 1 else f"{symbol.text}^{abs(power)}"
-            (up if power > 0 else down).append(spelled)
+            (up if power > 0 else down).append(symbol.text if abs(power) == 1 else f"{symbol.text}^{abs(power)}")
     return Unit("/".join(["*".join(up) or "1", *down]) if up or down else "", factor, dimensions)
 
 

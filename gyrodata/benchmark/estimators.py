@@ -39,8 +39,7 @@ def textbook(measured: Measurements, name: str) -> Answer:
     from scipy.special import stdtrit
 
     value, u = map(float, fitting.TEXTBOOK[name](measured.product, measured.torque))
-    freedom = len(measured.runs) - (2 if name == "with_constant" else 1)
-    half = float(stdtrit(freedom, 0.975)) * u
+    half = float(stdtrit(len(measured.runs) - (2 if name == "with_constant" else 1), 0.975)) * u
     return value, value - half, value + half
 
 

@@ -89,8 +89,7 @@ def selfcheck(
 
     given: dict[str, Any] = {"settings": options.pairs(settings, "--set"), "mapping": options.pairs(mapping, "--map")}
     readings = read_log(**source_of(log, names_of([log])[0]), **given, config=options.constants_of(log, config))
-    analysis = analyze_readings(readings)
-    done = simulate(analysis, labs, seed, progress_bar(labs))
+    done = simulate(analyze_readings(readings), labs, seed, progress_bar(labs))
     write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")
 
 
@@ -114,8 +113,7 @@ def benchmark(
     with telling(out):
         write_folder(out, {})
     # Some systems count CPU time in long ticks; the wall clock is better there.
-    fine = time.get_clock_info("process_time").resolution < 1e-5
-    clock = time.process_time if fine else time.perf_counter
+    clock = time.process_time if time.get_clock_info("process_time").resolution < 1e-5 else time.perf_counter
     done = run_benchmark(effort, clock, 1, progress_bar(100), describe_machine())
     words = reading(done, effort, 1)
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}

@@ -499,8 +499,7 @@ def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats |
     spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
     # A third reading of the spin can give a harmonic mean that differs from that of a viscous decay.
     spins *= measured.spin / physics.harmonic_mean_spin(measured.spin_start, measured.spin_end)
-    rates = physics.precession_rate(total, spins, inertia, across, measured.pitch)
-    return np.asarray(0.5 * weights @ rates)
+    return np.asarray(0.5 * weights @ physics.precession_rate(total, spins, inertia, across, measured.pitch))
 
 
 def earth_is_told(measured: Measurements) -> bool:

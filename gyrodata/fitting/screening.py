@@ -258,8 +258,7 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats
     slope = np.vecdot(away, y - y_mean) / spread**2
     left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
     sd = np.sqrt(np.vecdot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
-    constant = y_mean[..., 0] - slope * x_mean[..., 0]
-    return slope, sd / spread, constant, sd * size / (spread * math.sqrt(count))
+    return slope, sd / spread, y_mean[..., 0] - slope * x_mean[..., 0], sd * size / (spread * math.sqrt(count))
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:

@@ -303,8 +303,7 @@ def _last_place(step: float | None, value: float | None, digits: int | None) -> 
     """Return the smallest and the largest possible step of the last digit: zeros before the point may only fill up."""
     if not step or not value or not digits:
         return step or 0.0, step or 0.0
-    steps = math.floor(math.log10(abs(value) / step) + 1e-9)
-    return step, step * 10.0 ** max(0, steps + 1 - digits)
+    return step, step * 10.0 ** max(0, math.floor(math.log10(abs(value) / step) + 1e-9) + 1 - digits)
 
 
 # --- all criteria -------------------------------------------------------------------------------------------

@@ -51,8 +51,7 @@ class Decision(Struct, frozen=True):
         return f"{self.why} ({self.by})".lstrip() if self.by else self.why
 
     def __str__(self) -> str:
-        head = f"{self.what} {self.value}".rstrip()
-        return f"{head}{':' if self.why else ''} {self.told}".rstrip()
+        return f"{f'{self.what} {self.value}'.rstrip()}{':' if self.why else ''} {self.told}".rstrip()
 
 
 class Reported(TypedDict, total=False):

@@ -387,8 +387,7 @@ def render(
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
-            size = (width, height + more * (len(FIGURES[name].panels) - 1))
-            figure = Figure(size, dpi)
+            figure = Figure((width, height + more * (len(FIGURES[name].panels) - 1)), dpi)
             _fill(figure, scene, name)
             files[name] = save(figure, form)
     return files

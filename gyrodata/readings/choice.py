@@ -117,6 +117,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         numbers = [to_float(text) for text in texts if PLAIN.fullmatch(text)]
         if found == ("turns",) and name in ("n", "N") and min(numbers, default=0) > MOST_TURNS:
             found = ("spin",)  # whose unit is missing
+        if found == ("precession_rate",) and header.unit is None and all(map(turns_in, filter(None, texts))):
+            found = ("turns",)  # "precession" above "1/2 turn"
         if is_time and turns_in(header.text):
             stating.append(column)
         elif len(found) == 1:

@@ -457,8 +457,7 @@ def read_options(
             with Path(config).open("rb") as file:
                 table = msgspec.toml.decode(file.read(1_000_000).decode("utf-8-sig"), type=dict[str, str | int | float])
         except (OSError, ValueError, RecursionError) as error:
-            why = getattr(error, "strerror", None) or error
-            raise faults.refuse("config", path=str(config), why=why) from None
+            raise faults.refuse("config", path=str(config), why=getattr(error, "strerror", None) or error) from None
     given = [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
     given += [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
     keys = [key for key in roles.KEYS if key not in roles.TEXTS]

@@ -509,8 +509,10 @@ class _Sheet:
                 self.faults.add("numbered_spins", self.here[at][0], second=pair)
         for at, (cell, header) in enumerate(self.here):
             words = self.legend.get(squeeze(roles.split_unit(cell.text)[0] if header.unit else cell.text), "")
-            if words and (explained := parse_header(words)) and header.unit is None and explained.unit:
-                self.here[at] = replace(cell, text=words), replace(explained, roles=explained.roles or header.roles)
+            explained = parse_header(words)
+            if (explained.unit and header.unit is None) or (explained.roles and not header.roles):
+                told = replace(explained, roles=explained.roles or header.roles, unit=explained.unit or header.unit)
+                self.here[at] = replace(cell, text=words), told
             elif words and "time" in kinds_of(header.unit or "") and turns_in(words) and not turns_in(cell.text):
                 explained = parse_header(f"{words} [{header.unit}]")
                 if "time" in explained.roles:
@@ -560,6 +562,7 @@ class _Sheet:
         names_result = any("inertia" in kinds_of(parse_header(text).unit or text) for text in names)
         below = self.fresh and (len(row.texts) > len(headers) or "" in self.head.texts) and self._names_below(row)
         if is_head(row) and not (below and "" in self.head.texts):
+            self.words += [self.head] * self.fresh  # "time of one turn, x from the centre" above the names
             self.begin(row)
         elif self.fresh and (units := _units(row)):
             kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
@@ -718,8 +721,7 @@ class _Sheet:
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
             of_row = said_in(row)
-            legends = filter(None, map(_LEGEND.fullmatch, row.texts))
-            is_legend = any(squeeze(one[2]) in self.legend for one in legends)
+            is_legend = any(squeeze(one[2]) in self.legend for one in filter(None, map(_LEGEND.fullmatch, row.texts)))
             for cell, header in self.here if "turns" not in self.decided and not is_legend else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
                 of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)
@@ -774,8 +776,7 @@ class _Sheet:
                 continue
             # Each cell comes to the place of its column, with what the caption gives.
             texts = {[header.roles for header in headers].index((role,)): one for role, one in given.items()}
-            order = [*places, *range(len(headers), len(headers) + len(row.texts))]
-            typed = zip(order, row.texts, strict=False)
+            typed = zip([*places, *range(len(headers), len(headers) + len(row.texts))], row.texts, strict=False)
             texts |= {place: (text, row.spot(at)) for at, (place, text) in enumerate(typed) if text}
             filled = [texts.get(at, ("", row.spot(0))) for at in range(max([len(headers) - 1, *texts]) + 1)]
             joined.append(Row(row.line, [text for text, _ in filled], tuple(spot for _, spot in filled)))

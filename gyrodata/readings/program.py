@@ -32,12 +32,15 @@ def table_of(text: str) -> str:
     """Return the lists of a program as the columns of a table, or its rows without brackets."""
     notes: list[str] = []
     if text[:1] in "{[":
-        data = msgspec.json.decode(text)
+        is_of_lines = re.match(r"\{.*\}\s*\n\s*\{", text)  # one object in each line
+        data = msgspec.json.decode(f"[{','.join(text.split(chr(10))).strip(', ')}]" if is_of_lines else text)
         if "cells" not in data:
             named = {} if isinstance(data, list) else data
             rows = next((one for one in named.values() if isinstance(one, list) and isinstance(one[0], dict)), data)
             given = [f"# {key}: {value}" for key, value in named.items() if not isinstance(value, list | dict)]
-            return "\n".join([*given, "\t".join(rows[0]), *("\t".join(map(str, row.values())) for row in rows)]) + "\n"
+            names = list(dict.fromkeys(name for row in rows for name in row))
+            runs = ("\t".join(str(row.get(name, "")) for name in names) for row in rows)
+            return "\n".join([*given, "\t".join(names), *runs]) + "\n"
         cells = [(cell["cell_type"], "".join(cell["source"])) for cell in data["cells"]]
         text = "\n".join(source for _, source in cells)
         notes = [f"# {line}" for kind, source in cells if kind == "markdown" for line in source.split("\n") if line]
@@ -52,8 +55,8 @@ def table_of(text: str) -> str:
         return "\n".join(re.sub(_CODE, "", line) for line in lines)
     single = ((parse_header(_header(found)), found["cells"]) for found in re.finditer(_ONE, text))
     given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
-    runs = zip(*(cells for _, cells in columns), strict=True)
-    table = [", ".join(header for header, _ in columns), *map(", ".join, runs)]
+    rows_of = zip(*(cells for _, cells in columns), strict=True)
+    table = [", ".join(header for header, _ in columns), *map(", ".join, rows_of)]
     return "\n".join([*dict.fromkeys(notes), *given, *table]) + "\n"
 
 

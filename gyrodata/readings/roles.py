@@ -314,7 +314,7 @@ def parse_header(text: str) -> Header:
         found = ("position",)
     # Roles that the unit cannot measure are left out, unless it fits none: then the unit is wrong.
     kept = tuple(role for role in found if _measures(unit, role))
-    if kinds == {"angle"} and name.strip().lower() in _SWEPT:
+    if kinds == {"angle"} and (name.strip().lower() in _SWEPT or found == ("turns",)):
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
@@ -656,12 +656,11 @@ FROM = vocabulary.pattern("from")
 """Words between a length and its origin."""
 _FROM = rf"\b{FROM}\b((?:\W+[\w']+){{1,5}})"
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
-_WEIGHT_NAMES = (name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip())
+_WEIGHT_NAMES = [name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip()]
+_WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
-_OF_WEIGHT = (
-    rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{'|'.join(name for name in _WEIGHT_NAMES if len(name) > 3)})"
-)
-"""The centre of the weight."""
+_OF_WEIGHT = rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})|{vocabulary.pattern('not_centre')}"
+"""The centre of the weight, or what is not the origin."""
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 

@@ -360,7 +360,7 @@ _EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
 _FOOTNOTES = ("*", "†", "‡")
 _FOOTNOTE = re.compile(r"(?<=[0-9]) ?[*†‡]+$")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
-_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "idem"))
+_DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
 """Marks for "the same as above"; a blank cell means the same."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
 _MOST_LINES_OF_A_CELL = 100
@@ -516,8 +516,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             texts = [match[2] or match[3] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
             texts = [_FOOTNOTE.sub("", text) if text[-1:] in _FOOTNOTES else text for text in texts]
         except csv.Error:
-            place = Place(index + 1, grid.lines[index].rfind('"') + 1)
-            raise faults.refuse("quote_never_closed", place) from None
+            raise faults.refuse("quote_never_closed", Place(index + 1, grid.lines[index].rfind('"') + 1)) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
         if sum(text.startswith("~~") for text in texts) > 1:

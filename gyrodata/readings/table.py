@@ -426,9 +426,14 @@ class TableReader:
             faults.add("parts_of_turns", chosen.cell, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
         few = role == "turns" and min((one.value for one in read.values()), default=99.0) <= MOST_TURNS
-        for text in [text for text, one in read.items() if few and one.value > MOST_TURNS and one.value % 15 == 0]:
-            hint = f"if it is in degrees, write {Fraction(int(read[text].value), 360)}"
-            faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, "looks like an angle beside numbers of turns", hint
+        angles = [
+            text for text, one in read.items() if one.value > MOST_TURNS and one.value % 15 == 0 and text.isdigit()
+        ]
+        for text in angles if few or (role == "turns" and len(angles) == len(read)) else ():
+            hint = (
+                f'if it is in degrees, write {Fraction(int(text), 360)}, or the header as "angle [deg]"; else {text}.0'
+            )
+            faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, "looks like an angle, and not like a number of turns", hint
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
             if role in roles.COUNTS and text in read and read[text].value == 0 in pulls and "time" in self.there:
@@ -744,13 +749,16 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         return message, f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
     if role == "turns" and "time" in missing:
         return message, hint
-    headers = [header for header in texts if len(header) <= roles.MAX_HEADER]
+    blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
+    headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
     of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
     whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
     counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
     close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
+    if role in ("mass", "spin") and len(headers) == len(missing) == 1 and roles.parse_header(headers[0]).unit is None:
+        close = headers
     if role in ("time", "turns") and len(of_the_rod) == 1:
         hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
     elif role == "time" and whole:
@@ -766,7 +774,7 @@ def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
         hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
-    elif blank := [one for one in texts if re.fullmatch("column [0-9]+", one)]:
+    elif blank:
         hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
     return message, hint
 

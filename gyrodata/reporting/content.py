@@ -154,8 +154,7 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
         words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
         yield say(words, tuple(named), them, f"{FAR:g}")
     if not odd and not far:
-        more = "." if n.analysis.doubts else "; you need not repeat any run."
-        yield say(f"No suspected outliers{more}")
+        yield say(f"No suspected outliers{'.' if n.analysis.doubts else '; you need not repeat any run.'}")
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:

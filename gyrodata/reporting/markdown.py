@@ -63,8 +63,7 @@ def _sentence(sentence: Sentence) -> str:
 
 
 def _code(part: Part) -> str | None:
-    is_code = isinstance(part, Styled) and part.style == "code" and "`" not in part.text
-    return f"`{part}`" if is_code else None
+    return f"`{part}`" if isinstance(part, Styled) and part.style == "code" and "`" not in part.text else None
 
 
 def _table(table: Table) -> str:

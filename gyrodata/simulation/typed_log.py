@@ -167,8 +167,7 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
     columns: dict[str, list[str]] = {}
     for role, values in read.items():
         key = u_keys(role)[-1]
-        exact = seed is None or key not in stated
-        columns[role] = _typed(values, Uncertainty() if exact else stated[key], role)
+        columns[role] = _typed(values, Uncertainty() if seed is None or key not in stated else stated[key], role)
     columns["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, columns["mass"], strict=True)]
     near = [(Fraction(turns).limit_denominator(100), turns) for turns in runs.turns.tolist()]
     columns["turns"] = [str(fraction if float(fraction) == turns else turns) for fraction, turns in near]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import datetime
 import io
+import json
 import math
 import re
 import shlex
@@ -260,3 +261,63 @@ def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> N
     rows = "".join(f"{s} rpm;{';'.join(cells[m, s] for m in MASSES)}\n" for s in SPINS)
     head = ";".join(["", *(f"{m} g" for m in MASSES)])
     assert gives_truth(f"{title}\nx = 14.8 cm\n{head}\n{rows}")
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["tempo di 1 giro (precessione); posizione dal centro", "x from the centre of the ball; each time = 1 turn",
+     "temps pour un tour de précession ; x mesuré depuis le centre de la bille", "1 turn per run; rod horizontal"],
+)  # fmt: skip
+def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
+    assert gives_truth(log(f"{line}\nmass (g);x (cm);rpm;time (s)", lambda m, s, t: f"{m};14.8;{s};{t:.2f}"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["la distance d est mesurée entre la surface de la bille et le milieu de la masse, Ø bille 101.6 mm",
+     "Etäisyys d on mitattu pallon pinnasta punnuksen keskelle. Pallon halkaisija on 101.6 mm.",
+     "x = Abstand zwischen Kugeloberfläche und Gewichtsmitte, Kugeldurchmesser 101.6 mm",
+     "r is the distance between the surface of the ball and the weight; ball diameter 101.6 mm"],
+)  # fmt: skip
+def test_distance_between_the_surface_and_the_weight_is_understood(line: str) -> None:
+    runs = log("mass (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+    assert gives_truth(f"{line}\n\n{runs}")
+
+
+def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> None:
+    line = "Correction: r is from the surface of the ball to the weight, not from its centre. Ball diameter 101.6 mm."
+    text = log("mass (g);r from centre (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+    assert hint_of(f"{text}\n{line}\n", "G340")
+
+
+@pytest.mark.parametrize(
+    "note",
+    ["N: we counted one each time the rod lay along the edge, no matter which of its ends pointed to the window",
+     "Tachometer compared with the strobe: true rpm = 1.074 x display", "calibration factor of the tachometer: 1.074"],
+)  # fmt: skip
+def test_note_about_a_factor_makes_an_answer_unsafe(note: str) -> None:
+    assert doubts_of(f"{GOOD}\n{note}\n") == ["note"]
+
+
+def test_angles_in_a_column_of_turns_are_asked_about_and_mended_in_both_ways() -> None:
+    text = log(HEAD, lambda m, s, t: f"{m},14.8,{s},{t / 3:.2f},120")
+    hint = hint_of(text, "G215")
+    assert gives_truth(text.replace(",120\n", f",{found('write ([0-9/]+),', hint)}\n"))
+    header = found('the header as "([^"]+)"', hint)
+    assert gives_truth(text.replace("turns\n", f"{header}\n"))
+    assert gives_truth(text.replace("turns\n", "turns [deg]\n"))
+
+
+def test_objects_of_json_in_lines_are_runs() -> None:
+    rows = [{"mass_g": m, "x_from_centre_cm": 14.8, "spin_rpm": s, "turns": 1, "t_s": round(t, 2)} for m, s, t in RUNS]
+    rows[3]["comment"] = "slight wobble"  # type: ignore[assignment]
+    assert gives_truth("\n".join(map(json.dumps, rows)) + "\n")
+
+
+def test_cells_of_turns_below_the_word_precession_are_read() -> None:
+    assert gives_truth(GOOD.replace("turns\n", "precession\n").replace(",1\n", ",1 turn\n"))
+
+
+def test_name_without_a_unit_that_is_left_over_is_proposed() -> None:
+    hint = hint_of(GOOD.replace("spin [rpm]", "вращение"), "G301")
+    assert gives_truth(GOOD.replace("spin [rpm]", found('is it "вращение"[?] Write "([^"]+)"', hint)))

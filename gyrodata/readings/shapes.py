@@ -125,7 +125,7 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
         of_all = {role for at in shared for role in parse_header(names[at]).roles} - {"run"}
         found = {role for of_name in several for role in parse_header(names[of_name[0]]).roles}
         is_wide = "spin" in found and not found.isdisjoint(roles.TIMINGS) and len(set(map(len, several))) == 1
-        if not is_wide or not of_all:
+        if not is_wide or not of_all or len(several) < 2:
             continue
         if any(max(one) > min(other) for one, other in pairwise(zip(*several, strict=True))):
             continue  # "n1, n2, t1, t2" has the spin before and after

@@ -321,3 +321,12 @@ def test_cells_of_turns_below_the_word_precession_are_read() -> None:
 def test_name_without_a_unit_that_is_left_over_is_proposed() -> None:
     hint = hint_of(GOOD.replace("spin [rpm]", "вращение"), "G301")
     assert gives_truth(GOOD.replace("spin [rpm]", found('is it "вращение"[?] Write "([^"]+)"', hint)))
+
+
+def test_names_that_differ_in_their_case_are_two_columns_of_one_run() -> None:
+    head = "m (g),x (cm),spin (rpm),turns,t (s),Omega (rad/s),omega (rad/s)"
+    rates = [(2 * math.pi / t, s * math.pi / 30) for _, s, t in RUNS]
+    rows = [
+        f"{m},14.8,{s},1,{t:.2f},{slow:.4f},{fast:.2f}" for (m, s, t), (slow, fast) in zip(RUNS, rates, strict=True)
+    ]
+    assert gives_truth("\n".join([head, *rows]) + "\n")

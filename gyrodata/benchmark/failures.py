@@ -50,8 +50,7 @@ def _formulas() -> list[Failure]:
     level, spin = 1e-14, 400 * RPM
     tilted = math.radians(45)
     start, end = 400 * RPM, 200 * RPM
-    times = (np.arange(100_000) + 0.5) / 100_000
-    mean = 1 / float(np.mean(1 / (start * (end / start) ** times)))
+    mean = 1 / float(np.mean(1 / (start * (end / start) ** ((np.arange(100_000) + 0.5) / 100_000))))
     return [
         Failure(
             "cosθ → 0: nearly level rod", "relative error",

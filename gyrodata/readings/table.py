@@ -33,6 +33,7 @@ _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
 _LAP = 0.15
 """Largest difference of laps that count as equal [1]."""
+_PLUS = r"\s*\+\s*"
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -335,7 +336,8 @@ class TableReader:
                 texts[i] = "0"
         meant: dict[str, str] = {}
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
-        names = {text for text in texts if text[:1].isalpha() and len(text) <= 20} if chosen.role in roles.LOADS else ()
+        parts = {part for text in texts for part in (text, *re.split(_PLUS, text))}  # "A+B": both hang there
+        names = {part for part in parts if part[:1].isalpha() and len(part) <= 20} if chosen.role in roles.LOADS else ()
         if chosen.role in ("mass", "position") and unit is None and all(re.fullmatch("[1-9]?", text) for text in texts):
             names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:
@@ -360,7 +362,7 @@ class TableReader:
             self.faults.take_back("remark", {n for n, line in lines if any(text in line for text in meant.values())})
         if unit in ("s", None) and any(re.search("[:：]", text) for text in texts):
             meant = self._without_colons(chosen, texts, faults)
-        return [meant.get(text, text) for text in texts]
+        return [" + ".join(meant.get(one, one) for one in re.split(_PLUS, text)) if meant else text for text in texts]
 
     def _without_colons(self, chosen: Chosen, texts: list[str], faults: Faults) -> dict[str, str]:
         """Read 10:06 as 10.06 s if another row shows that it is not a clock time; below a header in s only, ask."""

@@ -330,3 +330,10 @@ def test_names_that_differ_in_their_case_are_two_columns_of_one_run() -> None:
         f"{m},14.8,{s},1,{t:.2f},{slow:.4f},{fast:.2f}" for (m, s, t), (slow, fast) in zip(RUNS, rates, strict=True)
     ]
     assert gives_truth("\n".join([head, *rows]) + "\n")
+
+
+def test_masses_of_weights_that_hang_together_are_added() -> None:
+    names = {20.1: "A", 40.3: "B", 60.2: "C", 60.4: "A + B"}
+    runs = [*RUNS, *((60.4, s, t * 60.2 / 60.4) for m, s, t in RUNS if m == 60.2)]
+    rows = "".join(f"{names[m]};14.8;{s};{t:.2f};1\n" for m, s, t in runs)
+    assert gives_truth(f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin [rpm];time [s];turns\n{rows}")

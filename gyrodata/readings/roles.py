@@ -682,9 +682,9 @@ def noted_origin(note: str) -> str:
     if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(symbol[1])[0]:
         return origin  # "x: surface of the ball to the middle of the weight"
     names = re.findall(r"[^\W\d_]+", note)
-    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e"))
+    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e", "et"))
     is_position = to_weight or any({"position", "mass"}.intersection(name_roles(one)[0]) for one in named)
-    return origin if is_position and any(origin_in(found[1]) for found in re.finditer(_FROM, note)) else ""
+    return origin if is_position and any(origin_in(found[1]) for found in re.finditer(f"(?={_FROM})", note)) else ""
 
 
 def noted_centre(note: str) -> bool:

@@ -337,3 +337,22 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
     runs = [*RUNS, *((60.4, s, t * 60.2 / 60.4) for m, s, t in RUNS if m == 60.2)]
     rows = "".join(f"{names[m]};14.8;{s};{t:.2f};1\n" for m, s, t in runs)
     assert gives_truth(f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin [rpm];time [s];turns\n{rows}")
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    ["The distance is measured from the surface of the ball", "Abstände sind ab der Oberfläche der Kugel gemessen",
+     "La distance est mesurée depuis la surface de la bille", "La distancia se mide desde la superficie de la bola",
+     "La distanza è misurata dalla superficie della sfera", "A distância é medida a partir da superfície da esfera",
+     "De afstand is gemeten vanaf het oppervlak van de bol", "Avståndet är mätt från kulans yta",
+     "Afstanden er målt fra kuglens overflade", "Avstanden er målt fra overflaten av kula",
+     "odległości od powierzchni kuli", "vzdálenosti od povrchu koule", "A távolságot a golyó felszínétől mértük",
+     "Etäisyys mitattiin pallon pinnasta", "Uzaklık bilyenin yüzeyinden ölçüldü", "расстояния от поверхности шара",
+     "Відстань виміряна від поверхні кулі", "Η απόσταση μετρήθηκε από την επιφάνεια της σφαίρας",
+     "距離は球の表面から測った", "距离从球的表面量起", "거리는 공의 표면에서 잰 것이다",
+     "Udaljenost je mjerena od površine kugle"],
+)  # fmt: skip
+def test_positions_from_the_surface_in_a_sentence_lack_the_diameter(sentence: str) -> None:
+    text = log("m (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+    assert "ball_diameter" in hint_of(f"{sentence}.\n\n{text}", "G340")
+    assert gives_truth(f"# ball_diameter: 101.6 mm\n{sentence}.\n\n{text}")

@@ -33,7 +33,7 @@ _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
 _LAP = 0.15
 """Largest difference of laps that count as equal [1]."""
-_PLUS = r"\s*\+\s*"
+_PLUS, _ARM = r"\s*\+\s*", r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -602,8 +602,9 @@ class TableReader:
             return 0.0
         known = [" ".join(row.texts) for row in self.grid.rows if layout.is_head(row)]
         for text in layout.texts_of(self.grid):
-            said = layout.said_in(sources.Row(1, [text])).get("position")
-            arm = read_cell(said[0], "length", None).value if said and roles.from_centre(text) else 0.0
+            of_arm = re.search(_ARM, text) and roles.from_centre(text)
+            said = layout.said_in(sources.Row(1, [text])).get("position") if of_arm else None
+            arm = read_cell(said[0], "length", None).value if said else 0.0
             agrees = any(abs(arm - (value or 0.0)) <= 0.05 * arm for value in position.values)
             if arm and not (agrees or text in known or roles.altered_role(text) or re.search(roles.CORRECTED, text)):
                 self.faults.add("note", note=text, role="position")

@@ -32,8 +32,8 @@ def table_of(text: str) -> str:
     """Return the lists of a program as the columns of a table, or its rows without brackets."""
     notes: list[str] = []
     if text[:1] in "{[":
-        is_of_lines = re.match(r"\{.*\}\s*\n\s*\{", text)  # one object in each line
-        data = msgspec.json.decode(f"[{','.join(text.split(chr(10))).strip(', ')}]" if is_of_lines else text)
+        joined = re.sub(r"\}\s*\n\s*\{", "}, {", text)  # one object in each line
+        data = msgspec.json.decode(text if joined == text else f"[{joined}]")
         if "cells" not in data:
             named = {} if isinstance(data, list) else data
             rows = next((one for one in named.values() if isinstance(one, list) and isinstance(one[0], dict)), data)

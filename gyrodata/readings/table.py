@@ -429,7 +429,7 @@ class TableReader:
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
         few = role == "turns" and min((one.value for one in read.values()), default=99.0) <= MOST_TURNS
         angles = [
-            text for text, one in read.items() if one.value > MOST_TURNS and one.value % 15 == 0 and text.isdigit()
+            text for text, one in read.items() if one.value > MOST_TURNS and one.value % 15 == 0 and text.isdecimal()
         ]
         for text in angles if few or (role == "turns" and len(angles) == len(read)) else ():
             hint = (

@@ -117,7 +117,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     needed = whole or (measured.motion is None and changes.release_may_matter(lab))
     listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
     lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
-    patterns = findings.look_for_patterns(measured, fit)
+    patterns = tables.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
         **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,

@@ -22,11 +22,10 @@ from gyrodata import __version__
 from gyrodata.changes import Effect, Lab, Sensitivity
 from gyrodata.disk import write_folder
 from gyrodata.errors import Diagnostic, DiagnosticJson
-from gyrodata.findings import Pattern
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
-from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, PowerLaw, Run, Torque
+from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
 
 if TYPE_CHECKING:
     import pandas as pd

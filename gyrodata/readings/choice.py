@@ -393,3 +393,52 @@ def _seconds(text: str) -> Decimal:
     """Read the time of a clock, "12:01:10.25" or "1:10", or a plain number."""
     parts = fold_number(text.partition(" (")[0]).replace(",", ".").split(":")
     return sum((Decimal(part) * 60**at for at, part in enumerate(reversed(parts))), Decimal())
+
+
+def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
+    """Return what is missing, and every way to add it; first a guess from the headers that name no role."""
+    unit, known = units.DISPLAY[kind_of_role(role)], roles.BY_NAME[role]
+    sample = known.sample or f"1 {unit}"
+    quoted = f'"{sample}"' if " " in sample else sample
+    named = header_of(role, unit)
+    hint = f"add a column {named}"
+    hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
+    hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
+    texts = [cell.text for cell in choice.unplaced]
+    message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
+    if texts and role == missing[0]:
+        message += f"; headers that could not be placed: {listing(texts)}"
+    if role == "spin" and (rate := choice.used.get("precession_rate")):
+        # The lab sheet calls the spin so too.
+        header = rate[0].header.text
+        return message, f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
+    if role == "turns" and "time" in missing:
+        return message, hint
+    blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
+    headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
+    timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
+    told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
+    of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
+    whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
+    counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
+    close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
+    if role in ("mass", "spin") and len(headers) == len(missing) == 1 and roles.parse_header(headers[0]).unit is None:
+        close = headers
+    if role in ("time", "turns") and len(of_the_rod) == 1:
+        hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
+    elif role == "time" and whole:
+        hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
+    elif role == "mass" and (parts := [header for header in texts if roles.is_part_of_mass(header)]):
+        hint = f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as 20.3 or 2 x 10.15; {hint}'
+    elif role == "mass" and counts:
+        ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
+        hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
+    elif role == "spin" and (turned := [one for one in told if one not in of_the_rod]):
+        hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
+    elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
+        hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
+    elif close:
+        hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
+    elif blank:
+        hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
+    return message, hint

@@ -436,6 +436,34 @@ def _lacking(headers: list[Header], grid: Grid | None = None) -> set[str]:
     return {"mass", "position", "spin", "turns"} - there
 
 
+def read_notes(grid: Grid, faults: Faults) -> str:
+    """Return the origin of positions that a note states, or "".
+
+    The function warns of every note that may say that a reading is not what is typed, such as "twice the real rpm".
+    """
+    notes = {text.text: text for text in grid.comments}
+    for key, text in grid.metadata:
+        if key.lower() in roles.TEXTS or not roles.is_key(key):
+            notes[f"{key}: {text.text}"] = text
+    origins, texts = list(map(roles.noted_origin, notes)), list(notes)
+    for row in grid.rows:
+        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
+        if words and not any(map(is_number, row.texts)):
+            origins.append(roles.noted_origin(", ".join(row.texts)))
+            texts += [", ".join(row.texts)] if not is_head(row) else []
+        # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
+        words = [at for at in words if not roles.parse_header(typed := row.texts[at]).roles
+                 or (re.search(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
+        note = ", ".join(row.texts[at] for at in words)
+        if words and note not in notes and roles.altered_role(note):
+            notes[note] = grid.cell(row, words[0])
+    for note, cell in notes.items():
+        if role := roles.altered_role(note).replace("_", " "):
+            faults.add("note", cell, note=note, role=role)
+    origin = next(filter(None, origins), "")
+    return "both" if origin == "surface" and any(map(roles.noted_centre, texts)) else origin
+
+
 # From row to row ---------------------------------------------------------------------------------------------------
 
 

@@ -18,9 +18,10 @@ from msgspec.structs import replace
 
 from gyrodata import diagnostics, quantities, units, vocabulary
 from gyrodata.quantities import Quantity, fold_number, read_cell, to_float
+from gyrodata.readings import choice as choices
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
-from gyrodata.readings.choice import MOST_TURNS, TWO_READINGS, Choice, Chosen, choose, missing_roles, with_differences
+from gyrodata.readings.choice import Choice, Chosen
 from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
@@ -92,7 +93,7 @@ def read_log(
     grid, faults = sources.load(source, name)
     ask = sources.decimal_signs(grid) != {","}
     given = lablog.read_settings(grid.metadata, grid.comments, options, faults, ask)
-    given.origin = read_notes(grid, faults)
+    given.origin = layout.read_notes(grid, faults)
     grid, falls = (grid, ()) if layout.is_usual(grid) or not grid.rows else shapes.reshape(grid, faults)
     given.fields["spin_down"] = (*given.fields.get("spin_down", ()), *falls)
     log = Readings(faults.name, grid.sha256, source_text="\n".join(faults.lines), sheets=faults.sheets, **given.fields)
@@ -103,8 +104,8 @@ def read_log(
     found = layout.find_layout(grid, faults, decided)
     if found is None:
         return replace(log, diagnostics=faults.all_told())
-    found = with_differences(found, faults)
-    chosen = choose(found, mapping, given, faults)
+    found = choices.with_differences(found, faults)
+    chosen = choices.choose(found, mapping, given, faults)
     log, unmoved = TableReader(found, chosen, given, faults).read(log)
     if not log.runs and not faults.has_error():
         faults.add("no_timed_runs")
@@ -326,7 +327,8 @@ class TableReader:
         if chosen.role in roles.TIMINGS and any(map(layout.is_number, texts)):
             texts = [text if re.search("[0-9]", text) else "" for text in texts]  # "aborted"
         if chosen.part:
-            return [match[chosen.part] for text in texts if (match := re.fullmatch(TWO_READINGS, fold_number(text)))]
+            pairs = (re.fullmatch(choices.TWO_READINGS, fold_number(text)) for text in texts)
+            return [pair[chosen.part] for pair in pairs if pair]
         if chosen.role == "mass":
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
@@ -427,14 +429,11 @@ class TableReader:
             shown = "; ".join(f"{text} is {turns}" for text, turns in list(counted.items())[:4])
             faults.add("parts_of_turns", chosen.cell, said=shown)
             read |= {text: read_cell(turns, "number", "") for text, turns in counted.items()}
-        few = role == "turns" and min((one.value for one in read.values()), default=99.0) <= MOST_TURNS
-        angles = [
-            text for text, one in read.items() if one.value > MOST_TURNS and one.value % 15 == 0 and text.isdecimal()
-        ]
-        for text in angles if few or (role == "turns" and len(angles) == len(read)) else ():
-            hint = (
-                f'if it is in degrees, write {Fraction(int(text), 360)}, or the header as "angle [deg]"; else {text}.0'
-            )
+        large = [text for text, one in read.items() if role == "turns" and one.value > choices.MOST_TURNS]
+        angles = [text for text in large if read[text].value % 15 == 0 and text.isdecimal()]
+        for text in angles if len(large) < len(read) or angles == large else ():
+            part = Fraction(int(text), 360)
+            hint = f'if it is in degrees, write {part}, or the header as "angle [deg]"; else {text}.0'
             faulty[text] = diagnostics.NUMBER_IMPOSSIBLE, "looks like an angle, and not like a number of turns", hint
         for i, (row, text) in enumerate(zip(self.rows, texts, strict=True)):
             pulls = [self.columns[one].values[i] for one in _PULLS if one in self.columns] if text in faulty else []
@@ -695,10 +694,10 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
     said = any(diagnostic.code == diagnostics.VALUE_BELOW_ITS_FIRST_ROW for diagnostic in faults.found)
     there, mass = set(log.columns) | unread, log.columns.get("mass")
     loaded = mass is None or "force" in there or any(value != 0 for value in mass.values)
-    missing = [role for role in missing_roles(there, log.columns, loaded) if role not in choice.asked]
+    missing = [role for role in choices.missing_roles(there, log.columns, loaded) if role not in choice.asked]
     if "precession_period" in choice.asked and "turns" in missing:
         missing.remove("turns")  # needed or not, by what is answered
-    told = [_missing(role, missing, choice) for role in missing]
+    told = [choices.name_missing(role, missing, choice) for role in missing]
     if len(told) >= SEVERAL:
         told = [("; ".join(message for message, _ in told), "\n".join(hint for _, hint in told))]
     for message, hint in told:
@@ -710,7 +709,7 @@ def check_meaning(log: Readings, choice: Choice, unread: set[str], faults: Fault
         blanks = (run for column in columns.values() for run, cell in enumerate(column.readings) if not cell.text)
         for run in sorted(set(blanks)):
             typed = {role for role, column in columns.items() if column.readings[run].text}
-            for role in missing_roles(typed, columns, mass is None or mass.values[run] != 0):
+            for role in choices.missing_roles(typed, columns, mass is None or mass.values[run] != 0):
                 lacking.setdefault(role, []).append(run)
         for role, runs in lacking.items():
             lines = list(dict.fromkeys(log.lines[run] for run in runs))
@@ -733,55 +732,6 @@ SEVERAL = 4
 """This many missing quantities are reported together."""
 
 
-def _missing(role: str, missing: list[str], choice: Choice) -> tuple[str, str]:
-    """Return what is missing, and every way to add it; first a guess from the headers that name no role."""
-    unit, known = units.DISPLAY[kind_of_role(role)], roles.BY_NAME[role]
-    sample = known.sample or f"1 {unit}"
-    quoted = f'"{sample}"' if " " in sample else sample
-    named = lablog.header_of(role, unit)
-    hint = f"add a column {named}"
-    hint += f'; or a line "# {role}: {sample}"; or --set {role}={quoted}' if role != "time" else ""
-    hint += f"; or --map {role}=HEADER to name the column that contains it{known.instead}"
-    texts = [cell.text for cell in choice.unplaced]
-    message = f"{role} is missing{f' ({known.meaning})' if known.meaning else ''}"
-    if texts and role == missing[0]:
-        message += f"; headers that could not be placed: {listing(texts)}"
-    if role == "spin" and (rate := choice.used.get("precession_rate")):
-        # The lab sheet calls the spin so too.
-        header = rate[0].header.text
-        return message, f'is it "{header}", which is read as the rate of the precession? --map spin="{header}"; {hint}'
-    if role == "turns" and "time" in missing:
-        return message, hint
-    blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
-    headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
-    timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
-    told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
-    of_the_rod = [one for one in told if not roles.is_of_the_spin(one)]
-    whole = [header for header in timed if roles.suggest_role(header) == "precession_period"]
-    counts = [header for header in headers if roles.counts_weights(roles.parse_header(header))]
-    close = [one for one in headers if roles.suggest_role(one) == role and (role != "turns" or one not in timed)]
-    if role in ("mass", "spin") and len(headers) == len(missing) == 1 and roles.parse_header(headers[0]).unit is None:
-        close = headers
-    if role in ("time", "turns") and len(of_the_rod) == 1:
-        hint = f'is it --map time="{of_the_rod[0]}" --set turns={told[of_the_rod[0]]}? {hint}'
-    elif role == "time" and whole:
-        hint = f'is it --map precession_period="{whole[0]}", the time of one whole turn? {hint}'
-    elif role == "mass" and (parts := [header for header in texts if roles.is_part_of_mass(header)]):
-        hint = f'"{parts[0]}" is a part of the mass: write all that hangs on the rod, as 20.3 or 2 x 10.15; {hint}'
-    elif role == "mass" and counts:
-        ways = "write their mass instead, in a column mass [g], as 40.3 or 2 x 20.15"
-        hint = f'"{counts[0]}" counts weights: {ways}; {hint}'
-    elif role == "spin" and (turned := [one for one in told if one not in of_the_rod]):
-        hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
-    elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
-        hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
-    elif close:
-        hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
-    elif blank:
-        hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
-    return message, hint
-
-
 def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     """Ask if a period may not be the time of one turn: the error in I_zz would be large."""
     period, time = columns["precession_period"], columns.get("time")
@@ -802,31 +752,3 @@ def _check_period(columns: Mapping[str, Column], faults: Faults) -> None:
     ]
     if 2 * sum(exchanged) > len(exchanged):
         faults.add("exchanged", period.cell(0), period=period.header, time=time.header)
-
-
-def read_notes(grid: sources.Grid, faults: Faults) -> str:
-    """Return the origin of positions that a note states, or "".
-
-    The function warns of every note that may say that a reading is not what is typed, such as "twice the real rpm".
-    """
-    notes = {text.text: text for text in grid.comments}
-    for key, text in grid.metadata:
-        if key.lower() in TEXTS or not roles.is_key(key):
-            notes[f"{key}: {text.text}"] = text
-    origins, texts = list(map(roles.noted_origin, notes)), list(notes)
-    for row in grid.rows:
-        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
-        if words and not any(map(layout.is_number, row.texts)):
-            origins.append(roles.noted_origin(", ".join(row.texts)))
-            texts += [", ".join(row.texts)] if not layout.is_head(row) else []
-        # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
-        words = [at for at in words if not roles.parse_header(typed := row.texts[at]).roles
-                 or (re.search(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
-        note = ", ".join(row.texts[at] for at in words)
-        if words and note not in notes and roles.altered_role(note):
-            notes[note] = grid.cell(row, words[0])
-    for note, cell in notes.items():
-        if role := roles.altered_role(note).replace("_", " "):
-            faults.add("note", cell, note=note, role=role)
-    origin = next(filter(None, origins), "")
-    return "both" if origin == "surface" and any(map(roles.noted_centre, texts)) else origin

@@ -35,6 +35,7 @@ _SMALL_DOUBT = 0.002
 _LAP = 0.15
 """Largest difference of laps that count as equal [1]."""
 _PLUS, _ARM = r"\s*\+\s*", r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
+"""Between two weights that hang together, and a length that may be an arm."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
 _PULLS = ("mass", "force", "torque")
@@ -594,18 +595,19 @@ class TableReader:
     def _count_from_centre(self, columns: dict[str, Column]) -> float:
         """Make positions count from the centre of the ball, if the log says that they count from elsewhere.
 
-        The function returns the standard uncertainty of the distance between the two [m].
+        The function returns the standard uncertainty of the distance between the two [m]. It reports a text that gives
+        another position.
         """
         position, stated = columns.get("position"), self.settings.fields.get("position_from")
         if position is None:
             return 0.0
-        known = [" ".join(row.texts) for row in self.grid.rows if layout.is_head(row)]
         for text in layout.texts_of(self.grid):
             of_arm = re.search(_ARM, text) and roles.from_centre(text)
             said = layout.said_in(sources.Row(1, [text])).get("position") if of_arm else None
             arm = read_cell(said[0], "length", None).value if said else 0.0
             agrees = any(abs(arm - (value or 0.0)) <= 0.05 * arm for value in position.values)
-            if arm and not (agrees or text in known or roles.altered_role(text) or re.search(roles.CORRECTED, text)):
+            is_head = arm and any(text == " ".join(row.texts) for row in self.grid.rows if layout.is_head(row))
+            if arm and not (agrees or roles.altered_role(text) or re.search(roles.CORRECTED, text) or is_head):
                 self.faults.add("note", note=text, role="position")
         named = "" if position.header.startswith(("#", "--")) else position.header
         noted = self.settings.origin

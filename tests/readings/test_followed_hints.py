@@ -356,3 +356,33 @@ def test_positions_from_the_surface_in_a_sentence_lack_the_diameter(sentence: st
     text = log("m (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
     assert "ball_diameter" in hint_of(f"{sentence}.\n\n{text}", "G340")
     assert gives_truth(f"# ball_diameter: 101.6 mm\n{sentence}.\n\n{text}")
+
+
+def test_name_that_is_too_many_in_the_header_is_deleted_as_the_hint_says() -> None:
+    text = log("run,mass (g),x (cm),rpm,turns,time (s)", lambda m, s, t: f"{m},14.8,{s},1,{t:.2f}")
+    assert "one name more than the rows have cells, delete that name" in hint_of(text, "G202")
+    assert gives_truth(text.replace("run,", ""))
+
+
+def test_number_that_is_split_at_its_comma_is_written_as_the_hint_says() -> None:
+    row = plain(*RUNS[4])
+    text = GOOD.replace(row, "40.3,14.8,394," + f"{RUNS[4][2]:.2f}".replace(".", ",") + ",1")
+    assert "write it with a point (13.06 for 13,06) or in quotes" in hint_of(text, "G209")
+    assert gives_truth(GOOD)
+    quoted = f'40.3,14.8,394,"{RUNS[4][2]:.2f}",1'.replace(f"{RUNS[4][2]:.2f}", f"{RUNS[4][2]:.2f}".replace(".", ","))
+    assert gives_truth(GOOD.replace(row, quoted))
+
+
+def test_times_of_a_running_clock_keep_their_last_column_as_the_hint_says() -> None:
+    text = log(
+        "mass (g);r (cm);rpm;t1 (s);t2 (s);t3 (s)", lambda m, s, t: f"{m};14.8;{s};{t:.2f};{2 * t:.2f};{3 * t:.2f}"
+    )
+    turns = found('"(# turns: [0-9]+)" if the first time covers one turn', hint_of(text, "G303"))
+    kept = log("mass (g);r (cm);rpm;t3 (s)", lambda m, s, t: f"{m};14.8;{s};{3 * t:.2f}")
+    assert gives_truth(f"{turns}\n{kept}")
+
+
+def test_period_of_the_ball_is_named_as_the_hint_says() -> None:
+    text = log("mass [g],r [cm],period (s),preiod (s),turns", lambda m, s, t: f"{m},14.8,{60 / s:.4f},{t / 3:.2f},1/3")
+    name = found('--map spin_period="([^"]+)"', hint_of(text, "G230"))
+    assert gives_truth(text, mapping={"spin_period": name})

@@ -115,12 +115,11 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
     ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
     needed = whole or (measured.motion is None and changes.release_may_matter(lab))
-    listed = changes.list_effects(lab, () if whole else ("release",)) if needed else ()
-    lab = replace(lab, release=next((one.size for one in listed if one.effect == "release"), None))
+    lab = replace(lab, effects=changes.list_effects(lab, () if whole else ("release",)) if needed else ())
     patterns = tables.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     seen = findings.Seen(
-        **asdict(lab), outliers=outliers, without=no_odd_run, p=p, effects=listed,
+        **asdict(lab), outliers=outliers, without=no_odd_run, p=p,
         patterns=patterns, exponent=exponent, ball=ball, sizes=tuple(sizes), whole=whole,
     )  # fmt: skip
     for check in findings.CHECKS:
@@ -157,7 +156,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         fits=tables.named_fits(measured, fit, kept) if whole else (),
         budget=fit.budget,
         sensitivity=tuple([one for _, one in changed]),
-        effects=listed,
+        effects=lab.effects,
         power_law=tables.power_laws(measured, groups) if whole else (),
         exponent=exponent,
         constancy=tables.constancy(measured, torques, groups) if whole else None,
@@ -214,7 +213,8 @@ def fit_runs(
         if fallen:
             raise LogError(fallen)
     try:
-        runs, (chosen, fit) = measured, changes.choose_model(measured, model)
+        runs, (chosen, whole) = measured, changes.choose_model(measured, model)
+        fit, effects = (whole.fit, whole.effects) if whole else (None, ())
         outliers, screened = fitting.screen(runs, chosen.tilted, fit and fit.as_stated)
         if fitting.is_corrected(measured, chosen):
             odd = tuple([outlier.index for outlier in outliers])
@@ -224,7 +224,7 @@ def fit_runs(
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
         left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
         if fit is None or left_out:
-            fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out)
+            fit, effects = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out), ()
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])
@@ -247,7 +247,7 @@ def fit_runs(
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
-    lab = Lab(readings, runs, fit, chosen, left_out)
+    lab = Lab(readings, runs, fit, chosen, left_out, effects)
     return lab, wrong_cells.explain(readings, lab, outliers, screened or fit) if outliers else (), without
 
 

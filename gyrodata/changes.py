@@ -57,8 +57,13 @@ class Lab(Struct, frozen=True):
     fit: FitResult
     chosen: ChosenModel
     left_out: tuple[int, ...] = ()
-    release: float | None = None
-    """Size of the release in standard uncertainties of I_zz [1]; None if it is not computed."""
+    effects: tuple[Effect, ...] = ()
+    """Effects whose sizes in this fit are known."""
+
+    @property
+    def release(self) -> float | None:
+        """Size of the release in standard uncertainties of I_zz [1]; None if it is not known."""
+        return next((one.size for one in self.effects if one.effect == "release"), None)
 
     def change(self, name: str, words: str, changed: Mapping[str, Any] | None = None, **how: Any) -> Change:
         """Give this lab with other fields of its measurements, and with other fields of the change."""
@@ -346,9 +351,8 @@ def _sample(lab: Lab) -> Lab:
         measured, fit = fitting.fit_model(some, lab.chosen)
     except fitting.NoFit:
         return lab
-    u = fitting.relative_u(lab.fit.inertia) * abs(fit.inertia.value)
     # Without a posterior the sizes are those at the widths of this fit, however large they are.
-    return Lab(None, measured, replace(fit, inertia=replace(fit.inertia, u=u), posterior=None), lab.chosen)
+    return Lab(None, measured, replace(fit, posterior=None), lab.chosen)
 
 
 def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
@@ -356,8 +360,12 @@ def list_effects(lab: Lab, names: Collection[str] = ()) -> tuple[Effect, ...]:
     u, effects, told = fitting.relative_u(lab.fit.inertia), [], fitting.earth_is_told(lab.measured)
     if len(lab.measured.runs) > fitting.MANY:
         lab = _sample(lab)
+    known = {one.effect: one for one in lab.effects}
     for change in CHANGES["effect"](lab):
         if names and change.name not in names:
+            continue
+        if change.name in known:
+            effects.append(known[change.name])
             continue
         bias = _bias(lab, change)
         if change.name == "earth" and bias is not None and not told:
@@ -423,12 +431,14 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
         small = not release_may_matter(lab, limit) if lab.release is None else lab.release < limit
         is_clear = (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE if lab.chosen.released else small
     for change in CHANGES[table](lab):
-        measured, chosen, inertia, fit = change.measured or lab.measured, change.chosen, None, None
+        measured, chosen, inertia, whole = change.measured or lab.measured, change.chosen, None, None
         if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):
-            chosen, fit = choose_model(measured, "auto")
+            chosen, whole = choose_model(measured, "auto")
         with suppress(fitting.NoFit):
-            if fit is None or change.left_out or change.widths:
+            if whole is None or change.left_out or change.widths:
                 _, fit = fitting.fit_model(measured, chosen, change.left_out, change.widths)
+            else:
+                fit = whole.fit
             # An interval that includes zero is not an answer.
             if (fit.inertia.interval_95 or (1.0, 1.0))[0] > 0:
                 inertia = fit.inertia
@@ -448,11 +458,11 @@ ALWAYS_OUT = ("decay_law", "earth")
 """Effects that are left out if the log lacks the readings for them, and that count towards the sum."""
 
 
-def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, FitResult | None]:
+def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, Lab | None]:
     """Choose the simplest model that is good enough for a log, by the sizes of the effects, or the requested one.
 
-    If the log does not say how the rod was started, a release from rest is assumed if it matters. The second value is
-    the fit of all runs with this model, if the choice needed it.
+    If the log does not say how the rod was started, a release from rest is assumed if it matters. The second value
+    contains the fit of all runs with this model and its effects, if the choice needed them.
     """
     tilts, told = bool(np.any(measured.pitch)), fitting.earth_is_told(measured)
     if model != "auto":
@@ -468,7 +478,7 @@ def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, Fit
     except fitting.NoFit:
         # It is unknown what could be left out.
         return fullest, None
-    whole = None if fit.posterior is None else fit
+    whole = None if fit.posterior is None else lab
     released = fullest.released or (measured.motion is None and release_may_matter(lab))
     if released and not fullest.released:
         # A rod that would sag steeply in a run was not released.
@@ -479,7 +489,8 @@ def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, Fit
     if simplest == fullest and not released:
         return simplest, whole
     named = {"tilt": tilts, "release": released, "earth": told}
-    sizes = {effect.effect: effect for effect in list_effects(lab, (*named, *ALWAYS_OUT))}
+    lab = replace(lab, effects=list_effects(lab, (*named, *ALWAYS_OUT)))
+    sizes = {effect.effect: effect for effect in lab.effects}
     may = {name: sizes[name].bias for name, has in named.items() if has}
     rest = (sizes[name] for name in ALWAYS_OUT if name in sizes and name not in may)
     dropped = math.fsum(abs(effect.bias or 0.0) for effect in rest if not effect.in_u)
@@ -498,7 +509,7 @@ def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, Fit
     steady = replace(chosen, released=False)
     if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):
         chosen = steady
-    return chosen, whole if chosen == simplest else None
+    return chosen, whole and lab if chosen == simplest else None
 
 
 CLEARLY = math.log(200.0)

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from gyrodata import changes, fitting, mistakes
-from gyrodata.changes import DROP_ONE, Effect, Lab
+from gyrodata.changes import DROP_ONE, Lab
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import Estimate, Outlier, relative_u
 from gyrodata.measurements import spin_columns
@@ -43,7 +43,6 @@ class Seen(Lab, frozen=True, kw_only=True):
     """I_zz without any odd run [kg*m^2], if one is kept."""
     p: float | None
     """Chance of a chi-square at least as large; None without degrees of freedom."""
-    effects: tuple[Effect, ...]
     patterns: tuple[Pattern, ...]
     exponent: Exponent | None
     ball: Ball | None

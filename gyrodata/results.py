@@ -236,8 +236,7 @@ class Analysis(Struct, frozen=True, eq=False):
     def lab(self) -> Lab:
         """The log and its fit, for `changes`."""
         left_out = tuple(i for i, run in enumerate(self.run_table) if run.left_out)
-        release = next((effect.size for effect in self.effects if effect.effect == "release"), None)
-        return Lab(self.readings, self.measurements, self.fit, self.model, left_out, release)
+        return Lab(self.readings, self.measurements, self.fit, self.model, left_out, self.effects)
 
     @property
     def runs_disagree(self) -> bool:

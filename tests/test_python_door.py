@@ -59,7 +59,7 @@ def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     assert ax.get_legend_handles_labels()[1] == [*labels, "fitted line", "through the origin"]
     drawn = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() != "None"])
     assert sorted(drawn) == pytest.approx(sorted(1e3 * lab.runs["torque"]))
-    assert ax.get_ylabel() == "torque M [mN·m]"
+    assert ax.get_ylabel() == "M [mN·m]"
 
 
 def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:

@@ -44,7 +44,7 @@ def _figure(height: float, title: str) -> Figure:
     """Create a figure with a title."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, height), dpi=120)
+    figure = Figure(figsize=(9.0, height), dpi=120, layout="constrained")
     figure.suptitle(title, x=0.01, ha="left")
     return figure
 

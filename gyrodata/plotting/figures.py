@@ -109,7 +109,7 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
     low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
-    ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"torque M [{scene.unit}]")
+    ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"M [{scene.unit}]")
     ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
     ax.fill_between(x, line - down, line + up, color=BAND, alpha=0.15, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
@@ -336,8 +336,9 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     """Draw one of `FIGURES` with its legend, and return its main axes."""
     panels = FIGURES[name].panels
     axes: list[Axes] = list(figure.subplots(len(panels), squeeze=False).flat)
-    # About the width that the layout will give: the names of runs need it before the layout is known.
-    figure.subplots_adjust(right=0.97)
+    width, height = 72 * figure.get_size_inches()
+    # The names of runs need about the final width of the axes.
+    figure.subplots_adjust(left=40 / width, right=1 - 14 / width, hspace=0.08)
     for ax, draw in zip(axes, panels, strict=True):
         ax.locator_params(nbins=5)
         draw(ax, scene)
@@ -346,6 +347,11 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
     shown = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(list(shown.values()), list(shown), loc="outside lower left", ncols=2, title=title)
+    # Space for the texts [points], by the numbers of their letters and lines: a layout engine would lay out every text.
+    ticks = [text for ax in axes for text in ax.yaxis.get_major_formatter().format_ticks(ax.get_yticks().tolist())]
+    lines = max(map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))) + bool(title)
+    left, top = 26 + 5.7 * max(map(len, ticks)), 20 if axes[0].get_title("left") else 8
+    figure.subplots_adjust(left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height)
     return axes[0]
 
 
@@ -394,11 +400,7 @@ def render(
 
 
 def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
-    """Lay out a figure and return the bytes of its file; a PNG of level 9 is smaller than one of level 1, but slow."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    # With the layout as a setting of the figure, `savefig` would draw twice.
-    ConstrainedLayoutEngine().execute(figure)
+    """Return the bytes of a figure's file; a PNG of level 9 is smaller than one of level 1, but slow."""
     file = io.BytesIO()
     options: Any = {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
     figure.savefig(file, format=form, metadata=METADATA[form], **options)

@@ -224,7 +224,8 @@ def fit_runs(
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
         left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
         if fit is None or left_out:
-            fit, effects = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out), ()
+            as_stated, effects = screened if odd == left_out else None, ()
+            fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out, as_stated=as_stated)
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -114,13 +115,28 @@ class Unit(Struct, frozen=True):
     dimensions: Dimensions = Dimensions()
 
 
+class Letters(dict[int, int | str | None]):
+    """A table for ``str.translate`` that also removes marks: those of which `is_gone` is true."""
+
+    def __init__(self, table: Mapping[int, str | int | None], is_gone: Callable[[str], bool]) -> None:
+        super().__init__(table)
+        self.is_gone = is_gone
+
+    def __missing__(self, code: int) -> int | None:
+        """Decide about a letter when it is first seen."""
+        self[code] = kept = None if self.is_gone(chr(code)) else code
+        return kept
+
+
 # Letters of other alphabets that look like Latin letters become these. Capital and small letters are listed one by one,
-# because "н" is not an "h".
-_LOOK_ALIKES = str.maketrans(
-    "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″",
-    "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"",
+# because "н" is not an "h". For `re`, the vowel signs of Hindi, Thai and Arabic are not letters.
+_LOOK_ALIKES = Letters(
+    str.maketrans(
+        "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″⁄",
+        "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"/",
+    ),
+    lambda c: c >= "\u0590" and unicodedata.category(c)[0] == "M",
 )
-_RINGS = str.maketrans({"º": "°", "˚": "°", "̊": "°"})
 
 
 @lru_cache(maxsize=4096)
@@ -128,9 +144,9 @@ def fold_letters(text: str) -> str:
     """Replace compatibility forms and look-alike letters of other alphabets; upper and lower case are kept."""
     if text.isascii():
         return text
-    folded = unicodedata.normalize("NFKC", text.translate(_RINGS)).translate(_LOOK_ALIKES).replace("⁄", "/")
-    # For `re`, the vowel signs of Hindi, Thai and Arabic are not letters.
-    return "".join(c for c in folded if c < "\u0590" or unicodedata.category(c)[0] != "M")
+    for ring in "º˚\u030a":
+        text = text.replace(ring, "°")
+    return unicodedata.normalize("NFKC", text).translate(_LOOK_ALIKES)
 
 
 _BASES = {unit: Dimensions(*powers) for unit, powers in vocabulary.BASES.items()}

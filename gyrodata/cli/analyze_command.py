@@ -6,7 +6,6 @@ import os
 import re
 import sys
 import time
-import webbrowser
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -117,6 +116,8 @@ def analyze(
         if done.report and not quiet:
             terminal.tell(f"report: {done.report}")
         if done.report and opened:
+            import webbrowser
+
             webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
         worst = max(worst, done.code)
     if file is not None:

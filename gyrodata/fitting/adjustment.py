@@ -400,6 +400,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
+    upper = np.triu(np.ones((width, width + 1)))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):
@@ -419,7 +420,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
         rows[:count, -1] = -at.misclosure * weight
         rows[count:, -1] = -unknowns[1:]
         # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.
-        whole = np.triu(np.linalg.qr(rows, mode="raw")[0].T[:width])
+        whole = np.linalg.qr(rows, mode="raw")[0].T[:width] * upper
         triangle = whole[:, :-1]
         if not triangle.diagonal().all():
             raise NoFit("these runs do not determine the unknowns separately")

@@ -204,7 +204,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
 
 def fit(
-    measured: Measurements, widths: Widths | None = None, *, tilted: bool = False, left_out: Collection[int] = ()
+    measured: Measurements,
+    widths: Widths | None = None,
+    *,
+    tilted: bool = False,
+    left_out: Collection[int] = (),
+    as_stated: FitResult | None = None,
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -222,6 +227,8 @@ def fit(
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
         Runs that are not used; their times are still predicted.
+    as_stated : FitResult, optional
+        The fit at the stated widths, if it is there already.
 
     Returns
     -------
@@ -240,7 +247,11 @@ def fit(
     agree: list[FitResult] = []
     for sign in signs:
         try:
-            result = _at_widths(measured, adjustment.assume_sense(measured, sign), tilted, kept, widths or AS_STATED)
+            sense = adjustment.assume_sense(measured, sign)
+            if as_stated is not None and widths is None and np.array_equal(sense, as_stated.sense):
+                result = as_stated
+            else:
+                result = _at_widths(measured, sense, tilted, kept, widths or AS_STATED)
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
@@ -554,6 +565,6 @@ def fit_model(
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
         result = fitted(runs, AS_STATED)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-10, atol=0):
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-8, atol=0):
             break
-    return runs, result if widths == AS_STATED else fitted(runs, widths)
+    return runs, result if widths == AS_STATED else fitted(runs, widths, as_stated=result)

@@ -253,11 +253,13 @@ SAID_KINDS = {"mass": "mass", "length": "position", "rate": "spin"}
 _BALL, _WEIGHT, _NOT_TIMED = map(vocabulary.pattern, ("sphere", "weight_added", "not_timed"))
 _ON_ROD = rf"\b{vocabulary.pattern('on_rod')}\b"
 """Where a weight is: such words say that a mass is not that of the rod."""
-_SAYS_NOTHING = re.compile(
-    rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b(?!.*{vocabulary.pattern('weight_added')})"
+_SAYS_NOTHING = (
+    rf"(?i)^\W*(?:{vocabulary.pattern('article')}\s*)*{vocabulary.pattern('ball')}\b"
+    rf"(?!.*{vocabulary.pattern('weight_added')})"
 )
-_SEVERAL_WEIGHTS = re.compile(
-    rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
+_SEVERAL_WEIGHTS = (
+    rf"(?i)(?<![\w.,])(?:[2-9]|{vocabulary.pattern('several')})\s+"
+    rf"(?:[^\W\d]+\s+)?{vocabulary.pattern('several_weights')}|[0-9]\s*k?g\s*\+\s*[0-9]"
 )
 """Sentences whose quantities, or whose mass, are not those of a run: "Steel ball, m = 4.28 kg", "2 weights of 20 g"."""
 _NAMES_OF_TIME = re.split(r"[\s,]+", vocabulary.words("time", ","))
@@ -379,7 +381,7 @@ def _said_in_sentence(whole: str, ends: set[int], with_time: bool) -> Iterator[t
     only_position = re.search(_NOT_TIMED, outside if turns_in(outside) else whole) and not {"spin", "time"} <= {
         role for role, *_ in found
     }
-    says_nothing, several = _SAYS_NOTHING.search(whole) or only_position, _SEVERAL_WEIGHTS.search(whole)
+    says_nothing, several = re.search(_SAYS_NOTHING, whole) or only_position, re.search(_SEVERAL_WEIGHTS, whole)
     for one in found if "?" not in whole else ():
         # "Rod timed over a third of a turn"
         timed = one[0] == "turns" and re.search(TIMED, whole) and not only_position and not roles.is_of_the_spin(whole)
@@ -468,8 +470,9 @@ def read_notes(grid: Grid, faults: Faults) -> str:
 
 
 _LEGENDS = r"[,;]\s+(?=\W*[^\W\d_]\w{0,7}\W?\s*[=:])"
-_LEGEND = re.compile(
-    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
+_LEGEND = (
+    r"\W*(?:([^\W\d_]{3,})\s+`)?([^\W\d_]\w{0,7})[`*]*\s*"
+    r"(?:(?(1)|(?:[=:]|(?<=\s)(?:is|ist|est|è|es)\b))\s*([^\W\d].{3,90}))"
 )
 
 
@@ -499,7 +502,7 @@ class _Sheet:
         texts += [*(comment.text for comment in grid.comments), *(f"{key}: {text.text}" for key, text in grid.metadata)]
         self.legend: dict[str, str] = {}
         """What a line such as "d = distance from centre in cm" says of a short header."""
-        for one in filter(None, (_LEGEND.fullmatch(part) for text in texts for part in re.split(_LEGENDS, text))):
+        for one in filter(None, (re.fullmatch(_LEGEND, part) for text in texts for part in re.split(_LEGENDS, text))):
             words = re.split(r"[;.]\s", f"{one[1] or ''} {one[3]}".strip())[0].rstrip(" )")
             if parse_header(words).unit or turns_in(words):
                 self.legend[squeeze(one[2])] = words
@@ -749,7 +752,10 @@ class _Sheet:
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
             of_row = said_in(row)
-            is_legend = any(squeeze(one[2]) in self.legend for one in filter(None, map(_LEGEND.fullmatch, row.texts)))
+            is_legend = any(
+                squeeze(one[2]) in self.legend
+                for one in filter(None, (re.fullmatch(_LEGEND, text) for text in row.texts))
+            )
             for cell, header in self.here if "turns" not in self.decided and not is_legend else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
                 of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)
@@ -859,7 +865,7 @@ def _contains_means(rows: list[Row], headers: list[Header], role: str) -> bool:
 # Before the first run ----------------------------------------------------------------------------------------------
 
 
-_COPY = re.compile(r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$")
+_COPY = r"(?i)(?:\.|\s+run\s?#?\s?)[0-9]{1,3}$"
 """What a spreadsheet or a data logger writes behind names that repeat."""
 
 
@@ -874,7 +880,7 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
     filled = filled_at(head)
     # A column on the left may number the rows of all tables.
     for left in (0, 1):
-        names = "".join(f"{squeeze(_COPY.sub('', head.texts[at]))}\n" for at in filled[left:])
+        names = "".join(f"{squeeze(re.sub(_COPY, '', head.texts[at]))}\n" for at in filled[left:])
         if match := re.match(r"((?:.+\n){2,}?)\1+", names):
             break
     names_of_one = match[1].split() if match else []
@@ -893,7 +899,7 @@ def _blocks(rows: list[Row], first: int) -> list[tuple[list[Row], Row, list[Row]
                 # "mass:", "20 g", "", "40 g": the name at the side is valid for all.
                 label = re.fullmatch(r"[^\d=]+" if starts[0] else r"[^\d=]+:", row.texts[0]) if start else None
                 words = [*words, _cut(row, [0, *range(start, end)]) if label else own]
-        own_head = replace(cut[first], texts=[_COPY.sub("", text) for text in cut[first].texts])
+        own_head = replace(cut[first], texts=[re.sub(_COPY, "", text) for text in cut[first].texts])
         blocks.append((words, own_head, [row for row in cut[first + 1 :] if any(row.texts)]))
     blocks[-1][2].extend(notes)
     return blocks

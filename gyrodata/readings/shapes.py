@@ -49,10 +49,9 @@ _MASS_OF_ONE = (
     rf"(?i)\b(?:{vocabulary.words('each', '|')})\W+(?:\w+\W+)?(?:{_ONE_WEIGHT})\b[^0-9;]{{0,20}}?{_MASS}"
     rf"|{_MASS}\s*(?:{vocabulary.words('each', '|')})\b"
 )
-_IN_HEADER = re.compile(
-    rf"[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
-    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?",
-    re.IGNORECASE,
+_IN_HEADER = (
+    rf"(?i)[\[(]?\s*(?:\b(?:{vocabulary.words('with').replace(' ', '|')}|[mMxr])\s*[=:]?\s*)?"
+    rf"(?<![\w.,/])({quantities.NUMBER})\s*([^\W\d_][^\s,;)\]]*)\s*[\])]?"
 )
 """A quantity in a header, with its brackets and small words: "(20 g)", "with 20 g", "m = 20 g"."""
 _CORNER = r"\s*(?:\\|↓|→|\||\s/\s|\bvs\b)\s*"
@@ -67,7 +66,7 @@ def _uncrossed(grid: Grid, faults: Faults) -> Grid:
     for index, head in enumerate(grid.rows[: layout.TITLES_LOOKED_AT]):
         groups: dict[tuple[str, str], dict[int, str]] = {}
         for at in filled_at(head):
-            match = _IN_HEADER.search(head.texts[at])
+            match = re.search(_IN_HEADER, head.texts[at])
             role = next((role for kind, role in SAID_KINDS.items() if match and kind in kinds_of(match[2])), "")
             if match and role:
                 name = f"{head.texts[at][: match.start()].strip()} {head.texts[at][match.end() :].strip()}".strip()

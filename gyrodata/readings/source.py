@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
-from xml.etree import ElementTree
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -289,6 +288,8 @@ _OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
 
 def _opendocument_rows(content: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
+    from xml.etree import ElementTree
+
     if b"<!DOCTYPE" in content:
         raise ValueError("it declares entities")
     sheets: dict[str, list[list[Any]]] = {}
@@ -540,7 +541,13 @@ def find_place(lines: list[str], delimiter: str, spot: int) -> Place:
     line, at = divmod(spot, MAX_COLUMNS)
     text = "\n".join(lines[line - 1 : line + _MOST_LINES_OF_A_CELL])
     mark = re.escape(delimiter)
-    cell = rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}'
-    match = re.match(rf'(?:{cell}){{{at}}}(?:[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n]))?', text)
-    before = text[: match.end()] if match else ""
+    cell = re.compile(rf'(?> *(?:"(?:[^"]|"")*(?:"|\Z))?[^{mark}\n]*){mark}')
+    end = 0
+    for _ in range(at):
+        found = cell.match(text, end)
+        if not found:
+            return Place(line, 1)
+        end = found.end()
+    first = re.compile(rf'[{_UNSEEN}]*"?(?=[^{mark}{_UNSEEN}"\n])').match(text, end)
+    before = text[: first.end() if first else end]
     return Place(line + before.count("\n"), len(before) - before.rfind("\n"))

@@ -533,9 +533,8 @@ class TableReader:
     def _compare_with_texts(self, counted: Column) -> None:
         """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""
         heads = [cell.text for cell in self.table.cells]
-        texts = [
-            text for text in layout.texts_of(self.grid) if turns_in(text) and not all(head in text for head in heads)
-        ]
+        texts = [text for text in layout.texts_of(self.grid) if not all(head in text for head in heads)]
+        texts = list(filter(turns_in, texts))
         timed = [
             re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text]))
             or not layout.TIME_WORDS.isdisjoint(word.rstrip("s") for word in roles.squeezed_words(text))

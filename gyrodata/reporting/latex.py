@@ -120,7 +120,7 @@ _MATH = {
 
 _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆₇₈₉", "-0123456789n0123456789")
 _TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"
-_FORMULA = re.compile(
+_FORMULA = (
     rf"(?:(?<![\w.])[0-9]+(?:[./][0-9]+)? ?)?(?:{_TOKEN}|{SYMBOLS.pattern})"
     rf"(?:(?:[ =/+()|]|[0-9]++(?:\.[0-9]++)?+)*(?:{_TOKEN}|{SYMBOLS.pattern}))*(?:(?: = )?[0-9]+(?:\.[0-9]+)?)?"
 )
@@ -134,7 +134,7 @@ def escape(text: str) -> str:
     """
     text = "".join(" " if one.isspace() else one for one in shown(text))
     done, end = "", 0
-    for found in _FORMULA.finditer(text):
+    for found in re.finditer(_FORMULA, text):
         formula, behind = found[0], text[found.end() : found.end() + 1]
         is_open = {")": formula.count("(") > formula.count(")"), "|": formula.count("|") % 2}
         formula += behind if is_open.get(behind) else ""

@@ -565,6 +565,6 @@ def fit_model(
     for _round in range(MAX_ROUNDS):
         before, runs = runs.slowing, corrected(bare, result, chosen)
         result = fitted(runs, AS_STATED)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-8, atol=0):
+        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-7, atol=0):
             break
     return runs, result if widths == AS_STATED else fitted(runs, widths, as_stated=result)

@@ -138,35 +138,18 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     # Advice for another measurement is only valid for runs without doubts.
     advice = tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
     return Analysis(
-        name=readings.name,
-        sha256=readings.sha256,
-        options=options,
-        readings=readings,
-        measurements=measured,
-        fit=fit,
-        model=lab.chosen,
-        outliers=outliers,
-        inertia=_result(fit.inertia),
-        residual_torque=_result(fit.residual_torque),
-        timing_bias=_result(fit.timing_bias),
+        name=readings.name, sha256=readings.sha256, options=options, readings=readings, measurements=measured,
+        fit=fit, model=lab.chosen, outliers=outliers, inertia=_result(fit.inertia),
+        residual_torque=_result(fit.residual_torque), timing_bias=_result(fit.timing_bias),
         if_balanced=balanced if whole and not fitting.torques_differ(measured.torque[kept]) else None,
-        doubts=tuple(doubts),
-        p=p,
-        birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
-        fits=tables.named_fits(measured, fit, kept) if whole else (),
-        budget=fit.budget,
-        sensitivity=tuple([one for _, one in changed]),
-        effects=lab.effects,
-        power_law=tables.power_laws(measured, groups) if whole else (),
-        exponent=exponent,
-        constancy=tables.constancy(measured, torques, groups) if whole else None,
-        ball=ball if whole else None,
-        torques=torques,
-        run_table=tables.run_table(measured, fit, outliers, lab.left_out),
-        patterns=patterns,
-        advice=advice or (findings.list_advice(lab) if whole else ()),
-        diagnostics=tuple(found),
-    )
+        doubts=tuple(doubts), p=p, birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
+        fits=tables.named_fits(measured, fit, kept) if whole else (), budget=fit.budget,
+        sensitivity=tuple([one for _, one in changed]), effects=lab.effects,
+        power_law=tables.power_laws(measured, groups) if whole else (), exponent=exponent,
+        constancy=tables.constancy(measured, torques, groups) if whole else None, ball=ball if whole else None,
+        torques=torques, run_table=tables.run_table(measured, fit, outliers, lab.left_out), patterns=patterns,
+        advice=advice or (findings.list_advice(lab) if whole else ()), diagnostics=tuple(found),
+    )  # fmt: skip
 
 
 ABSURD = 1000.0
@@ -224,8 +207,7 @@ def fit_runs(
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
         left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
         if fit is None or left_out:
-            as_stated, effects = screened if odd == left_out else None, ()
-            fit = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out, as_stated=as_stated)
+            fit, effects = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out), ()
         without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])

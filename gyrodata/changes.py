@@ -60,11 +60,6 @@ class Lab(Struct, frozen=True):
     effects: tuple[Effect, ...] = ()
     """Effects whose sizes in this fit are known."""
 
-    @property
-    def release(self) -> float | None:
-        """Size of the release in standard uncertainties of I_zz [1]; None if it is not known."""
-        return next((one.size for one in self.effects if one.effect == "release"), None)
-
     def change(self, name: str, words: str, changed: Mapping[str, Any] | None = None, **how: Any) -> Change:
         """Give this lab with other fields of its measurements, and with other fields of the change."""
         runs = replace(self.measured, **changed) if changed else self.measured
@@ -428,8 +423,9 @@ def answers(lab: Lab, table: str) -> list[tuple[Change, Sensitivity]]:
     # Then all changes need the model of the log itself.
     is_clear = not (lab.chosen.tilted or lab.measured.pitch.any() or fitting.earth_is_told(lab.measured))
     if is_clear and lab.measured.motion != "steady":
-        small = not release_may_matter(lab, limit) if lab.release is None else lab.release < limit
-        is_clear = (lab.release or 0.0) > FAR_FROM_LIMIT * DROP_ONE if lab.chosen.released else small
+        release = next((one.size for one in lab.effects if one.effect == "release"), None)
+        small = not release_may_matter(lab, limit) if release is None else release < limit
+        is_clear = (release or 0.0) > FAR_FROM_LIMIT * DROP_ONE if lab.chosen.released else small
     for change in CHANGES[table](lab):
         measured, chosen, inertia, whole = change.measured or lab.measured, change.chosen, None, None
         if not (chosen.asked or (chosen == lab.chosen and (is_clear or len(measured.runs) > FEW))):

@@ -362,10 +362,10 @@ def _unusual(seen: Seen) -> Iterable[Diagnostic]:
     readings, measured = seen.readings, seen.measured
     loaded = measured.torque != 0
     spin, rate = measured.spin[loaded], np.abs(measured.product[loaded]) / measured.spin[loaded]
-    turn, arm = float(np.median(2 * np.pi / rate)), float(np.abs(measured.position[loaded]).max())
+    turn, arm = fitting.median(2 * np.pi / rate), float(np.abs(measured.position[loaded]).max())
     # These do not depend on the unit of the spin, or of the mass: L = M/φ̇, and m x²/I_zz = x φ̇ψ̇/g.
-    momentum = float(np.median(np.abs(measured.torque[loaded]) / rate))
-    lever = arm * float(np.median(rate * spin)) / measured.g
+    momentum = fitting.median(np.abs(measured.torque[loaded]) / rate)
+    lever = arm * fitting.median(rate * spin) / measured.g
     fastest, turned_by_hand = float(spin.max()), spin.max() > 1.2 * spin.min() and momentum < NO_MOTOR
     asked = (
         ("spin_not_usual", fastest < 80 * RPM or (turned_by_hand and fastest > 1800 * RPM), "spin", BY_HAND),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -101,7 +100,7 @@ def grade(
         cluster=_executor_of(cluster) if cluster else None,
         journal=None if folder is None else folder / classroom.JOURNAL, keep=not dry_run,
         figures=target / output.FIGURES if target is not None and figures else None,
-        progress=None if quiet else progress_bar(len(found.items), time.monotonic, "graded "),
+        progress=None if quiet else progress_bar(len(found.items), "graded "),
     )  # fmt: skip
     years = _earlier(previous or [])
     with ExitStack() as at_work:
@@ -122,7 +121,7 @@ def grade(
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
                 written = list(output.write_results(grades, target, filled))
-                bar = None if quiet else progress_bar(len(found.items), time.monotonic, "feedback ")
+                bar = None if quiet else progress_bar(len(found.items), "feedback ")
                 tell(*output.write_feedback(grades, target, options.figures, bar))
                 if not quiet:
                     tell(*written)

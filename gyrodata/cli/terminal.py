@@ -248,23 +248,13 @@ def refuse(name: str, /, **values: object) -> NoReturn:
     raise InputError.named(name, **values)
 
 
-def progress_bar(whole: int, clock: Callable[[], float] | None = None, what: str = "") -> Callable[[int], None] | None:
-    """Show the progress of a long computation on a terminal; a clock [s] adds an estimate of the time that is left."""
+def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
+    """Show the progress of a long computation on a terminal."""
     if not sys.stderr.isatty():
         return None
-    first: tuple[int, float] | None = None
 
     def show(done: int) -> None:
-        from gyrodata.reporting.values import duration_text
-
-        nonlocal first
-        left = ""
-        if clock is not None:
-            # The first call is the reference: an earlier run may have done many already.
-            first = first or (done, clock())
-            if done > first[0]:
-                left = f", {duration_text((clock() - first[1]) * (whole - done) / (done - first[0]))} left"
-        typer.echo(f"\r{what}{done} of {whole}{left}\033[K" if done < whole else "\r\033[K", err=True, nl=False)
+        typer.echo(f"\r{what}{done} of {whole}\033[K" if done < whole else "\r\033[K", err=True, nl=False)
 
     return show
 

@@ -6,7 +6,7 @@ contains the textbook fits for comparison. `fit_line` fits a line to points with
 """
 
 # ruff: noqa: I001 - the lists below are packed
-from gyrodata.fitting.adjustment import MAD_TO_SD, MANY, NEGLIGIBLE, NoFit, rough_inertia, sample
+from gyrodata.fitting.adjustment import MAD_TO_SD, MANY, NEGLIGIBLE, NoFit, median, rough_inertia, sample
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
     AS_STATED, ChosenModel, Estimate, FitResult, Model, Outlier, Share, Widths, balance_scale, conserved_spin,

@@ -140,22 +140,12 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
     def _estimate(self, unknown: int) -> Estimate:
         """Compute the estimate of one of I_zz, M0 and b."""
-        value, variance = self.adjusted.unknowns[unknown], self.covariance[unknown, unknown]
+        value, variance = self.adjusted.unknowns[unknown], self.adjusted.covariance[unknown, unknown]
         if self.posterior is None:
             return Estimate(float(value), math.sqrt(variance), UNITS[unknown])
         # The median, half the 68.3 % interval, and the 95 % interval.
         low, below, middle, above, high = self.posterior.quantiles(unknown).tolist()
         return Estimate(middle, (above - below) / 2, UNITS[unknown], (low, high))
-
-    @property
-    def covariance(self) -> Floats:
-        """Covariance of (I_zz, M0, b), shape (3, 3)."""
-        return self.adjusted.covariance
-
-    @property
-    def deviations(self) -> Floats:
-        """Time minus the prediction of the *other* runs, over the u of this difference, shape (n,)."""
-        return self.adjusted.deviations
 
     @cached_property
     def budget(self) -> tuple[Share, ...]:
@@ -204,12 +194,7 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
 
 
 def fit(
-    measured: Measurements,
-    widths: Widths | None = None,
-    *,
-    tilted: bool = False,
-    left_out: Collection[int] = (),
-    as_stated: FitResult | None = None,
+    measured: Measurements, widths: Widths | None = None, *, tilted: bool = False, left_out: Collection[int] = ()
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -227,8 +212,6 @@ def fit(
         Use eq. (8) with each run's pitch, not eq. (9).
     left_out : collection of int
         Runs that are not used; their times are still predicted.
-    as_stated : FitResult, optional
-        The fit at the stated widths, if it is there already.
 
     Returns
     -------
@@ -247,11 +230,7 @@ def fit(
     agree: list[FitResult] = []
     for sign in signs:
         try:
-            sense = adjustment.assume_sense(measured, sign)
-            if as_stated is not None and widths is None and np.array_equal(sense, as_stated.sense):
-                result = as_stated
-            else:
-                result = _at_widths(measured, sense, tilted, kept, widths or AS_STATED)
+            result = _at_widths(measured, adjustment.assume_sense(measured, sign), tilted, kept, widths or AS_STATED)
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
@@ -567,4 +546,4 @@ def fit_model(
         result = fitted(runs, AS_STATED)
         if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-7, atol=0):
             break
-    return runs, result if widths == AS_STATED else fitted(runs, widths, as_stated=result)
+    return runs, result if widths == AS_STATED else fitted(runs, widths)

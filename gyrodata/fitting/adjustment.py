@@ -400,6 +400,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     # n runs, and one row for the prior of each unknown except I_zz; the last column is the target.
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
+    plain = np.zeros((count, width))
     upper = np.triu(np.ones((width, width + 1)))
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -412,11 +413,10 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
             close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * (unknowns[0] * scale[0]))
             single = -at.independent * (close * at.misclosure / at.independent_variance)
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
-        plain = np.zeros((count, width))
         plain[:, :3] = at.to_unknowns * scale
         plain[problem.from_run, 3 + problem.to_column] = at.slopes[problem.from_source, problem.from_run]
         weight = kept / np.sqrt(at.independent_variance)
-        rows[:count, :-1] = plain * weight[:, None]
+        np.multiply(plain, weight[:, None], out=rows[:count, :-1])
         rows[:count, -1] = -at.misclosure * weight
         rows[count:, -1] = -unknowns[1:]
         # The triangular factor with the target as last column contains Qᵀ·target: Q is not needed.

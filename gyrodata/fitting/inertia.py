@@ -542,8 +542,8 @@ def fit_model(
         return runs, fitted(runs, widths)
     result = fitted(runs, AS_STATED)
     for _round in range(MAX_ROUNDS):
-        before, runs = runs.slowing, corrected(bare, result, chosen)
-        result = fitted(runs, AS_STATED)
-        if before is not None and runs.slowing is not None and np.allclose(before, runs.slowing, rtol=1e-7, atol=0):
+        new = corrected(bare, result, chosen)
+        if runs.slowing is not None and new.slowing is not None and np.allclose(runs.slowing, new.slowing, rtol=1e-8):
             break
+        runs, result = new, fitted(new, AS_STATED)
     return runs, result if widths == AS_STATED else fitted(runs, widths)

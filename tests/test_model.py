@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 import gyrodata
 from gyrodata import changes, physics
@@ -34,6 +35,13 @@ def simulated(**truth: object) -> str:
 def effect(analysis: gyrodata.Analysis, name: str) -> dict[str, Any]:
     """One row of the table of effects, as in the JSON."""
     return next(found for found in analysis.to_dict()["result"]["effects"] if found["effect"] == name)
+
+
+@pytest.mark.parametrize("pitches", [(0.0,), (math.radians(2),)])
+def test_sizes_of_effects_are_the_same_if_they_are_computed_again(pitches: tuple[float, ...]) -> None:
+    """The choice of the model has computed some of them already."""
+    analysis = analysed(simulated(pitches=pitches))
+    assert changes.list_effects(replace(analysis.lab, effects=())) == analysis.effects
 
 
 def test_a_slight_tilt_is_left_out_and_a_strong_one_kept() -> None:

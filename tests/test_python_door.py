@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,16 @@ def test_a_figure_is_drawn_on_axes_that_are_given(lab: Analysis) -> None:
     drawn = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() != "None"])
     assert sorted(drawn) == pytest.approx(sorted(1e3 * lab.runs["torque"]))
     assert ax.get_ylabel() == "M [mN·m]"
+
+
+def test_a_report_from_python_leaves_the_docstrings_of_matplotlib(tmp_path: Path) -> None:
+    """Only the command line does without them, to start fast."""
+    used = (
+        "import gyrodata, sys; gyrodata.analyze(sys.argv[1]).report(sys.argv[2]); from matplotlib.lines import Line2D; "
+        "print('linewidth' in Line2D.set.__doc__)"
+    )
+    command = [sys.executable, "-c", used, str(SAMPLE), str(tmp_path / "report")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "True\n"
 
 
 def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:

@@ -283,12 +283,10 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         analysis = analyze_readings(readings, request.options)
         files = {}
         if folder is not None:
-            from matplotlib import artist
-
+            from gyrodata.plotting import omit_docstrings
             from gyrodata.reporting.page import report_files
 
-            # While it is loaded, matplotlib describes every property of its classes in docstrings: a tenth of a run.
-            vars(artist)["kwdoc"] = str
+            omit_docstrings()
             files = report_files(analysis, request.figures, request.style, document)
         text = _formatted(analysis, request, below, folder is not None)
     except GyroError as error:

@@ -1,4 +1,4 @@
-"""The four figures of a log, and the figure of balanced gyroscopes above the turning Earth.
+"""The four figures of a log.
 
 A figure consists of a function that draws on axes of matplotlib, a function that describes it in words, and an entry in
 `FIGURES`. The report, ``Analysis.plot`` and the feedback for students use this entry.
@@ -397,6 +397,13 @@ def render(
             _fill(figure, scene, name)
             files[name] = save(figure, form)
     return files
+
+
+def omit_docstrings() -> None:
+    """Load matplotlib without descriptions of all properties in its docstrings, which take a tenth of a command."""
+    from matplotlib import artist
+
+    vars(artist)["kwdoc"] = str
 
 
 def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:

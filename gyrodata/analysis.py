@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO, get_args
 
@@ -136,7 +136,13 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         doubts += [Doubt(kind, one.message, one.hint) for one in told]
     torques = tables.torque_table(measured, fit, groups, without)
     # Advice for another measurement is only valid for runs without doubts.
-    advice = tuple([f"find the cause first: {doubt.remedy}" for doubt in doubts])
+    advice = [f"find the cause first: {doubt.remedy}" for doubt in doubts]
+    now, gains = 100 * fitting.relative_u(fit.inertia), []
+    for _, one in changes.answers(lab, "advice") if whole and not doubts else ():
+        then = 100 * fitting.relative_u(one.inertia) if one.inertia else math.inf
+        if then < findings.WORTH * now:
+            gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))
+    advice += map(itemgetter(2), sorted(gains))
     return Analysis(
         name=readings.name, sha256=readings.sha256, options=options, readings=readings, measurements=measured,
         fit=fit, model=lab.chosen, outliers=outliers, inertia=_result(fit.inertia),
@@ -148,7 +154,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         power_law=tables.power_laws(measured, groups) if whole else (), exponent=exponent,
         constancy=tables.constancy(measured, torques, groups) if whole else None, ball=ball if whole else None,
         torques=torques, run_table=tables.run_table(measured, fit, outliers, lab.left_out), patterns=patterns,
-        advice=advice or (findings.list_advice(lab) if whole else ()), diagnostics=tuple(found),
+        advice=tuple(advice), diagnostics=tuple(found),
     )  # fmt: skip
 
 

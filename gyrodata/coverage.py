@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from msgspec import Struct, to_builtins
@@ -217,7 +217,7 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
         with suppress(fitting.NoFit):
             posterior = fitting.fit(lab, tilted=tilted).posterior
             assert posterior is not None
-            return posterior.quantiles()
+            return cast(Floats, posterior.quantiles()[0])
     elif name != "with_constant" or fitting.torques_differ(lab.torque):
         # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
         product = np.where(lab.torque < 0, -1, 1) * 2 * np.pi * lab.turns / lab.time * lab.spin

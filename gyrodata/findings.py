@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -430,13 +429,3 @@ CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
     _other_measurements, _direction, _digits, _model, _body,
 )  # fmt: skip
 """Every check of a log that has been fitted, in the order in which the findings are shown."""
-
-
-def list_advice(lab: Lab) -> tuple[str, ...]:
-    """Return advice for the next lab, the largest gain first, each computed for this log."""
-    now, gains = 100 * relative_u(lab.fit.inertia), []
-    for _, one in changes.answers(lab, "advice"):
-        then = 100 * relative_u(one.inertia) if one.inertia else math.inf
-        if then < WORTH * now:
-            gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))
-    return tuple(map(itemgetter(2), sorted(gains)))

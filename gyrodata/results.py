@@ -274,9 +274,9 @@ class Analysis(Struct, frozen=True, eq=False):
 
         results = {name: getattr(self, name) for name in ("inertia", "residual_torque", "timing_bias")}
         # The fit gives the correlations, and the results their u.
-        u, of_fit = np.array([one.u or 0.0 for one in results.values()]), np.sqrt(np.diag(self.fit.adjusted.covariance))
+        u, of_fit = np.array([one.u or 0.0 for one in results.values()]), np.sqrt(np.diag(self.fit.covariance))
         share = np.divide(u, of_fit, out=np.zeros_like(u), where=of_fit > 0)
-        covariance = self.fit.adjusted.covariance * share[:, None] * share
+        covariance = self.fit.covariance * share[:, None] * share
         return dict(zip(results, correlated_values([one.value for one in results.values()], covariance), strict=True))
 
     def __eq__(self, other: object) -> bool:

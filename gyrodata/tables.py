@@ -60,7 +60,7 @@ def run_table(
     rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
-    residual = measured.time - fit.fitted_time, fit.time_u, fit.adjusted.deviations, fit.adjusted.influence
+    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)

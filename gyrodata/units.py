@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Collection, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -116,15 +116,17 @@ class Unit(Struct, frozen=True):
 
 
 class Letters(dict[int, int | str | None]):
-    """A table for ``str.translate`` that also removes marks: those of which `is_gone` is true."""
+    """A table for ``str.translate`` that also removes marks: those of some Unicode categories, from a letter on."""
 
-    def __init__(self, table: Mapping[int, str | int | None], is_gone: Callable[[str], bool]) -> None:
+    def __init__(self, table: Mapping[int, str | int | None], categories: Collection[str], first: str = "") -> None:
         super().__init__(table)
-        self.is_gone = is_gone
+        self.categories, self.first = categories, first
 
     def __missing__(self, code: int) -> int | None:
         """Decide about a letter when it is first seen."""
-        self[code] = kept = None if self.is_gone(chr(code)) else code
+        letter = chr(code)
+        is_gone = letter >= self.first and unicodedata.category(letter) in self.categories
+        self[code] = kept = None if is_gone else code
         return kept
 
 
@@ -135,7 +137,8 @@ _LOOK_ALIKES = Letters(
         "АВЕКМНОРСТУХІавекмнорстухі" + "ΑΒΕΖΗΙΚΜΝΟΡΤΥΧο" + "∆µʹ′″⁄",
         "ABEKMHOPCTYXIabekmhopctyxi" + "ABEZHIKMNOPTYXo" + "Δμ''\"/",
     ),
-    lambda c: c >= "\u0590" and unicodedata.category(c)[0] == "M",
+    categories=("Mn", "Mc", "Me"),
+    first="\u0590",
 )
 
 

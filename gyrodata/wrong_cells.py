@@ -49,7 +49,7 @@ def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: F
     measured = lab.measured
     odd = [outlier.index for outlier in outliers]
     kept = others.adjusted.kept > 0
-    typical = max(1.0, fitting.MAD_TO_SD * fitting.median(np.abs(others.adjusted.deviations[kept])))
+    typical = max(1.0, fitting.MAD_TO_SD * fitting.median(np.abs(others.deviations[kept])))
     explained = []
     for number, outlier in enumerate(outliers):
         i, found = outlier.index, []
@@ -65,7 +65,7 @@ def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: F
                 with suppress(fitting.NoFit):
                     runs = fitting.corrected(measure(changed), others, lab.chosen)
                     fit = fitting.fit(runs, fitting.AS_STATED, tilted=lab.chosen.tilted, left_out=odd)
-                    off = abs(float(fit.adjusted.deviations[i])) / typical
+                    off = abs(float(fit.deviations[i])) / typical
                     if off < FITS:
                         found.append((rank, off, words))
         found.sort()
@@ -76,7 +76,7 @@ def explain(readings: Readings, lab: Lab, outliers: Sequence[Outlier], others: F
             slips = [words for rank, _, words in found if rank <= 0]
             likely, maybe = [], slips if len(slips) == 1 else []
         # The deviation of a run that is left out is from the recommended fit, as in the table of runs.
-        deviation = float(lab.fit.adjusted.deviations[i]) if i in lab.left_out else outlier.deviation
+        deviation = float(lab.fit.deviations[i]) if i in lab.left_out else outlier.deviation
         told = replace(outlier, cells=tuple(likely[:MOST_TOLD]), maybe="" if likely else "".join(maybe))
         explained.append(replace(told, deviation=deviation, expected=float(others.fitted_time[i])))
     return tuple(explained)

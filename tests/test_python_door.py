@@ -83,7 +83,7 @@ def test_ufloats_have_the_covariance_of_the_fit(lab: Analysis) -> None:
         result = getattr(lab, name)
         assert one.nominal_value == result.value
         assert one.std_dev == pytest.approx(result.u, rel=1e-9)
-    covariance = lab.fit.adjusted.covariance
+    covariance = lab.fit.covariance
     expected = covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
     both = told["inertia"] / lab.inertia.u + told["residual_torque"] / lab.residual_torque.u
     assert both.std_dev == pytest.approx(np.sqrt(2 + 2 * expected), rel=1e-6)

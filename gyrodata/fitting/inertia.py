@@ -106,14 +106,25 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     adjusted values. Standard uncertainties come from the stated ones, and are not scaled by chi-square.
     """
 
+    inertia: Estimate
+    """I_zz [kg*m^2]."""
+    residual_torque: Estimate
+    """M0 [N*m]: the torque is M + M0."""
+    timing_bias: Estimate
+    """b [s]: a clock reading is the true time plus b."""
+    covariance: Floats
+    """Covariance of (I_zz, M0, b), shape (3, 3)."""
     chi2: float
     dof: int
+    deviations: Floats
+    """Time minus the prediction of the *other* runs, over the standard uncertainty of this difference, shape (n,)."""
     widths: Widths
     """Widths with which the runs were adjusted."""
     sense: Floats
     """Sign of φ̇ψ̇ used for each run, shape (n,)."""
     adjusted: Adjusted
     """The end of the adjustment; of two possible answers the likelier one."""
+    budget: tuple[Share, ...] = ()
     contradicted_balance: float | None = None
     """Width of M0 according to a balance test that the runs contradict [N*m], else None."""
     two_signs: bool = False
@@ -122,35 +133,6 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The answer as a mixture; None for a fit at fixed widths."""
     as_stated: FitResult | None = None
     """The fit at the stated widths, from which the others were found; None for a fit at fixed widths."""
-
-    @cached_property
-    def inertia(self) -> Estimate:
-        """I_zz [kg*m^2]."""
-        return self._estimate(0)
-
-    @cached_property
-    def residual_torque(self) -> Estimate:
-        """M0 [N*m]: the torque is M + M0."""
-        return self._estimate(1)
-
-    @cached_property
-    def timing_bias(self) -> Estimate:
-        """The bias b [s]: a clock reading is the true time plus b."""
-        return self._estimate(2)
-
-    def _estimate(self, unknown: int) -> Estimate:
-        """Compute the estimate of one of I_zz, M0 and b."""
-        value, variance = self.adjusted.unknowns[unknown], self.adjusted.covariance[unknown, unknown]
-        if self.posterior is None:
-            return Estimate(float(value), math.sqrt(variance), UNITS[unknown])
-        # The median, half the 68.3 % interval, and the 95 % interval.
-        low, below, middle, above, high = self.posterior.quantiles(unknown).tolist()
-        return Estimate(middle, (above - below) / 2, UNITS[unknown], (low, high))
-
-    @cached_property
-    def budget(self) -> tuple[Share, ...]:
-        """Contributions of all uncertainty components to u(I_zz)."""
-        return _budget(self, self.inertia.u or 0.0)
 
     @cached_property
     def fitted_time(self) -> Floats:
@@ -258,14 +240,27 @@ def fit(
     if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
         # The other sign of M0 is possible too.
         first, answer = replace(first, two_signs=True), posterior.mixed([answer, found[1][2]])
+    estimates = []
+    for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
+        # The median, half the 68.3 % interval, and the 95 % interval.
+        estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
+    inertia, residual_torque, bias = estimates
     contradicted = None
     if measured.balance_test is not None:
         allowed = measured.balance_test(first.inertia.value)
-        ends = _integrate_at(first, tested=False).quantiles(1)
+        ends = _integrate_at(first, tested=False).quantiles(2)[1]
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
-    as_stated = min(begun, key=attrgetter("chi2"))
-    return replace(first, contradicted_balance=contradicted, posterior=answer, as_stated=as_stated)
+    return replace(
+        first,
+        inertia=inertia,
+        residual_torque=residual_torque,
+        timing_bias=bias,
+        budget=_budget(first, inertia.u or 0.0),
+        contradicted_balance=contradicted,
+        posterior=answer,
+        as_stated=min(begun, key=attrgetter("chi2")),
+    )
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
@@ -299,9 +294,14 @@ def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
 
 def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
     """Create the result of a fit at fixed widths."""
+    u = np.sqrt(np.diag(adjusted.covariance))
+    inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
     differ = adjustment.torques_differ(adjusted.problem.measured.torque[adjusted.kept > 0])
-    dof = int(adjusted.kept.sum()) - 1 - int(differ)
-    return FitResult(chi2=chi2, dof=dof, widths=widths, sense=sense, adjusted=adjusted)
+    return FitResult(
+        inertia=inertia, residual_torque=residual_torque, timing_bias=bias, covariance=adjusted.covariance, chi2=chi2,
+        dof=int(adjusted.kept.sum()) - 1 - int(differ), deviations=adjusted.deviations, widths=widths, sense=sense,
+        adjusted=adjusted,
+    )  # fmt: skip
 
 
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:

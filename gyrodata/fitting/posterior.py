@@ -114,36 +114,36 @@ class Posterior(Struct, frozen=True):
     evidence: float
     """Logarithm of the likelihood of the whole model, up to a constant."""
 
-    def quantiles(self, unknown: int = 0) -> Floats:
-        """Compute the quantiles at `LEVELS` of one of the unknowns I_zz, M0 and b; shape (5,).
+    def quantiles(self, unknowns: int = 1) -> Floats:
+        """Compute the quantiles at `LEVELS` of the first unknowns of I_zz, M0 and b; shape (unknowns, 5).
 
         Newton's method with brackets.
         """
-        weight, mean, u = self.weight, self.mean[unknown], self.u[unknown]
+        weight, mean, u = self.weight, self.mean[:unknowns], self.u[:unknowns]
         if len(weight) > HEAVIEST:
             # Parts with almost no weight are ignored.
             heavy = np.argpartition(weight, -HEAVIEST)[-HEAVIEST:]
             total = np.add.reduce(weight[heavy])
             if total > 1 - LIGHT:
-                weight, mean, u = weight[heavy] / total, mean[heavy], u[heavy]
-        centre = float(mean @ weight)
-        sd = math.sqrt((u**2 + (mean - centre) ** 2) @ weight)
+                weight, mean, u = weight[heavy] / total, mean[:, heavy], u[:, heavy]
+        centre = (mean @ weight)[:, None]
+        sd = np.sqrt((u**2 + (mean - centre) ** 2) @ weight)[:, None]
         # Cantelli's inequality limits the distance of a quantile from the mean for every distribution.
         reach = sd * np.sqrt(1 / np.minimum(LEVELS, 1 - LEVELS))
         low, high = centre - reach, centre + reach
         point: Floats = centre + sd * NORMAL
         # Exact values get a tiny uncertainty.
-        size = np.maximum(u, max(1e-6 * sd, 1e-300))
+        size = np.maximum(np.maximum(u, 1e-6 * sd), 1e-300)[:, None, :]
         close = 1e-3 * np.minimum(LEVELS, 1 - LEVELS)
-        steep = weight / (size * math.sqrt(2 * math.pi))
+        steep, centres = weight / (size * math.sqrt(2 * math.pi)), mean[:, None, :]
         for _turn in range(40):
             # Far away the density is zero; the limit avoids an overflow of the square.
-            away = np.clip((point[:, None] - mean) / size, -40.0, 40.0)
+            away = np.clip((point[..., None] - centres) / size, -40.0, 40.0)
             square = np.exp(-0.5 * away * away)
             off = _normal_below(away, square) @ weight - LEVELS
             np.copyto(low, point, where=off < 0)
             np.copyto(high, point, where=off > 0)
-            step = point - off / np.maximum(square @ steep, 1e-300)
+            step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
             inside = (step >= low) & (step <= high)
             point = np.where(inside, step, 0.5 * (low + high))
             # The error after such a step is about the square of the step.
@@ -163,7 +163,7 @@ class Posterior(Struct, frozen=True):
         nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
         u = self.u[0, nearest]
         part = Posterior(weight, self.mean[:1, nearest], u[None], self.factor, self.factor, 0.0)
-        _, below, _, above, _ = part.quantiles()
+        _, below, _, above, _ = part.quantiles()[0]
         order = u.argsort()
         widths = np.log(self.width[nearest][order])
         return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))

@@ -65,7 +65,7 @@ def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | 
         # One bad run can increase the scatter so much that it is not an outlier.
         named = {outlier.index for outlier in found}
         kept = [i for i in range(count) if i not in named]
-        worst = max(kept, key=lambda i: abs(result.adjusted.deviations[i]))
+        worst = max(kept, key=lambda i: abs(result.deviations[i]))
         more, without = _settle(measured, tilted, named | {worst})
         if without is not None and {outlier.index for outlier in more} >= named | {worst}:
             return more, without
@@ -85,11 +85,11 @@ def _settle(measured: Measurements, tilted: bool, out: set[int], as_stated: FitR
             result = (as_stated if not out else None) or fit(measured, AS_STATED, tilted=tilted, left_out=out)
         except NoFit:
             return [], None
-        typical = max(1.0, MAD_TO_SD * median(np.abs(result.adjusted.deviations[kept])))
-        far = np.flatnonzero(np.abs(result.adjusted.deviations) > OUTLIER * typical)
+        typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
+        far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
         found = []
         for i in far.tolist():
-            deviation, turns = float(result.adjusted.deviations[i]), _explaining_turns(measured, result, i, typical)
+            deviation, turns = float(result.deviations[i]), _explaining_turns(measured, result, i, typical)
             found.append(Outlier(i, deviation, turns, slip=turns is not None or abs(deviation) > GROSS * typical))
         if set(far.tolist()) == out:
             return found, result
@@ -101,7 +101,7 @@ def _explaining_turns(measured: Measurements, result: FitResult, index: int, typ
     """Return the turn count that explains a run best, to 3 standard uncertainties, or None."""
     bias = result.timing_bias.value
     one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
-    spread = abs((measured.time[index] - result.fitted_time[index]) / result.adjusted.deviations[index]) * typical
+    spread = abs((measured.time[index] - result.fitted_time[index]) / result.deviations[index]) * typical
     candidates = {*TURN_COUNTS, *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1))}
     misfits = {
         # The uncertainty of one turn grows with the number of turns.

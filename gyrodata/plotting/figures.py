@@ -149,7 +149,7 @@ def describe_torque(scene: Scene) -> str:
 
 def draw_residuals(ax: Axes, scene: Scene) -> None:
     """Draw each run's time minus the prediction of the other runs, in the order of the log."""
-    deviations = np.nan_to_num(scene.analysis.fit.adjusted.deviations)
+    deviations = np.nan_to_num(scene.analysis.fit.deviations)
     limit = max(3.5, 1.15 * float(np.abs(deviations[~scene.hollow]).max(initial=0.0)))
     number = np.arange(1.0, len(scene.names) + 1)
     ax.set(xlim=(0.4, len(number) + 0.6), ylim=(-limit, limit))
@@ -168,7 +168,7 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
 
 def describe_residuals(scene: Scene) -> str:
     """Describe the figure in words."""
-    kept = np.abs(np.nan_to_num(scene.analysis.fit.adjusted.deviations[~scene.left_out]))
+    kept = np.abs(np.nan_to_num(scene.analysis.fit.deviations[~scene.left_out]))
     return (
         f"Each run's time minus the prediction of the other runs, in the order of the log: {int(np.sum(kept <= 2))} of "
         f"{count_text(len(kept), 'run')} in the fit are within ± 2 standard uncertainties; the largest deviation is "
@@ -233,7 +233,7 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     this point has an independent error.
     """
     x = np.linspace(*_limits(scene.product, scene.product_u, ~scene.hollow), 41)
-    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.adjusted.covariance[:2, :2]
+    (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
     low, high = (abs(end - scene.inertia) for end in interval) if interval else (half, half)

@@ -449,8 +449,7 @@ def read_notes(grid: Grid, faults: Faults) -> str:
             notes[f"{key}: {text.text}"] = text
     origins, texts = list(map(roles.noted_origin, notes)), list(notes)
     for row in grid.rows:
-        words = [at for at, text in enumerate(row.texts)
-                 if re.search(r"[^\W\d_]{3}", text) and not roles.is_usual_name(text)]  # fmt: skip
+        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
         if words and not any(map(is_number, row.texts)):
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not is_head(row) else []

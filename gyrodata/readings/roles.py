@@ -142,7 +142,7 @@ def check_value(role: str, value: float) -> tuple[str, str]:
 
 _MARKS = units.Letters(
     {**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"},
-    lambda c: unicodedata.category(c) == "Mn",
+    categories=("Mn",),
 )
 
 
@@ -558,27 +558,21 @@ _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 
 
-def is_usual_name(header: str) -> bool:
-    """Return whether a header is one known word, perhaps with a unit: "time [s]", "revolutions"."""
-    if len(header) > 30 or re.search("[0-9]", header):
-        return False
-    name, unit = split_unit(header)
-    return name.isascii() and name.isalpha() and name.lower() in NAMES and (unit is None or bool(kinds_of(unit)))
-
-
 @lru_cache(maxsize=4096)
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
-    # Nearly all texts are such names, units and numbers, and the patterns below take 20 ms to compile.
-    if is_usual_name(header) or (header.isalpha() and kinds_of(header)):
-        return ""  # "time [s]", "revolutions", "rpm"
-    if not re.search(r"[^\W\d_]|[°º˚]", header):
-        return ""  # "20.3"
+    # Nearly all texts are units, numbers and known names, and the patterns below take 20 ms to compile.
+    if (header.isalpha() and kinds_of(header)) or not re.search(r"[^\W\d_]|[°º˚]", header):
+        return ""  # "rpm", "20.3"
+    name, unit = split_unit(header) if len(header) < 30 else ("", None)
+    known = name.isascii() and name.isalpha() and name.lower() in NAMES and not re.search("[0-9]", header)
+    if known and (unit is None or kinds_of(unit)):
+        return ""  # "time [s]", "revolutions"
     plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
     plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
-    if len(header) < 30 and "time" in kinds_of(split_unit(header)[1] or ""):
+    if unit and "time" in kinds_of(unit):
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import re
 import sys
@@ -75,17 +76,15 @@ def analyze(
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
-    options = Options(
-        set=dict(sorted(pairs(settings, "--set").items())),
-        map=dict(sorted(pairs(mapping, "--map").items())),
-        model=model,
-        keep_flagged=keep_flagged,
-        worksheet=worksheet,
-    )
+    values, headers = (dict(sorted(found.items())) for found in (pairs(settings, "--set"), pairs(mapping, "--map")))
+    options = Options(set=values, map=headers, model=model, keep_flagged=keep_flagged, worksheet=worksheet)
     request = _Request(options, config, form, table, figures, style, verbose, len(logs) > 1)
     if watched:
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
+    if not request.several:
+        # The process ends soon: a search for garbage would take 3 % of a run with figures.
+        gc.disable()
     # Data go into a file completely, or not at all.
     file = out if out is not None and out.suffix.lower() in DATA.get(form, ()) else None
     reported = not no_report and file is None and (out is not None or form == "text")
@@ -120,6 +119,7 @@ def analyze(
 
             webbrowser.open(done.report.with_name("report.html").resolve().as_uri())
         worst = max(worst, done.code)
+    gc.enable()
     if file is not None:
         with telling(file.parent):
             write_whole(file, ["".join([header, *whole]).encode()])

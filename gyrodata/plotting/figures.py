@@ -400,9 +400,10 @@ def render(
 
 
 def omit_docstrings() -> None:
-    """Load matplotlib without a list of all properties in its docstrings, which takes a tenth of a command."""
+    """Load matplotlib without lists of all properties in docstrings and signatures: they take a tenth of a command."""
     from matplotlib import artist
 
+    vars(artist)["kwdoc"] = str
     artist.ArtistInspector.get_setters = list  # type: ignore[assignment, method-assign]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator, Sequence
+from functools import lru_cache
 from unicodedata import combining, east_asian_width
 
 from msgspec import Struct
@@ -93,6 +94,7 @@ def uncertainty_text(u: float, factor: float = 1.0) -> str:
     return f"{u:.0f}" if 100 <= abs(u) < 1e9 else f"{u:#.2g}".rstrip(".")
 
 
+@lru_cache(maxsize=1024)  # the pages of a class repeat their references
 def rounded(value: float, u: float, factor: float = 1.0) -> tuple[str, str, int]:
     """Round a value to its uncertainty: ("4.441", "0.023", 0); the last is a common exponent of ten."""
     from uncertainties import ufloat

@@ -505,7 +505,7 @@ def choose_model(measured: Measurements, model: Model) -> tuple[ChosenModel, Lab
     steady = replace(chosen, released=False)
     if chosen.released and measured.motion is None and _agrees_better(measured, steady, chosen):
         chosen = steady
-    return chosen, whole and lab if chosen == simplest else None
+    return chosen, lab if whole and chosen == simplest else None
 
 
 CLEARLY = math.log(200.0)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -90,15 +89,6 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
         with suppress(OSError):
             folder.rmdir()  # if it is empty
         raise
-
-
-def write_zip(file: IO[bytes], parts: Iterable[tuple[str, bytes]]) -> None:
-    """Write a zip of files with names; its bytes depend on nothing else, as the time."""
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in parts:
-            entry = zipfile.ZipInfo(name)  # dated 1980
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, data, zipfile.ZIP_DEFLATED)
 
 
 def add_to(path: Path, data: bytes) -> None:

@@ -94,6 +94,27 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert bytes_of(grades) == before, "a page that is gone is written again"
 
 
+def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something_else(grades: Path) -> None:
+    page = min(grades.glob("feedback/*.md"))
+    right = page.read_bytes()
+    page.write_bytes(b"mine")
+    done = gyro("grade", CLASS, "--out", grades)
+    assert f"feedback/{page.name} was changed by hand; what it was is kept as published/feedback/" in done.stderr
+    assert [one.read_bytes() for one in grades.glob("published/feedback/*")] == [b"mine"]
+    assert page.read_bytes() == right
+    before = bytes_of(grades / "feedback")
+    gyro("grade", CLASS, "--out", grades, "--figures")
+    assert sum(b"data:image/png" in data for data in bytes_of(grades / "feedback").values()) == 12
+    gyro("grade", CLASS, "--out", grades)
+    assert bytes_of(grades / "feedback") == before, "without the option there are no figures"
+    (grades / "desk.csv").write_text("student,what,value,by,why\n101,comment,Well done,TA,\n", encoding="utf-8")
+    gyro("grade", CLASS, "--out", grades)
+    changed = [name for name, data in bytes_of(grades / "feedback").items() if data != before[name]]
+    assert sorted(Path(name).suffix for name in changed) == [".html", ".md"]
+    with zipfile.ZipFile(grades / "feedback.zip") as archive:
+        assert {name: archive.read(name) for name in archive.namelist()} == bytes_of(grades / "feedback")
+
+
 def test_a_cluster_writes_the_same_files(
     graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

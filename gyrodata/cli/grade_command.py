@@ -121,8 +121,7 @@ def grade(
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
             if target is not None:
                 written = list(output.write_results(grades, target, filled))
-                bar = None if quiet else progress_bar(len(found.items), "feedback ")
-                tell(*output.write_feedback(grades, target, options.figures, bar))
+                tell(*output.write_feedback(grades, target, options.figures))
                 if not quiet:
                     tell(*written)
         except KeyboardInterrupt:

@@ -6,17 +6,19 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, count
 from pathlib import Path
-from posixpath import basename
+from posixpath import basename, splitext
 
-from gyrodata.disk import file_name, new_file, write_whole, write_zip
+from gyrodata import __version__
+from gyrodata.disk import file_name, new_file, write_whole
 from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
+from gyrodata.grading.grade import to_json
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.reporting.values import count_text
 
@@ -92,47 +94,54 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     return names
 
 
-def write_feedback(
-    found: ClassGrades, folder: Path, figures: Path | None, progress: Callable[[int], None] | None = None
-) -> list[str]:
+def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> list[str]:
     """Write the feedback of a class into a folder and a zip.
 
     `figures` is the folder with the figures of each student, None if none are drawn. Returns lines about pages that a
     person had changed.
     """
     names, changed = feedback_names(found), list[str]()
-    before: dict[str, int] | None = None  # without a zip, no page counts as changed
+    before: dict[str, tuple[int, bytes]] | None = None  # without a zip, no page counts as changed
     if (folder / ARCHIVE).exists():
         try:
-            with zipfile.ZipFile(folder / ARCHIVE) as pages:
-                before = {page.filename: page.CRC for page in pages.infolist()}
+            with zipfile.ZipFile(folder / ARCHIVE) as archive:
+                before = {page.filename: (page.CRC, page.comment) for page in archive.infolist()}
         except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
             before = {}  # any page may have been changed
-    for number, (grade, item) in enumerate(zip(found.grades, found.submissions.items, strict=True), 1):
-        name, pictures = names[grade.student], {}
+    contents = dict[str, bytes]()  # a digest of what each page shows, which is also its comment in the zip
+    for grade, item in zip(found.grades, found.submissions.items, strict=True):
+        pages, pictures = [f"{names[grade.student]}{ending}" for ending in ENDINGS], {}
         if figures is not None:
             drawn = found.figures.get(grade.student, {})
             pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
-        texts = feedback_html(grade, pictures), feedback_markdown(grade)
-        for ending, text in zip(ENDINGS, texts, strict=True):
-            changed += _write_page(folder, before, name, ending, text.encode("utf-8", "replace"))
-        if progress is not None:
-            progress(number)
-    files = [f"{name}{ending}" for name in sorted(names.values()) for ending in ENDINGS]
-    with new_file(folder / ARCHIVE, private=True) as file:
-        write_zip(file, ((name, (folder / FEEDBACK / name).read_bytes()) for name in files))
+        about = __version__, to_json(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
+        content = _digest(repr(about).encode()).encode()
+        contents |= dict.fromkeys(pages, content)
+        paths = [folder / FEEDBACK / page for page in pages]
+        now = [(zlib.crc32(path.read_bytes()), content) for path in paths if path.exists()]
+        # Pages that show this already, and that nobody has changed, are not written again.
+        if now != [before and before.get(page) for page in pages]:
+            for page, text in zip(pages, (feedback_html(grade, pictures), feedback_markdown(grade)), strict=True):
+                changed += _write_page(folder, before, page, text.encode("utf-8", "replace"))
+    if not before or contents != {name: comment for name, (_, comment) in before.items()}:
+        with new_file(folder / ARCHIVE, private=True) as file, zipfile.ZipFile(file, "w") as archive:
+            for name in sorted(contents):
+                entry = zipfile.ZipInfo(name)  # dated 1980, so that the same pages give the same bytes
+                entry.external_attr, entry.comment = 0o644 << 16, contents[name]
+                archive.writestr(entry, (folder / FEEDBACK / name).read_bytes(), zipfile.ZIP_DEFLATED)
     return sorted(changed)
 
 
-def _write_page(folder: Path, before: Mapping[str, int] | None, name: str, ending: str, data: bytes) -> Iterator[str]:
-    """Write one page, and keep the old one if a person changed it; `before` are the checksums of the last run."""
-    path = folder / FEEDBACK / f"{name}{ending}"
+def _write_page(folder: Path, before: Mapping[str, tuple[int, bytes]] | None, page: str, data: bytes) -> Iterator[str]:
+    """Write one page, and keep the old one if a person changed it; `before` has checksums of the last run."""
+    path = folder / FEEDBACK / page
     old = path.read_bytes() if path.exists() else data
     # The old page is kept first: it must not be lost if it cannot be kept.
-    if old != data and before is not None and zlib.crc32(old) != before.get(f"{name}{ending}"):
+    if old != data and before is not None and zlib.crc32(old) not in before.get(page, ()):
+        name, ending = splitext(page)
         kept = Path(PUBLISHED, FEEDBACK, f"{name}-{_digest(old)}{ending}")
         write_whole(folder / kept, [old], private=True, sync=True)
-        yield f"{FEEDBACK}/{name}{ending} was changed by hand; what it was is kept as {kept.as_posix()}"
+        yield f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept.as_posix()}"
     if old != data or not path.exists():
         write_whole(path, [data], private=True)
 

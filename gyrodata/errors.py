@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 
 from msgspec import Struct, convert
 
-from gyrodata.diagnostics import Severity, messages, severities
+from gyrodata.diagnostics import Severity, message, severities
 
 _TURNING = (0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 """Characters that reverse the direction of a line, or break it."""
@@ -110,7 +110,7 @@ class Diagnostic(Struct, frozen=True):
     @classmethod
     def named(cls, name: str, file: str = "", line: int | None = None, /, **values: Any) -> Diagnostic:
         """Fill in a message of `messages.toml`."""
-        about = messages()[name]
+        about = message(name)
         return cls.of(about.code.split()[1], about.message.format(**values), about.hint.format(**values), file, line)
 
     def to_dict(self) -> DiagnosticJson:

@@ -67,7 +67,7 @@ def entry(name: str) -> str:
     signature = inspect.signature(thing)
     parameters = [one.replace(annotation=one.empty) for one in signature.parameters.values()]
     call = str(signature.replace(parameters=parameters, return_annotation=signature.empty))
-    call = re.sub(r"=(mappingproxy[(].*?[)]|{.*})", "=…", call)
+    call = re.sub(r"={.*?}", "=…", call)
     words = f"```text\n{name}{call} -> {signature.return_annotation}\n```"
     errors = "\n".join(f"* `{kind}`: {text[0].lower()}{text[1:]}" for kind, _, text in section(thing, "Raises"))
     tables = table("parameter", section(thing, "Parameters"))

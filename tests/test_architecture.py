@@ -8,9 +8,11 @@ import graphlib
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+from msgspec import convert
 
 from gyrodata import diagnostics
 from gyrodata.grading.submissions.names import PLATFORMS
@@ -78,13 +80,16 @@ def test_libraries_stay_with_their_owners() -> None:
 
 def test_each_message_is_used_and_each_used_message_exists() -> None:
     source = "".join(path.read_text("utf-8") for path in PACKAGE.rglob("*.py"))
-    names = set(diagnostics.messages())
+    whole = tomllib.loads((PACKAGE / "messages.toml").read_text("utf-8"))
+    messages = {name: diagnostics.message(name) for name in whole}
+    assert messages == convert(whole, dict[str, diagnostics.Message]), "each message is read alone"
+    names = set(messages)
     said = set(re.findall(r'(?:\.say|faults\.add|refuse|\.named|unfit)\(\s*"(\w+)"', source))
     assert said <= names
     of_platforms = {f"no_book_of_{one}" for one in PLATFORMS}
     assert {name for name in names - of_platforms if f'"{name}"' not in source} == set()
-    codes = {one.code.split()[1]: one.code for one in diagnostics.messages().values()}
-    assert {one.code for one in diagnostics.messages().values()} == set(codes.values())
+    codes = {one.code.split()[1]: one.code for one in messages.values()}
+    assert {one.code for one in messages.values()} == set(codes.values())
 
 
 HEAVY = "numpy pandas scipy pint matplotlib jinja2 uncertainties"

@@ -252,7 +252,7 @@ class Faults:
         The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
         A list is one of line numbers, and {cell} is the text of the cell.
         """
-        about = diagnostics.messages()[name]
+        about = diagnostics.message(name)
         code, text = values.get("code") or about.code.split()[1], str(values.get("text", ""))
         where, text = (place.place, place.text) if isinstance(place, Text) else (place, text)
         values = {key: self.span(value) if isinstance(value, list) else value for key, value in values.items()}
@@ -267,14 +267,14 @@ class Faults:
 
     def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
         """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
-        code = values.get("code") or diagnostics.messages()[name].code.split()[1]
+        code = values.get("code") or diagnostics.message(name).code.split()[1]
         self._count[code] += 1
         if self._count[code] <= MOST_OF_ONE_CODE:
             self.found.append(self.message(name, place, **values))
 
     def take_back(self, name: str, lines: Collection[int]) -> None:
         """Remove the messages of one kind about some lines."""
-        code = diagnostics.messages()[name].code.split()[1]
+        code = diagnostics.message(name).code.split()[1]
         self.found = [one for one in self.found if one.code != code or one.line not in lines]
 
     def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:

@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache, partial
-from types import MappingProxyType
 from typing import Any
 
 from msgspec.structs import replace
@@ -41,15 +40,14 @@ _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 _PULLS = ("mass", "force", "torque")
 _CONSTANT = -1
 """Number of the cell of a value that is valid for the whole log."""
-_NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 def read_log(
     source: sources.Source,
     *,
     name: str | None = None,
-    settings: Mapping[str, Any] = _NOTHING,
-    mapping: Mapping[str, str] = _NOTHING,
+    settings: Mapping[str, Any] = {},
+    mapping: Mapping[str, str] = {},
     config: str | os.PathLike[str] | None = None,
 ) -> Readings:
     """Read a lab log.

@@ -1,7 +1,7 @@
 """What the command gave last time, kept in text files beside this one, and how it differs from today's.
 
 A stored file is a table from a key to a text. Two texts agree if their words are the same and their numbers agree to
-seven digits: another processor may round the eighth digit in another way.
+seven digits, or to 1e-14, because an effect that should be zero is 1e-12: another processor rounds in another way.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ def write(name: str, table: dict[str, str], head: str = "") -> None:
 
 
 def agree(old: str, new: str) -> bool:
-    """Whether two texts have the same words, and the same numbers to seven digits."""
+    """Whether two texts have the same words, and the same numbers to seven digits or to 1e-14."""
     if NUMBER.sub("#", old) != NUMBER.sub("#", new):
         return False
     pairs = zip(*([float(n.replace("−", "-")) for n in NUMBER.findall(text)] for text in (old, new)), strict=True)
-    return all(math.isclose(*pair, rel_tol=2e-7) for pair in pairs)
+    return all(math.isclose(*pair, rel_tol=2e-7, abs_tol=1e-14) for pair in pairs)
 
 
 LETTERS = str.maketrans("0123456789", "ghijklmnop")

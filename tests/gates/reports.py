@@ -108,7 +108,11 @@ OTHERS = (
 
 
 def digests(text: str, parts: str) -> str:
-    """Write a line with the digest of each part of a text, and how it begins."""
+    """Write a line with the digest of each part of a text, and how it begins.
+
+    Numbers with many digits are rounded first, because another processor gives other last digits.
+    """
+    text = re.sub(r"\d+\.\d{9,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", text)
     pieces = [one for one in re.split(parts, text, flags=re.MULTILINE) if one.strip()]
     return "".join(
         f"{hashlib.sha256(one.encode()).hexdigest()[:8]} {one.strip().splitlines()[0][:30]}\n" for one in pieces

@@ -161,6 +161,12 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         choice.used["spin_start"] = [replace(one, role="spin_start") for one in choice.used.pop("spin")]
         choice.there = choice.there - {"spin"} | {"spin_start"}
         faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
+    for one in columns if "mass" in choice.there else ():
+        counts = roles.counts_weights(one.header) and any(row.texts[one.at] not in ("", "1") for row in table.rows)
+        weighs = "mass" in kinds_of(one.header.unit or "")
+        weighs &= roles.NOT_THE_WEIGHT.isdisjoint(roles.squeezed_words(one.cell.text))
+        if one.cell in choice.unplaced and (counts or weighs):
+            faults.add("mass_unused", one.cell, header=one.cell.text)
     choice.unplaced.sort(key=attrgetter("place"))
     for repeats in choice.used.values():
         repeats.sort(key=attrgetter("number"))

@@ -697,6 +697,7 @@ def noted_origin(note: str) -> str:
     names = re.findall(r"[^\W\d_]+", note)
     named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e", "et"))
     is_position = to_weight or any({"position", "mass"}.intersection(name_roles(one)[0]) for one in named)
+    is_position |= bool(re.match(rf"\W*{FROM}\b", note))  # the footnote "* from the surface"
     return origin if is_position and any(origin_in(found[1]) for found in re.finditer(f"(?={_FROM})", note)) else ""
 
 

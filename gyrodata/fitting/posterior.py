@@ -271,10 +271,8 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     evidence = np.array([float(one.evidence) for one in posteriors])
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
-    parts = [
-        [share * one.weight, one.mean, one.u, one.factor, one.width]
-        for share, one in zip(chance, posteriors, strict=True)
-    ]
+    shares = zip(chance, posteriors, strict=True)
+    parts = [[share * one.weight, one.mean, one.u, one.factor, one.width] for share, one in shares]
     weight, mean, u, factor, width = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
     return Posterior(weight, mean, u, factor, width, evidence.max())
 

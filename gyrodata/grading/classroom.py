@@ -129,10 +129,8 @@ def grade_class(
     roster, meant = Roster({**roster.people, **absent}, left, roster.unclear), roster.who_is_meant(submissions)
     made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
-    grades: Sequence[Grade] = [
-        roster.named(replace(one.grade, fingerprint=None), desk.value(student, "station"))
-        for student, one in made.items()
-    ]
+    plain = (replace(one.grade, fingerprint=None) for one in made.values())
+    grades: Sequence[Grade] = [roster.named(one, desk.value(one.student, "station")) for one in plain]
     grades, references, scatters = settle(grades, rubric)
     grades = [
         reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))

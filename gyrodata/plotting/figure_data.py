@@ -135,10 +135,8 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
     looks = [UNLOADED] * len(torques)
     for rank, i in enumerate(loaded):
         looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
-    return tuple(
-        Group(Look(label, *look), group, torque)
-        for label, look, group, torque in zip(labels, looks, members, torques, strict=True)
-    )
+    parts = zip(labels, looks, members, torques, strict=True)
+    return tuple(Group(Look(label, *look), group, torque) for label, look, group, torque in parts)
 
 
 def _label(measured: Measurements, i: int) -> str:

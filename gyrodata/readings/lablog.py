@@ -12,7 +12,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache, partial, reduce
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -332,6 +332,7 @@ REPORTABLE = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time"
 """Kind of quantity of each value that can be reported."""
 
 _Report = Literal["unreadable", "no unit", "wrong unit", "given twice"]
+_LATEX = (("$", ""), (r"\times", "×"), (r"\cdot", "·"), (r"\pm", "±"), (r"\,", " "), ("^{", "^"), ("}", ""))
 _FAULTS: dict[str, _Report] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
 
 
@@ -381,12 +382,14 @@ def read_reported(key: str, text: str, line: int | None = None, ask: bool = True
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(roles.reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
-    bare = re.sub(quantities.IN_FRONT, "", read.text)
+    bare = reduce(lambda so_far, pair: so_far.replace(*pair), _LATEX, re.sub(quantities.IN_FRONT, "", read.text))
     written = quantities.take_apart(bare)
     try:
         quantity = quantities.read_cell(bare, kind, None, ask)
     except UnitError as error:
         fault = _FAULTS.get(error.code, "unreadable")
+        if "is not known" in str(error) and not (written and units.kinds_of((written.unit or "").partition(" ")[0])):
+            fault = "unreadable"  # an unknown unit may contain a power of ten
         read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read

@@ -402,10 +402,8 @@ def _stated_units(text: str) -> dict[str, str]:
     for part in re.split(r"[,;.]\s*|\s(?:and|und|et|y|e|и|for|für|pour|para)\s", text):
         *names, unit = re.split(r"[\s:=()\[\]]+", part.strip(" :=()[]"))
         if match := re.fullmatch(_IN_A_UNIT, part):
-            names, unit = (
-                re.split(r"[\s:=()\[\]]+", match[1]),
-                re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:"),
-            )
+            names = re.split(r"[\s:=()\[\]]+", match[1])
+            unit = re.split(rf"\s{roles.FROM}\s", match[2])[0].strip(" ()[]:")
         words = {squeeze(name).lower() for name in names} - {""}
         of_another = bool(words & roles.NOT_THE_WEIGHT) and not roles.from_centre(part)
         if of_another or not (listed or match) or (re.search("[0-9]", part) and not turns_in(part)):
@@ -752,10 +750,8 @@ class _Sheet:
         told_in = set(dict(self.faults.sheets))
         for row in _paragraphs(self.words):
             of_row = said_in(row)
-            is_legend = any(
-                squeeze(one[2]) in self.legend
-                for one in filter(None, (re.fullmatch(_LEGEND, text) for text in row.texts))
-            )
+            legends = (re.fullmatch(_LEGEND, text) for text in row.texts)
+            is_legend = any(one and squeeze(one[2]) in self.legend for one in legends)
             for cell, header in self.here if "turns" not in self.decided and not is_legend else ():
                 stated, turns = turns_in(cell.text), of_row["turns"][0] if "turns" in of_row else ""
                 of_others = roles.is_of_the_spin(cell.text) or header.roles == ("turns",)

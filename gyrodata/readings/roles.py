@@ -140,10 +140,7 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     return fault, f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip()
 
 
-_MARKS = units.Letters(
-    {**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"},
-    categories=("Mn",),
-)
+_MARKS = units.Letters({**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"}, categories=("Mn",))
 
 
 @lru_cache(maxsize=8192)

@@ -298,9 +298,7 @@ def compare_with_ball(n: Numbers) -> Sentence:
 def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     """Compute I_zz from the first run that has a load and is in the fit, step by step in SI units."""
     analysis, measured = n.analysis, n.analysis.measurements
-    i = min(
-        (i for i, run in enumerate(analysis.run_table) if run.torque), key=lambda i: (analysis.run_table[i].left_out, i)
-    )
+    i = min((run.left_out, i) for i, run in enumerate(analysis.run_table) if run.torque)[1]
     run, at = analysis.run_table[i], f"runs.{i}"
     moment, product = n.value(f"{at}.torque", values.NEWTON_METRE), n.value(f"{at}.product", values.PRODUCT)
     rate, spin = n.value(f"{at}.precession_rate", values.RATE), n.value(f"{at}.spin", values.RATE)

@@ -115,6 +115,28 @@ def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something
         assert {name: archive.read(name) for name in archive.namelist()} == bytes_of(grades / "feedback")
 
 
+def test_pages_of_a_student_who_left_the_class_are_moved(grades: Path, tmp_path: Path) -> None:
+    shutil.copytree(CLASS, tmp_path / "class")
+    (gone,) = (tmp_path / "class").glob("bakertom*")
+    gone.unlink()
+    pages = sorted(path.name for path in grades.glob("feedback/bakertom*"))
+    done = gyro("grade", tmp_path / "class", "--out", grades)
+    assert len(pages) == 2
+    assert [name for name in pages if f"feedback/{name} is of nobody in this class" not in done.stderr] == []
+    assert sorted(path.name for path in grades.glob("published/feedback/*")) == pages
+    assert list(grades.glob("feedback/bakertom*")) == []
+
+
+def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) -> None:
+    desk = "student,what,value,by,why\n101,bonus,-1,TA,see my mail\n102,late,2,TA,a day\n"
+    (grades / "desk.csv").write_text(desk, encoding="utf-8")
+    gyro("grade", CLASS, "--out", grades)
+    first, second = (next(grades.glob(f"feedback/*_{one}_*.md")).read_text(encoding="utf-8") for one in (101, 102))
+    assert "Bonus given by hand: -1 – see my mail (TA)." in first
+    assert "Full marks" not in first + second
+    assert second.count("taken off by hand") == second.count("taken off") == 1
+
+
 def test_a_cluster_writes_the_same_files(
     graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

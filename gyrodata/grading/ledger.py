@@ -228,8 +228,7 @@ def _student(name: str, known: Known) -> str:
         near = nearest(name, known, "write what grades.csv has under student")
         raise unfit("desk_student_unknown", name=name[:60], near=near)
     if len(keys) > 1 and name not in keys:
-        told = {"count": len(keys), "keys": listing(keys, 5), "some": " or ".join(keys[:5])}
-        raise unfit("desk_name_shared", name=name[:60], **told)
+        raise unfit("desk_name_shared", name=name[:60], count=len(keys), keys=listing(keys), some=" or ".join(keys[:5]))
     return name if name in keys else keys[0]
 
 

@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, count
 from pathlib import Path
-from posixpath import basename, splitext
+from posixpath import basename
 
 from gyrodata import __version__
 from gyrodata.disk import file_name, new_file, write_whole
@@ -123,6 +123,12 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
         if now != [before and before.get(page) for page in pages]:
             for page, text in zip(pages, (feedback_html(grade, pictures), feedback_markdown(grade)), strict=True):
                 changed += _write_page(folder, before, page, text.encode("utf-8", "replace"))
+    for path in sorted((folder / FEEDBACK).rglob("*.*")):
+        page = path.relative_to(folder / FEEDBACK).as_posix()
+        if before and page in before and page not in contents:
+            write_whole(folder / PUBLISHED / FEEDBACK / page, [path.read_bytes()], private=True, sync=True)
+            path.unlink()
+            changed.append(f"{FEEDBACK}/{page} is of nobody in this class: it is now in {PUBLISHED}/{FEEDBACK}")
     if not before or contents != {name: comment for name, (_, comment) in before.items()}:
         with new_file(folder / ARCHIVE, private=True) as file, zipfile.ZipFile(file, "w") as archive:
             for name in sorted(contents):
@@ -138,8 +144,7 @@ def _write_page(folder: Path, before: Mapping[str, tuple[int, bytes]] | None, pa
     old = path.read_bytes() if path.exists() else data
     # The old page is kept first: it must not be lost if it cannot be kept.
     if old != data and before is not None and zlib.crc32(old) not in before.get(page, ()):
-        name, ending = splitext(page)
-        kept = Path(PUBLISHED, FEEDBACK, f"{name}-{_digest(old)}{ending}")
+        kept = Path(PUBLISHED, FEEDBACK, page).with_stem(f"{path.stem}-{_digest(old)}")
         write_whole(folder / kept, [old], private=True, sync=True)
         yield f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept.as_posix()}"
     if old != data or not path.exists():

@@ -115,9 +115,8 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         bare = item.name.removesuffix(f" ({item.student})")
         called_so += [(form, item.student) for one in (bare, *item.ids.values()) for form in forms_of(one)[:2]]
         # "doe_jane_12345" contains an id.
-        by_id |= {
-            part: item.student for part in re.split(r"[\W_]+", item.student.casefold()) if re.search(r"\d{4}", part)
-        }
+        parts = re.split(r"[\W_]+", item.student.casefold())
+        by_id |= {part: item.student for part in parts if re.search(r"\d{4}", part)}
     by_id |= {item.student.casefold(): item.student for item in submissions.items}
     found: list[tuple[str | None, Person]] = []
     for cells in rows:

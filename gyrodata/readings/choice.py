@@ -443,6 +443,9 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         hint = f'is it "{turned[0]}"? divide by the turns, and write spin_period [s] (or _start, _end); {hint}'
     elif role == "position" and (across := [header for header in texts if re.search(roles.WIDE, header)]):
         hint = f'"{across[0]}" is a diameter: write half of each number in a column position [cm]; {hint}'
+    elif role == "position" and close and re.search(roles.SPHERE, close[0]):
+        ways = 'from its surface, write also the lines "# position_from: surface" and "# ball_diameter: 10.16 cm"'
+        hint = f'"{close[0]}": if it counts from the centre of the ball, write "{named}" instead; if {ways}; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
     elif blank:

@@ -706,14 +706,14 @@ def noted_centre(note: str) -> bool:
     return is_position and from_centre(note) and bool(re.search(_FROM, note))
 
 
-WIDE, _RADIUS, _SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
+WIDE, _RADIUS, SPHERE = map(vocabulary.pattern, ("diameter", "radius", "sphere"))
 _LONG = rf"({quantities.NUMBER}\s*[^\W\d_]+)"
 DIAMETER = rf"(?:{WIDE}|\bD(?:\s+\w+)?\s*=)[^0-9;]{{0,30}}?{_LONG}|{_LONG}\s*(?:[^\W\d]+\s+)?{WIDE}"
 
 
 def diameter_in(sentence: str) -> str:
     """Return the diameter of the ball that a sentence states: "101.6 mm"; "" if it states none."""
-    if not re.search(_SPHERE, sentence):
+    if not re.search(SPHERE, sentence):
         return ""
     # "diameter (mm): 101.6", "diameter, cm 10.2"
     sentence = re.sub(rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({quantities.NUMBER})", r"\2 \1", sentence)

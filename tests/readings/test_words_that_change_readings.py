@@ -1,0 +1,135 @@
+"""Words of many languages that say that a number is not what it seems: read as meant, asked about, or a doubt."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gyrodata
+from gyrodata.readings import read_reported
+
+INERTIA, G, RPM = 4.4e-3, 9.80665, np.pi / 30
+SURFACE = 5.08  # radius of the ball [cm]
+
+
+def log(top: str, *, header: str = "", first: str = "", mass: float = 1.0, off: float = 0.0, turns: float = 1.0) -> str:
+    """Write nine runs: a typed mass is the true one times `mass`, a typed position the true one minus `off` [cm]."""
+    random = np.random.default_rng(5)
+    header = header or "mass (g);position (cm);spin (rpm);" + ("turns;time (s)" if turns == 1 else "T (s)")
+    lines = [*([top] if top else []), header]
+    for true_mass, spin in ((m, s) for m in (20.1, 40.3, 60.2) for s in (248.0, 401.0, 552.0)):
+        time = (
+            2 * np.pi * turns * INERTIA * spin * RPM / (true_mass * 1e-3 * G * 0.148) + 0.1 * random.standard_normal()
+        )
+        count = ["1"] * (turns == 1 and "turns" in header)
+        cells = [first] * bool(first) + [f"{mass * true_mass:.2f}", f"{14.8 - off:.2f}", f"{spin:.1f}", *count]
+        lines.append(";".join([*cells, f"{time:.2f}"]))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "top",
+    ["5 periods timed each run", "5 périodes mesurées à chaque fois", "immer 5 Perioden gemessen", "время 5 периодов",
+     "tiempo de 5 periodos", "misurati 5 periodi ogni volta"],
+)  # fmt: skip
+def test_several_periods_are_not_one_turn(top: str) -> None:
+    with pytest.raises(gyrodata.LogError) as caught:
+        gyrodata.analyze(log(top, turns=5).encode())
+    assert "G207" in {one.code for one in caught.value.diagnostics}
+
+
+def test_a_legend_states_the_periods() -> None:
+    found = gyrodata.analyze(log("T: time of 5 periods", turns=5).encode())
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "top",
+    ["d'une vis à la suivante", "от винта до винта", "de un tornillo al siguiente", "T für einen Halbkreis",
+     "转过180度的时间", "stopped at the opposite wall"],
+)  # fmt: skip
+def test_a_part_of_a_turn_in_words_is_asked_for(top: str) -> None:
+    with pytest.raises(gyrodata.LogError) as caught:
+        gyrodata.analyze(log(top, turns=0.5).encode())
+    assert "G207" in {one.code for one in caught.value.diagnostics}
+
+
+@pytest.mark.parametrize(
+    "top",
+    ["ball diameter 101.6 mm\nruler zero is where the rod goes into the ball",
+     "diamètre de la boule 101,6 mm, distance mesurée à partir de la sortie de la boule",
+     "x ab Kugel gemessen, Radius 50,8 mm noch addieren", "球直径 101.6 mm\n距离从球面量起"],
+)  # fmt: skip
+def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
+    found = gyrodata.analyze(log(top, off=SURFACE).encode())
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+def test_a_footnote_states_the_origin() -> None:
+    text = log("", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE)
+    found = gyrodata.analyze(f"{text}* from the surface of the ball (diameter 101.6 mm)\n".encode())
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "top",
+    ["We measured x from the ball, not from its centre.", "r = position + R, R = 5.08 cm", "position + 5.08 cm = arm",
+     "length of rod between ball and weight", "distance entre la boule et la masse"],
+)  # fmt: skip
+def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
+    assert "note" in {one.kind for one in gyrodata.analyze(log(top, off=SURFACE).encode()).doubts}
+
+
+@pytest.mark.parametrize(
+    "top",
+    ["On a mis deux masses identiques à chaque fois", "immer zwei gleiche Gewichte aufgesteckt", "dos pesas iguales",
+     "два одинаковых груза", "the clamp screw weighs another 5.0 g", "+ 5 g Haken bei allen", "gancho: 5,0 g"],
+)  # fmt: skip
+def test_more_weight_than_is_typed_is_a_doubt(top: str) -> None:
+    assert "note" in {one.kind for one in gyrodata.analyze(log(top, mass=0.5).encode()).doubts}
+
+
+HEADER = "mass (g);position (cm);spin (rpm);turns;time (s)"
+
+
+@pytest.mark.parametrize(
+    "column",
+    ["no. of weights", "qty", "Anzahl Gewichte", "nombre de masses", "hook (g)", "total with hook (g)", "mass B (g)"],
+)
+def test_an_unused_column_that_may_belong_to_the_mass_is_a_doubt(column: str) -> None:
+    found = gyrodata.analyze(log("", header=f"{column};{HEADER}", first="2", mass=0.5).encode())
+    (told,) = (one for one in found.diagnostics if one.code == "G240")
+    assert f'the column "{column}" is not used, and it may belong to the mass' in told.message
+    assert "note" in {one.kind for one in found.doubts}
+
+
+@pytest.mark.parametrize(("column", "cell"), [("no. of weights", "1"), ("ball mass (g)", "4400")])
+def test_a_column_that_does_not_change_the_mass_is_no_doubt(column: str, cell: str) -> None:
+    found = gyrodata.analyze(log("", header=f"{column};{HEADER}", first=cell).encode())
+    assert "note" not in {one.kind for one in found.doubts}
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("top", "column"), [("masse d'un écrou : 8,35 g", "nombre d'écrous"), ("masa de una tuerca: 8,35 g", "tuercas")]
+)
+def test_a_number_of_nuts_is_a_mass(top: str, column: str) -> None:
+    lines = [top, f"{column};position (cm);spin (rpm);turns;time (s)"]
+    for count, spin in ((n, s) for n in (3, 5, 7) for s in (248, 401, 552)):
+        lines.append(f"{count};14.8;{spin};1;{2 * np.pi * INERTIA * spin * RPM / (count * 8.35e-3 * G * 0.148):.2f}")
+    assert gyrodata.analyze("\n".join(lines).encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [r"(4.40 \pm 0.04)\times10^{-3} kg m^2", r"$(4.40 \pm 0.04)\times 10^{-3}$ kg m^2",
+     r"4.40 \cdot 10^{-3} \pm 0.04 \cdot 10^{-3} kg\,m^{2}"],
+)  # fmt: skip
+def test_an_answer_in_latex_is_read(text: str) -> None:
+    read = read_reported("inertia", text)
+    assert (read.value, read.u) == (pytest.approx(4.4e-3), pytest.approx(4e-5))
+
+
+@pytest.mark.parametrize("text", ["4.40 mkg m²", "4.40 milli kg m^2", "4.40 foo"])
+def test_an_answer_with_an_unknown_unit_has_no_value(text: str) -> None:
+    assert (read_reported("inertia", text).fault, read_reported("inertia", text).value) == ("unreadable", None)

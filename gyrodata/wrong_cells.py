@@ -125,10 +125,8 @@ def _changes(
             if rounded in seen:
                 continue
             # If the cell also counts for blank cells below it, their runs change too.
-            cell = [
-                replace(reading, value=value) if own == spot else reading
-                for reading, own in zip(column.readings, column.spots, strict=True)
-            ]
+            spots = zip(column.readings, column.spots, strict=True)
+            cell = [replace(reading, value=value) if own == spot else reading for reading, own in spots]
             changed = replace(readings, columns={**readings.columns, role: replace(column, readings=tuple(cell))})
             # The ratio of the time and the predicted time after the change.
             if role in spins:

@@ -161,9 +161,13 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         choice.used["spin_start"] = [replace(one, role="spin_start") for one in choice.used.pop("spin")]
         choice.there = choice.there - {"spin"} | {"spin_start"}
         faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
+    masses = [row.texts[choice.used["mass"][0].at] if "mass" in choice.used else "" for row in table.rows]
     for one in columns if "mass" in choice.there else ():
-        counts = roles.counts_weights(one.header) and any(row.texts[one.at] not in ("", "1") for row in table.rows)
-        weighs = "mass" in kinds_of(one.header.unit or "")
+        cells = [row.texts[one.at] for row in table.rows]
+        # If each number has its own mass, this is the mass of all weights.
+        whole = len(set(zip(cells, masses, strict=True))) == len(set(cells)) == len(set(masses)) > 1
+        counts = roles.counts_weights(one.header) and not (whole or {*cells} <= {"", "1"})
+        weighs = "mass" in kinds_of(one.header.unit or "") and one.cell.text != one.header.unit
         weighs &= roles.NOT_THE_WEIGHT.isdisjoint(roles.squeezed_words(one.cell.text))
         if one.cell in choice.unplaced and (counts or weighs):
             faults.add("mass_unused", one.cell, header=one.cell.text)
@@ -313,11 +317,9 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             other |= text == fit[0].header.unit and fit[0].at - 1 in bare
             other |= role == "spin" and bool(re.search(roles.PRECESSION, text))
             if role == "position":  # "length is from the centre" says it
-                name = roles.split_unit(text)[0].strip()
-                other &= not any(
-                    roles.from_centre(note) and re.search(rf"(?i)\b{re.escape(name)}\b", note)
-                    for note in layout.texts_of(table.grid)
-                )
+                name = rf"(?i)\b{re.escape(roles.split_unit(text)[0].strip())}\b"
+                notes = filter(roles.from_centre, layout.texts_of(table.grid))
+                other &= not any(re.search(name, note) for note in notes)
         for number, one in enumerate(fit if not other else (), 1):
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
             choice.unplaced.remove(one.cell)

@@ -110,6 +110,20 @@ def test_a_column_that_does_not_change_the_mass_is_no_doubt(column: str, cell: s
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+def test_a_mass_of_all_weights_beside_their_number_is_no_doubt() -> None:
+    head, *rows = log("").splitlines()
+    rows = [f"{round(float(row.partition(';')[0]) / 20)};{row}" for row in rows]
+    found = gyrodata.analyze("\n".join([f"number of weights;{head}", *rows]).encode())
+    assert "note" not in {one.kind for one in found.doubts}
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
+@pytest.mark.parametrize("top", ["inkl. Haken 5 g", "crochet 5 g compris", "1 period timed", "x from the ball centre"])
+def test_a_note_that_changes_nothing_is_no_doubt(top: str) -> None:
+    found = gyrodata.analyze(log(top).encode())
+    assert (list(found.doubts), found.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
+
+
 @pytest.mark.parametrize(
     ("top", "column"), [("masse d'un écrou : 8,35 g", "nombre d'écrous"), ("masa de una tuerca: 8,35 g", "tuercas")]
 )

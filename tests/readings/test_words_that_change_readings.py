@@ -101,6 +101,10 @@ def test_an_unused_column_that_may_belong_to_the_mass_is_a_doubt(column: str) ->
     (told,) = (one for one in found.diagnostics if one.code == "G240")
     assert f'the column "{column}" is not used, and it may belong to the mass' in told.message
     assert "note" in {one.kind for one in found.doubts}
+    # The hint: write all that hangs on the rod in one column.
+    head, *rows = log("", mass=0.5).splitlines()
+    followed = gyrodata.analyze("\n".join([head, *(f"2 x {row}" for row in rows)]).encode())
+    assert (list(followed.doubts), followed.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
 
 
 @pytest.mark.parametrize(("column", "cell"), [("no. of weights", "1"), ("ball mass (g)", "4400")])

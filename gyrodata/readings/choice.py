@@ -162,7 +162,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         choice.there = choice.there - {"spin"} | {"spin_start"}
         faults.add("spin_then_end", first[0].cell, end=after[0].cell.text)
     masses = [row.texts[choice.used["mass"][0].at] if "mass" in choice.used else "" for row in table.rows]
-    for one in columns if "mass" in choice.there else ():
+    for one in columns if choice.unplaced and "mass" in choice.there else ():
         cells = [row.texts[one.at] for row in table.rows]
         # If each number has its own mass, this is the mass of all weights.
         whole = len(set(zip(cells, masses, strict=True))) == len(set(cells)) == len(set(masses)) > 1

@@ -123,7 +123,8 @@ def test_pages_of_a_student_who_left_the_class_are_moved(grades: Path, tmp_path:
     done = gyro("grade", tmp_path / "class", "--out", grades)
     assert len(pages) == 2
     assert [name for name in pages if f"feedback/{name} is of nobody in this class" not in done.stderr] == []
-    assert sorted(path.name for path in grades.glob("published/feedback/*")) == pages
+    kept = (re.sub("-[0-9a-f]{12}(?=[.])", "", path.name) for path in grades.glob("published/feedback/*"))
+    assert sorted(kept) == pages
     assert list(grades.glob("feedback/bakertom*")) == []
 
 
@@ -134,7 +135,7 @@ def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) 
     first, second = (next(grades.glob(f"feedback/*_{one}_*.md")).read_text(encoding="utf-8") for one in (101, 102))
     assert "Bonus given by hand: -1 – see my mail (TA)." in first
     assert "Full marks" not in first + second
-    assert second.count("taken off by hand") == second.count("taken off") == 1
+    assert "Late, as decided by hand. 2 points were taken off for it." in second
 
 
 def test_a_cluster_writes_the_same_files(

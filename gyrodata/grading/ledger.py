@@ -112,8 +112,7 @@ class Desk(Struct, frozen=True):
                 marks[at] = replace(mark, points=points, reason=reason, detail={}, rule="")
         if late := given.get("late"):
             looks = tuple(look for look in grade.look if look != grade.late_reason)
-            words = f"late: {late.value} points taken off by hand"
-            grade = replace(grade, late_deduction=numbers["late"], late_reason=words, look=looks)
+            grade = replace(grade, late_deduction=numbers["late"], late_reason="late, as decided by hand", look=looks)
         if tuple(marks) != grade.marks or late:
             grade = added_up(replace(grade, marks=tuple(marks)))
         if "total" in given:

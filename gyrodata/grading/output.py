@@ -98,7 +98,7 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     """Write the feedback of a class into a folder and a zip.
 
     `figures` is the folder with the figures of each student, None if none are drawn. Returns lines about pages that a
-    person had changed.
+    person had changed, and of students who are no longer in the class.
     """
     names, changed = feedback_names(found), list[str]()
     before: dict[str, tuple[int, bytes]] | None = None  # without a zip, no page counts as changed
@@ -117,8 +117,7 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
         about = __version__, to_json(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
         content = _digest(repr(about).encode()).encode()
         contents |= dict.fromkeys(pages, content)
-        paths = [folder / FEEDBACK / page for page in pages]
-        now = [(zlib.crc32(path.read_bytes()), content) for path in paths if path.exists()]
+        now = [(zlib.crc32(path.read_bytes()), content) for one in pages if (path := folder / FEEDBACK / one).exists()]
         # Pages that show this already, and that nobody has changed, are not written again.
         if now != [before and before.get(page) for page in pages]:
             for page, text in zip(pages, (feedback_html(grade, pictures), feedback_markdown(grade)), strict=True):
@@ -126,9 +125,9 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     for path in sorted((folder / FEEDBACK).rglob("*.*")):
         page = path.relative_to(folder / FEEDBACK).as_posix()
         if before and page in before and page not in contents:
-            write_whole(folder / PUBLISHED / FEEDBACK / page, [path.read_bytes()], private=True, sync=True)
+            kept = _keep(folder, page, path.read_bytes())
             path.unlink()
-            changed.append(f"{FEEDBACK}/{page} is of nobody in this class: it is now in {PUBLISHED}/{FEEDBACK}")
+            changed.append(f"{FEEDBACK}/{page} is of nobody in this class: it is kept as {kept}")
     if not before or contents != {name: comment for name, (_, comment) in before.items()}:
         with new_file(folder / ARCHIVE, private=True) as file, zipfile.ZipFile(file, "w") as archive:
             for name in sorted(contents):
@@ -138,15 +137,20 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     return sorted(changed)
 
 
+def _keep(folder: Path, page: str, data: bytes) -> str:
+    """Keep a page that gyro replaces or removes; return its new place below the folder of the grades."""
+    kept = Path(PUBLISHED, FEEDBACK, page).with_stem(f"{Path(page).stem}-{_digest(data)}")
+    write_whole(folder / kept, [data], private=True, sync=True)
+    return kept.as_posix()
+
+
 def _write_page(folder: Path, before: Mapping[str, tuple[int, bytes]] | None, page: str, data: bytes) -> Iterator[str]:
     """Write one page, and keep the old one if a person changed it; `before` has checksums of the last run."""
     path = folder / FEEDBACK / page
     old = path.read_bytes() if path.exists() else data
     # The old page is kept first: it must not be lost if it cannot be kept.
     if old != data and before is not None and zlib.crc32(old) not in before.get(page, ()):
-        kept = Path(PUBLISHED, FEEDBACK, page).with_stem(f"{path.stem}-{_digest(old)}")
-        write_whole(folder / kept, [old], private=True, sync=True)
-        yield f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept.as_posix()}"
+        yield f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {_keep(folder, page, old)}"
     if old != data or not path.exists():
         write_whole(path, [data], private=True)
 

@@ -27,14 +27,20 @@ def log(top: str, *, header: str = "", first: str = "", mass: float = 1.0, off: 
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize(
-    "top",
-    ["5 periods timed each run", "5 périodes mesurées à chaque fois", "immer 5 Perioden gemessen", "время 5 периодов",
-     "tiempo de 5 periodos", "misurati 5 periodi ogni volta"],
+PERIODS = (
+    "5 periods timed each run", "5 périodes mesurées à chaque fois", "immer 5 Perioden gemessen", "время 5 периодов",
+    "tiempo de 5 periodos", "misurati 5 periodi ogni volta",
 )  # fmt: skip
-def test_several_periods_are_not_one_turn(top: str) -> None:
+PARTS = (
+    "d'une vis à la suivante", "от винта до винта", "de un tornillo al siguiente", "T für einen Halbkreis",
+    "转过180度的时间", "stopped at the opposite wall",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("top", "turns"), [*((one, 5) for one in PERIODS), *((one, 0.5) for one in PARTS)])
+def test_a_note_of_other_turns_than_one_is_asked_for(top: str, turns: float) -> None:
     with pytest.raises(gyrodata.LogError) as caught:
-        gyrodata.analyze(log(top, turns=5).encode())
+        gyrodata.analyze(log(top, turns=turns).encode())
     assert "G207" in {one.code for one in caught.value.diagnostics}
 
 
@@ -43,15 +49,31 @@ def test_a_legend_states_the_periods() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
+def test_the_hint_about_a_distance_from_the_ball_works() -> None:
+    text = log("", header="mass (g);distance from ball (cm);spin (rpm);turns;time (s)", off=SURFACE)
+    with pytest.raises(gyrodata.LogError) as caught:
+        gyrodata.analyze(text.encode())
+    (hint,) = (one.hint for one in caught.value.diagnostics if one.code == "G301")
+    assert (
+        'if from its surface, write also the lines "# position_from: surface" and "# ball_diameter: 10.16 cm"' in hint
+    )
+    text = text.replace("distance from ball (cm)", "position [cm]")
+    found = gyrodata.analyze(f"# position_from: surface\n# ball_diameter: 10.16 cm\n{text}".encode())
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
+
+
 @pytest.mark.parametrize(
     "top",
-    ["d'une vis à la suivante", "от винта до винта", "de un tornillo al siguiente", "T für einen Halbkreis",
-     "转过180度的时间", "stopped at the opposite wall"],
-)  # fmt: skip
-def test_a_part_of_a_turn_in_words_is_asked_for(top: str) -> None:
-    with pytest.raises(gyrodata.LogError) as caught:
-        gyrodata.analyze(log(top, turns=0.5).encode())
-    assert "G207" in {one.code for one in caught.value.diagnostics}
+    [
+        "the air comes out of the ball",
+        "chronométré 1 tour entre deux repères",
+        "两个标记之间的时间",
+        "la boule tourne vite",
+    ],
+)
+def test_a_note_about_something_else_changes_nothing(top: str) -> None:
+    found = gyrodata.analyze(f"# ball_diameter: 101.6 mm\n{log(top)}".encode())
+    assert (list(found.doubts), found.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
 
 
 @pytest.mark.parametrize(

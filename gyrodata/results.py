@@ -527,6 +527,15 @@ def encode(record: Any) -> bytes:
         return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()
 
 
+def decode(text: bytes, kind: Any) -> Any:
+    """Read a record that `encode` has written; raise ValueError or `msgspec.ValidationError` if it is another text."""
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except msgspec.DecodeError:
+        # Unlike msgspec's own decoder, `json` reads half of a surrogate pair.
+        return msgspec.convert(json.loads(text), kind)
+
+
 def to_json(record: Struct) -> dict[str, Any]:
     """Convert a record to the object of its JSON, with lists for tuples."""
     content: dict[str, Any] = json.loads(encode(record))

@@ -8,7 +8,6 @@ Nothing depends on the order, on the number of workers, or on how often the run 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,7 +17,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Literal
 
-from msgspec import Struct, ValidationError, convert
+from msgspec import Struct, ValidationError
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
@@ -26,12 +25,13 @@ from gyrodata.errors import GyroError, insist_on_type
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle, to_json
+from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle
 from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, find_submissions
 from gyrodata.grading.yardsticks import grouped
+from gyrodata.results import decode, encode
 from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
@@ -167,8 +167,7 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
     entries, damaged = dict[str, Entry](), 0
     for line in filter(None, data.splitlines()):
         try:
-            # Unlike msgspec's own decoder, `json` reads the half of a surrogate in the name of a file.
-            entry = convert(json.loads(line), Entry)
+            entry = decode(line, Entry)
             entries[entry.grade.student] = entry
         except (ValueError, ValidationError, RecursionError):
             damaged += 1
@@ -230,8 +229,9 @@ def _entries(
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
                 lost = answer.why
-                answer = not_graded(item, rubric, f"{lost}; a person must look"), {}
-            grade, drawn = answer
+                answer = encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
+            # Through JSON at once, so that a grade from the journal is the same to the last digit.
+            grade, drawn = decode(answer[0], Grade), answer[1]
             figures = {name: words for name, (_, words) in drawn.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
             one = Entry(inputs=inputs[item.student], grade=grade, lost=lost, figures=figures, seen=seen)
@@ -241,32 +241,31 @@ def _entries(
                 disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
-                disk.add_to(journal, f"\n{to_json(one)}\n".encode())
+                disk.add_to(journal, b"\n%b\n" % encode(one))
             if options.progress is not None:
                 options.progress(len(entries))
     entries = {item.student: entries[item.student] for item in items}
-    lines = [f"{to_json(one)}\n".encode() for one in entries.values()]
+    lines = [encode(one) + b"\n" for one in entries.values()]
     if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
     return entries, again, damaged
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[Grade, Figures]:
-    """Grade one submission, in a worker."""
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[bytes, Figures]:
+    """Grade one submission, in a worker; return the grade as JSON."""
     submission = replace(task[0])
-    # Through JSON at once, so that a grade from the journal is the same to the last digit.
-    grade = convert(json.loads(to_json(grade_submission(submission, rubric, task[1] or None))), Grade)
+    grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
-        return grade, {}
+        return encode(grade), {}
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
 
     try:
         analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     except GyroError:
-        return grade, {}  # the log has changed since it was graded; the next run sees that
+        return encode(grade), {}  # the log has changed since it was graded; the next run sees that
     drawn = plotting.render(analysis, "png").items()
-    return grade, {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
+    return encode(grade), {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

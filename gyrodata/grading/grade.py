@@ -7,12 +7,11 @@ cannot be judged has no points, which is not the same as zero, and the grade is 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal, TypedDict
 
-from msgspec import Meta, Struct, field, to_builtins
+from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, mistakes
@@ -132,11 +131,6 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
         """Reported I_zz over that of the nearest accepted fit [1]; None without one of them."""
         value, own = self.reported_inertia, self.own.get(self.matched or "")
         return value / own["value"] if value is not None and own and own["value"] else None
-
-
-def to_json(record: Struct) -> str:
-    """Write a record as the journal contains it; read again, it is the same record, to the last digit."""
-    return json.dumps(to_builtins(record), allow_nan=False, separators=(",", ":"))
 
 
 def grade_submission(

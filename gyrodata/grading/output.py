@@ -18,9 +18,9 @@ from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours
 from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
-from gyrodata.grading.grade import to_json
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.reporting.values import count_text
+from gyrodata.results import encode
 
 FIGURES, TABLE, PUBLISHED = "figures", "grades.csv", "published"
 
@@ -114,7 +114,7 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
         if figures is not None:
             drawn = found.figures.get(grade.student, {})
             pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
-        about = __version__, to_json(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
+        about = __version__, encode(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
         content = _digest(repr(about).encode()).encode()
         contents |= dict.fromkeys(pages, content)
         now = [(zlib.crc32(path.read_bytes()), content) for one in pages if (path := folder / FEEDBACK / one).exists()]

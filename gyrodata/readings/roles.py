@@ -352,6 +352,7 @@ def _measures(unit: str, role: str) -> bool:
     return kind_of_role(role) in kinds_of(unit) or (unit == "%" and role.startswith("u_"))
 
 
+@lru_cache(maxsize=4096)
 def split_unit(text: str) -> tuple[str, str | None]:
     """Split a header into its name and its unit: "m [g]", "t / s", "Zeit in s", "mass_g"; "rpm" alone is the spin."""
     if len(text) > MAX_HEADER:
@@ -672,6 +673,7 @@ _OF_WEIGHT = rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})|
 _ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
 
 
+@lru_cache(maxsize=4096)
 def origin_in(header: str) -> str:
     """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
     if len(header) > MAX_HEADER or (re.search(_CENTRE, header) and re.search(_CENTRE, re.sub(_OF_WEIGHT, "", header))):
@@ -679,6 +681,7 @@ def origin_in(header: str) -> str:
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
 
+@lru_cache(maxsize=4096)
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
     if not any(re.search(words, note) for words in (_SURFACE_NOTE, *dict(_ORIGIN).values())):

@@ -73,9 +73,10 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
         why = "one point does not determine a line" if one else "a line through two points always fits"
         yield readings.say("too_few_weights", torques=count_text(len(groups), "torque"), values=torques, why=why)
     for group in groups:
-        name, place = load_words(measured, group[0]), readings.place(max(group))
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
-        have = spins / RPM
+        if lacking <= 0 and spins[-1] >= SPREAD * spins[0]:
+            continue
+        name, place, have = load_words(measured, group[0]), readings.place(max(group)), spins / RPM
         if lacking > 0:
             # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
@@ -83,7 +84,7 @@ def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[D
             runs = {"runs": count_text(len(group), "run"), "lacking": count_text(lacking, "run")}
             wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
             yield readings.say("too_few_runs", place, load=name, **runs, spins=wanted_rpm)
-        elif spins[-1] < SPREAD * spins[0]:
+        else:
             spread = {"low": have[0], "high": have[-1], "factor": have[-1] / have[0]}
             yield readings.say("spins_too_close", place, load=name, **spread)
 

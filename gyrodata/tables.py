@@ -139,14 +139,16 @@ def torque_table(
         values = np.abs(measured.product[runs])
         size = measured.own_relative[runs] * values
         weight = 1 / np.maximum(size, 1e-12) ** 2
-        mean = float(np.average(values, weights=weight))
+        weight /= np.add.reduce(weight)
+        mean = float(weight @ values)
         several = len(runs) > 1
-        chi2 = float(np.sum(((values - mean) / size) ** 2)) if several and size.all() else None
-        alone = math.sqrt(np.sum((weight * size) ** 2)) / np.sum(weight)
+        chi2 = float(np.add.reduce(((values - mean) / size) ** 2)) if several and size.all() else None
+        alone = math.sqrt(np.add.reduce((weight * size) ** 2))
         # A late or early hand changes all runs in the same direction, each by b/T.
-        each_second = float(np.average(measured.product[runs] / measured.time[runs], weights=weight))
+        each_second = float(weight @ (measured.product[runs] / measured.time[runs]))
         mean_u = math.hypot(alone, measured.timing_bias_u * each_second, scale * mean)
-        spread = float(np.std(values, ddof=1)) if several else None
+        away = values - np.add.reduce(values) / len(runs)
+        spread = math.sqrt(away @ away / (len(runs) - 1)) if several else None
         p = None if chi2 is None else fitting.chi2_tail(chi2, len(runs) - 1)
         product = MeanProduct(float(fit.sense[i]) * mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
         slope = 2 * math.pi / mean

@@ -121,7 +121,7 @@ class Problem:
     def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
         """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
         # An error is either in `single` or in `shared`; the other one is zero.
-        errors = single + np.append(shared, 0.0)[self.member]
+        errors = single + np.concatenate((shared, (0.0,)))[self.member]
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         slopes = -(self.relative * values[self.quantity] + self.absolute) / scale[self.quantity]
@@ -176,7 +176,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
     """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
-    load = np.nan_to_num(measured.mass * measured.position**2)
+    load = np.where(np.isnan(load := measured.mass * measured.position**2), 0.0, load)
     if measured.nutation_ratio is not None:
         found = measured.nutation_ratio * rough_inertia(measured)
         return np.where(np.isnan(found), np.nanmedian(found - load) + load, found)
@@ -401,7 +401,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
-    upper = np.triu(np.ones((width, width + 1)))
+    upper = 1 - np.tri(width, width + 1, -1)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):

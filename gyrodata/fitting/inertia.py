@@ -135,12 +135,16 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     """The fit at the stated widths, from which the others were found; None for a fit at fixed widths."""
 
     @cached_property
+    def _linear(self) -> adjustment.Linear:
+        """The conditions at the end of the adjustment, without the errors of single runs."""
+        end = self.adjusted
+        return end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
+
+    @cached_property
     def fitted_time(self) -> Floats:
         """Time that the fit predicts for each run from its other readings [s], shape (n,)."""
-        end = self.adjusted
-        at = end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
-        inertia, residual_torque, bias = end.unknowns.tolist()
-        values, torque = at.values, at.torque + residual_torque
+        inertia, residual_torque, bias = self.adjusted.unknowns.tolist()
+        values, torque = self._linear.values, self._linear.torque + residual_torque
         # Eq. (9) if pitch and I are zero, as for a rod that is treated as level.
         top = inertia + values[ADDED], values[TRANSVERSE], values[PITCH]
         rate = np.abs(physics.precession_rate(torque, self.sense * values[SPIN], *top))
@@ -151,10 +155,9 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     def time_u(self) -> Floats:
         """Standard uncertainty of each run's time about the fit, from the errors of this run alone [s], shape (n,)."""
         end = self.adjusted
-        at = end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
-            return cast(Floats, np.sqrt(end.independent_variance) / np.abs(at.torque + end.unknowns[1]))
+            return cast(Floats, np.sqrt(end.independent_variance) / np.abs(self._linear.torque + end.unknowns[1]))
 
     @property
     def log_evidence(self) -> float:

@@ -233,10 +233,10 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
     mean = np.array([ended + both - slope * residual_torque, at + residual_torque, bias])
     u = np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
     # One part for each pair of s and w.
-    s, w = np.broadcast_arrays(factor[:, None], widths)
+    factor, width = np.repeat(factor, len(widths)), np.tile(widths * conditions.unit[1], STEPS)
     unit = conditions.unit[:, None]
-    mean, u, width = mean.reshape(3, -1) * unit, u.reshape(3, -1) * unit, w.reshape(-1) * conditions.unit[1]
-    return Posterior(weight.reshape(-1), mean, u, s.reshape(-1), width, float(top + math.log(total)))
+    mean, u = mean.reshape(3, -1) * unit, u.reshape(3, -1) * unit
+    return Posterior(weight.reshape(-1), mean, u, factor, width, float(top + math.log(total)))
 
 
 def _rotate(conditions: Conditions) -> tuple[Floats, Floats, float]:

@@ -123,7 +123,7 @@ def weights(torque: Floats) -> Integers:
 
     Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
     """
-    sizes = np.unique(torque)
+    sizes = np.array(sorted(set(torque.tolist())))
     return np.searchsorted(sizes[1:][np.diff(sizes) > WEIGHED_AGAIN * np.abs(sizes[1:])], torque, side="right")
 
 

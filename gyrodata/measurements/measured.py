@@ -113,9 +113,10 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def by_weight(self) -> list[list[int]]:
         """Indices of the runs of each weight: torques and positions within 1 %, as if it was weighed for each run."""
         groups: list[list[int]] = []
+        sizes = np.array([self.torque, np.where(np.isnan(self.position), 0.0, self.position)])
         for group in self.by_torque:
-            sizes = ((values[group[0]], values) for values in (self.torque, self.position))
-            near = np.all([np.isclose(values, size, rtol=0.01, atol=0, equal_nan=True) for size, values in sizes], 0)
+            size = sizes[:, group[:1]]
+            near = (np.abs(sizes - size) <= 0.01 * np.abs(size)).all(axis=0)
             if known := next((one for one in groups if near[one[0]]), None):
                 known.extend(group)
             else:

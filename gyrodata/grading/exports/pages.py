@@ -49,7 +49,6 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"plain": shown, "points": points_text, "factor": factor_text, "inertia": inertia_text}
     # A distance in units of u has all digits before the point up to a million.
     made.filters["distance"] = lambda z: (
         "–" if z is None else f"{z:.0f}" if 100 <= z < 1e6 else f"{z:.2g}".replace("-", "−")
@@ -58,8 +57,10 @@ def environment() -> Environment:
     made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
     made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
     made.globals |= {"version": __version__, "FIGURES": FIGURES}
-    # Titles, rules and reasons are the same for many students.
+    # Titles, rules and reasons are the same for many students, and numbers in the two pages of one student.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
+    made.filters |= {"plain": lru_cache(512)(shown), "points": lru_cache(512)(points_text)}
+    made.filters |= {"factor": factor_text, "inertia": lru_cache(512)(inertia_text)}
     return made
 
 

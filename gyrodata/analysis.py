@@ -194,9 +194,11 @@ def fit_runs(
         If the runs do not determine a credible I_zz; it names what to check.
     """
     # The errors that several runs have in common; runs without an error are in group -1.
-    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in measured.sources])
-    if shared * len(measured.runs) > LARGEST:
-        raise LogError([readings.say("too_many_shared_readings", runs=len(measured.runs), shared=shared)])
+    count = len(measured.runs)
+    of_runs = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
+    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in of_runs])
+    if shared * count > LARGEST:
+        raise LogError([readings.say("too_many_shared_readings", runs=count, shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):
         fallen = refusals.fall_findings(readings, measured)
         if fallen:

@@ -159,6 +159,7 @@ def as_read(value: float, step: float) -> str:
     return text if 0 < sum(map(str.isdigit, text)) <= MOST_DIGITS else f"{value:.4g}"
 
 
+@lru_cache(maxsize=4096)
 def take_apart(text: str) -> Written | None:
     """Split a written quantity into its number, its unit and its uncertainty.
 

@@ -67,6 +67,8 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         with np.errstate(invalid="ignore"):
             gap = np.abs(np.abs(values_of(column)) - meant)
             wrong = (gap > np.maximum(0.05 * meant, 2 * np.array(column.steps))) & (meant > 0)
+        if not wrong.any():
+            continue
         # A reading that is used for several runs is compared once.
         there = np.flatnonzero(np.isfinite(gap))
         _, at = np.unique(np.array(column.spots)[there], return_index=True)

@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import accumulate, pairwise
 
 from msgspec import Struct
@@ -76,7 +77,7 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         over, under = parse_header(before.texts[at]), parse_header("".join(head.texts[at : at + 1])).roles
         if before.line == head.line - 1 and over.unit and {*over.roles} & {*roles.TIMINGS} and {*under} <= roles.TEXTS:
             head = before  # "Time (s)" over "Trial 1", "Trial 2"
-        if 2 * _numbers(head) >= max(1, len(filled_at(head))):
+        if 2 * _numbers(head.texts) >= max(1, len(filled_at(head))):
             raise faults.refuse("no_header_row", grid.cell(head, 0))
         # "turns:", "1", "", "1" is a caption of tables beside each other.
         above = [row for row in rows[: rows.index(head)] if not row.texts[0].endswith(":")]
@@ -86,7 +87,7 @@ def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> La
         _name_counter(grid, head, decided)
         for row in grid.rows if len(head.texts) > 2 else ():
             # Rows that were typed with another delimiter.
-            for parts in (text.split(sign) for text in row.texts for sign in ",;\t" if len(row.texts) == 1):
+            for parts in (row.texts[0].split(sign) for sign in ",;\t") if len(row.texts) == 1 else ():
                 if len(parts) == len(head.texts) and all(map(is_number, parts)):
                     row.texts[:] = parts
         heads = [row for row in grid.rows if is_head(row)] or [head]
@@ -146,7 +147,7 @@ def _name_counter(grid: Grid, head: Row, decided: Collection[str]) -> None:
     for at, text in ((at, text) for at, text in enumerate(head.texts) if text not in decided):
         is_turns = at == 0 and stated and parse_header(text).roles == ("turns",)
         if is_turns or squeeze(text).lower() in roles.COUNTER_WORDS or re.fullmatch(r"[^\W\d]|(?i:count)", text):
-            rows = (row.texts for row in grid.rows if row.line > head.line and _numbers(row) > 1)
+            rows = (row.texts for row in grid.rows if row.line > head.line and _numbers(row.texts) > 1)
             cells = [texts[at] for texts in rows if "".join(texts[at : at + 1])]
             numbers = [int(cell) if cell.isdigit() else 0 for cell in cells]
             counts = [1, *(1 if two == 1 else one + 1 for one, two in pairwise(numbers))]
@@ -173,8 +174,8 @@ def filled_at(row: Row) -> list[int]:
     return [at for at, text in enumerate(row.texts) if text]
 
 
-def _numbers(row: Row) -> int:
-    return sum(is_number(text) and not parse_header(text).roles for text in row.texts)
+def _numbers(texts: Sequence[str]) -> int:
+    return sum(is_number(text) and not parse_header(text).roles for text in texts)
 
 
 _SIGNS = str.maketrans("", "", ".,/+-− ")
@@ -183,31 +184,34 @@ _SIGNS = str.maketrans("", "", ".,/+-− ")
 
 def is_head(row: Row) -> bool:
     """Return whether a row is a header: it has two names, one of them that of a quantity."""
-    if sum(not text.translate(_SIGNS).isdigit() for text in row.texts if text) < 2:
+    return _are_names(tuple(row.texts))
+
+
+@lru_cache(maxsize=4096)
+def _are_names(texts: tuple[str, ...]) -> bool:
+    if sum(not text.translate(_SIGNS).isdigit() for text in texts if text) < 2:
         return False  # the rows of a long log
-    headers = list(map(parse_header, filter(None, row.texts)))
+    headers = list(map(parse_header, filter(None, texts)))
     named = [header.roles for header in headers if header.roles]
     physical = any(not roles.TEXTS.intersection(found) for found in named)
     # "t", "time for a quarter turn" explains a symbol.
     # "position", "10.8", "cm", "distance from the centre" is not one either.
-    several = len(set(named)) > 1 or (
-        len(named) > 1 and not any(map(turns_in, row.texts)) and not any(map(is_bare, row.texts))
-    )
+    several = len(set(named)) > 1 or (len(named) > 1 and not any(map(turns_in, texts)) and not any(map(is_bare, texts)))
     # "rpm", "t/s", "turns" are names, although each is a unit as well.
     are_names = len(headers) > 2 and all(header.roles for header in headers)
-    return several and physical and _numbers(row) * 2 < len(headers) and (are_names or not _units(row))
+    return several and physical and _numbers(texts) * 2 < len(headers) and (are_names or not _units(texts))
 
 
-def _units(row: Row) -> list[str]:
+def _units(texts: Sequence[str]) -> list[str]:
     """Return the units of a row of units, in brackets or not; an empty list for another row."""
-    units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in row.texts]
+    units = [text[1:-1].strip() if text[:1] + text[-1:] in ("[]", "()") else text for text in texts]
     bare = []
     for unit in units:
         first = re.split(r"[\s,]+", unit)[0]  # "cm from centre", and "s, one turn"
         with_words = first != unit and kinds_of(first) and not kinds_of(unit)
         bare.append(first if with_words and (roles.from_centre(unit) or turns_in(unit)) else unit)
     is_unit = [one == "%" or bool(kinds_of(one) and not quantities.PLAIN.fullmatch(one)) for one in bare]
-    others = [pair for pair, known in zip(zip(units, row.texts, strict=True), is_unit, strict=True) if not known]
+    others = [pair for pair, known in zip(zip(units, texts, strict=True), is_unit, strict=True) if not known]
     is_row = all(unit in BLANKS or unit != text or text == "1" for unit, text in others)
     # Calculated columns can have units that gyro does not know: "rad²/s²".
     named = any(is_number(text) or set(parse_header(text).roles) - {"run"} for _, text in others)
@@ -593,7 +597,7 @@ class _Sheet:
         if is_head(row) and not (below and "" in self.head.texts):
             self.words += [self.head] * self.fresh  # "time of one turn, x from the centre" above the names
             self.begin(row)
-        elif self.fresh and (units := _units(row)):
+        elif self.fresh and (units := _units(row.texts)):
             kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
                      for _, header in self.here if header.unit and header.roles]  # fmt: skip
             if any(map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()):

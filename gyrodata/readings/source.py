@@ -356,6 +356,7 @@ class Grid(Struct, frozen=True):
 
 # Marks of order and width that a copy from a web page or a chat brings along, and that no editor shows.
 _UNSEEN = "\ufeff\u200b\u200c\u200d\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2060 \u00a0"
+_WITHOUT_WIDTH = dict.fromkeys(range(0x200B, 0x2010))
 _EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
 """A cell of Markdown in bold or italic type, or as code; or a cell in the quotes of a word processor."""
 _FOOTNOTES = ("*", "†", "‡")
@@ -372,14 +373,12 @@ def _grid(
 ) -> tuple[Grid, Faults]:
     """Split a log into cells; `delimiter` is given if this module wrote the text."""
     # The digits of all scripts are read.
-    lines = [re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), line).replace("٫", ".") for line in faults.lines]
+    text = re.sub(r"(?![0-9])\d", lambda digit: str(int(digit[0])), "\n".join(faults.lines)).replace("٫", ".")
     # The point of wide digits, and the marks of a quoted mail.
-    lines = [
-        re.sub(r"(?<=[0-9])．(?=[0-9])|^>[> ]*(?=\S)", lambda sign: sign[0].replace("．", ".").replace(">", " "), line)
-        for line in lines
-    ]
+    text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text)
+    text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
     # Students of LaTeX and MATLAB write % in front of a remark.
-    lines = [re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", line) for line in lines]
+    lines = re.sub(r"(?m)^((?:[^\S\n]|\")*)%(?=[^\S\n]+[^\W\d_]{2})", r"\1#", text).split("\n")
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
@@ -513,7 +512,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
             raise faults.refuse("cell_too_long", Place(index + 1, 1))
         try:
-            texts = [re.sub("[\u200b-\u200f]", "", text).strip(_UNSEEN + "\n") for text in next(reader)]
+            texts = [text.translate(_WITHOUT_WIDTH).strip(_UNSEEN + "\n") for text in next(reader)]
             texts = [match[2] or match[3] if (match := _EMPHASIS.fullmatch(text)) else text for text in texts]
             texts = [_FOOTNOTE.sub("", text) if text[-1:] in _FOOTNOTES else text for text in texts]
         except csv.Error:

@@ -337,8 +337,9 @@ class TableReader:
                 texts[i] = "0"
         meant: dict[str, str] = {}
         # A line such as "A = 20.1 g", with no "+ 5 g" behind it, explains the name A.
-        parts = {part for text in texts for part in (text, *re.split(_PLUS, text))}  # "A+B": both hang there
-        names = {part for part in parts if part[:1].isalpha() and len(part) <= 20} if chosen.role in roles.LOADS else ()
+        named = texts if chosen.role in roles.LOADS else ()
+        parts = {part for text in named for part in (text, *re.split(_PLUS, text))}  # "A+B": both hang there
+        names = {part for part in parts if part[:1].isalpha() and len(part) <= 20}
         if chosen.role in ("mass", "position") and unit is None and all(re.fullmatch("[1-9]?", text) for text in texts):
             names = {*texts} - {""}  # "Weight 1: 20.1 g" for 1 below "Weight", "hole 2 = 14.0 cm"
         for name in sorted(names)[:30]:

@@ -18,6 +18,7 @@ import zlib
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from typing import IO
 
 from msgspec import Struct
 
@@ -50,6 +51,7 @@ class Listing(Struct, frozen=True):
 _STREWN = re.compile(r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)", re.IGNORECASE)
 
 
+@lru_cache(maxsize=1024)
 def ending(name: str) -> str:
     """Return the ending of a file in small letters, without ``.gz``."""
     return PurePosixPath(name.lower().removesuffix(".gz")).suffix
@@ -82,16 +84,17 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
     outer, _, inner = name.rpartition("//")
     plain = root / name
+    file: IO[bytes] | None = None
     try:
-        if outer or (root.is_file() and not Path(name).is_absolute()):
+        if not outer and plain.is_file() and not plain.is_symlink():
+            file = plain.open("rb")
+        elif outer or (root.is_file() and not Path(name).is_absolute()):
             archive, members, _ = _opened(root, outer)
             member = members.get(inner)
             # Other ways than these two unpack a whole block at a time, however large.
             if member and (member.flag_bits & 0x1 or member.compress_type not in _PACKED):
                 raise OSError("it is encrypted, or packed in a way that no platform uses")
             file = archive.open(member) if member else None
-        else:
-            file = plain.open("rb") if plain.is_file() and not plain.is_symlink() else None
         if file is None:
             raise FileNotFoundError("it is no longer there")
         with file:

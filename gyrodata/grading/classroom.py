@@ -21,7 +21,7 @@ from msgspec import Struct, ValidationError
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
-from gyrodata.errors import GyroError, insist_on_type
+from gyrodata.errors import insist_on_type
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
@@ -184,11 +184,11 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
     return {**about, "desk": reported, "tool": __version__}
 
 
-def _why_again(known: Entry | None, inputs: Mapping[str, str]) -> str:
-    """Say why a submission is graded again with these inputs; "" if the known grade is still right."""
+def _why_again(known: Entry | None, item: Submission, rubric: Rubric, reported: str) -> str:
+    """Say why a submission is graded again; "" if the known grade is still right."""
     if known is None:
         return "new"
-    for name, value in inputs.items():
+    for name, value in _inputs_of(replace(item), rubric, reported).items():
         if (before := known.inputs.get(name)) != value:
             return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
     return f"lost last time: {known.lost}" if known.lost else ""
@@ -201,16 +201,13 @@ def _entries(
 
     Also returns why entries are made, and the number of damaged lines.
     """
-    journal, inputs = options.journal or Path(), dict[str, dict[str, str]]()
+    journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
     known, damaged = read_journal(written)
     entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
-        # A copy of the submission, because a submission keeps the texts that it reads. If it changes before it is
-        # graded, these inputs are those of before, and the next run grades it again.
-        inputs[item.student] = _inputs_of(replace(item), rubric, reported)
-        why = _why_again(before, inputs[item.student])
+        why = _why_again(before, item, rubric, reported)
         if before is not None and not why and options.figures is not None and before.grade.own:
             paths = [figure_path(options.figures, item, name) for name in before.figures]
             why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
@@ -225,16 +222,16 @@ def _entries(
     work = partial(_grade_one, rubric, options.figures is not None)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
-        for (item, _), answer in answers:
+        for (item, reported), answer in answers:
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
-                lost = answer.why
-                answer = encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
+                lost, inputs = answer.why, _inputs_of(replace(item), rubric, reported)
+                answer = inputs, encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
             # Through JSON at once, so that a grade from the journal is the same to the last digit.
-            grade, drawn = decode(answer[0], Grade), answer[1]
+            inputs, grade, drawn = answer[0], decode(answer[1], Grade), answer[2]
             figures = {name: words for name, (_, words) in drawn.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
-            one = Entry(inputs=inputs[item.student], grade=grade, lost=lost, figures=figures, seen=seen)
+            one = Entry(inputs=inputs, grade=grade, lost=lost, figures=figures, seen=seen)
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
             for name, (data, _) in drawn.items():
@@ -251,21 +248,20 @@ def _entries(
     return entries, again, damaged
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[bytes, Figures]:
-    """Grade one submission, in a worker; return the grade as JSON."""
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[dict[str, str], bytes, Figures]:
+    """Grade one submission, in a worker; return its inputs, its grade as JSON, and its figures."""
+    # A copy, because a submission keeps the texts that it reads; the inputs are those that are graded.
     submission = replace(task[0])
+    inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
-        return encode(grade), {}
+        return inputs, encode(grade), {}
     from gyrodata import plotting
     from gyrodata.analysis import analyze_readings
 
-    try:
-        analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-    except GyroError:
-        return encode(grade), {}  # the log has changed since it was graded; the next run sees that
+    analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
     drawn = plotting.render(analysis, "png").items()
-    return encode(grade), {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
+    return inputs, encode(grade), {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from msgspec import Struct, convert
 
 from gyrodata import diagnostics
@@ -254,7 +253,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     ratio = min(u / low, max(1.0, u / high))
     # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
     each = [abs(one.torque / one.product.value) for one in evidence.analysis.torques if one.torque]
-    spread = float(np.std(each, ddof=1)) / math.sqrt(len(each)) if len(each) > 1 else 0.0
+    count, mean = len(each), sum(each) / (len(each) or 1)
+    spread = math.sqrt(sum((one - mean) ** 2 for one in each) / (count - 1) / count) if count > 1 else 0.0
     if abs(u - spread) < ROUNDED * spread:
         ratio = 1.0
     reason, whole = f"± {inertia_range_text(reported.u, reported.u)}", inertia_range_text(low, high)

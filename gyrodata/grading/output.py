@@ -6,7 +6,7 @@ import hashlib
 import struct
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import chain, count
 from pathlib import Path
 from posixpath import basename
@@ -17,7 +17,7 @@ from gyrodata.errors import Diagnostic
 from gyrodata.grading import exports, ledger
 from gyrodata.grading.classroom import JOURNAL, ClassGrades, figure_path
 from gyrodata.grading.exports.gradebooks import Filled, Ours
-from gyrodata.grading.exports.pages import class_page, environment, feedback_html, feedback_markdown
+from gyrodata.grading.exports.pages import class_page, environment, feedback_pages
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.reporting.values import count_text
 from gyrodata.results import encode
@@ -117,11 +117,18 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
         about = __version__, encode(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
         content = _digest(repr(about).encode()).encode()
         contents |= dict.fromkeys(pages, content)
-        now = [(zlib.crc32(path.read_bytes()), content) for one in pages if (path := folder / FEEDBACK / one).exists()]
+        old = {page: path.read_bytes() for page in pages if (path := folder / FEEDBACK / page).exists()}
         # Pages that show this already, and that nobody has changed, are not written again.
-        if now != [before and before.get(page) for page in pages]:
-            for page, text in zip(pages, (feedback_html(grade, pictures), feedback_markdown(grade)), strict=True):
-                changed += _write_page(folder, before, page, text.encode("utf-8", "replace"))
+        if [(zlib.crc32(data), content) for data in old.values()] != [before and before.get(page) for page in pages]:
+            for page, text in zip(pages, feedback_pages(grade, pictures).values(), strict=True):
+                data, was = text.encode("utf-8", "replace"), old.get(page)
+                known = was is None or before is None or zlib.crc32(was) in before.get(page, ())
+                # The old page is kept first: it must not be lost if it cannot be kept.
+                if was and was != data and not known:
+                    kept = _keep(folder, page, was)
+                    changed.append(f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}")
+                if was != data:
+                    write_whole(folder / FEEDBACK / page, [data], private=True)
     for path in sorted((folder / FEEDBACK).rglob("*.*")):
         page = path.relative_to(folder / FEEDBACK).as_posix()
         if before and page in before and page not in contents:
@@ -142,17 +149,6 @@ def _keep(folder: Path, page: str, data: bytes) -> str:
     kept = Path(PUBLISHED, FEEDBACK, page).with_stem(f"{Path(page).stem}-{_digest(data)}")
     write_whole(folder / kept, [data], private=True, sync=True)
     return kept.as_posix()
-
-
-def _write_page(folder: Path, before: Mapping[str, tuple[int, bytes]] | None, page: str, data: bytes) -> Iterator[str]:
-    """Write one page, and keep the old one if a person changed it; `before` has checksums of the last run."""
-    path = folder / FEEDBACK / page
-    old = path.read_bytes() if path.exists() else data
-    # The old page is kept first: it must not be lost if it cannot be kept.
-    if old != data and before is not None and zlib.crc32(old) not in before.get(page, ()):
-        yield f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {_keep(folder, page, old)}"
-    if old != data or not path.exists():
-        write_whole(path, [data], private=True)
 
 
 # --- what a run says -------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ from typer.testing import CliRunner
 from gyrodata.cli import app
 from gyrodata.grading.exports.gradebooks import fill_book
 from gyrodata.grading.exports.gradescope import results_json
-from gyrodata.grading.exports.pages import feedback_html, feedback_markdown
+from gyrodata.grading.exports.pages import feedback_pages
 from gyrodata.grading.grade import Grade, grade_submission
 from gyrodata.grading.rubric import read_rubric
 from gyrodata.grading.submissions import find_submissions
@@ -48,8 +48,8 @@ def a_grade(student: str, points: float | None = 17.5, **changes: Any) -> Grade:
 @pytest.mark.parametrize("name", GRADES)
 def test_feedback_is_the_stored_text_and_the_page_agrees(name: str) -> None:
     """After an intended change, write the new text into the file in ``expected``."""
-    assert feedback_markdown(GRADES[name]) == (EXPECTED / f"{name}.md").read_text(encoding="utf-8")
-    text = feedback_html(GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})
+    assert feedback_pages(GRADES[name])[".md"] == (EXPECTED / f"{name}.md").read_text(encoding="utf-8")
+    text = feedback_pages(GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})[".html"]
     page = Structure(text)
     assert ("Not graded yet" in page.text) == (name == "waiting") == ("of 20 points" not in page.text)
     assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in page.tags}
@@ -68,14 +68,16 @@ def with_everywhere(text: str) -> Grade:
 
 
 def test_page_obeys_nothing_from_outside() -> None:
-    page = Structure(feedback_html(with_everywhere("<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}")))
-    assert [tag for tag, _ in page.tags] == [tag for tag, _ in Structure(feedback_html(with_everywhere("x"))).tags]
+    page = Structure(feedback_pages(with_everywhere("<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}"))[".html"])
+    assert [tag for tag, _ in page.tags] == [
+        tag for tag, _ in Structure(feedback_pages(with_everywhere("x"))[".html"]).tags
+    ]
     assert "49" not in page.text
 
 
 def test_markdown_obeys_nothing_from_outside() -> None:
     text = "x`*_[a](b)<i>#|~$&\n# x\r\t\u202e\u2028"
-    before, after = feedback_markdown(with_everywhere("x")), feedback_markdown(with_everywhere(text))
+    before, after = (feedback_pages(with_everywhere(one))[".md"] for one in ("x", text))
     assert after.count("\n") == before.count("\n")
     assert not {"\u202e", "\u2028", "\t", "<"} & set(after)
     bare = re.sub(r"\\[\\`*_\[\]|~$]", "", after)

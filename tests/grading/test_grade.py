@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from msgspec import to_builtins
 from msgspec.structs import replace
 
-from gyrodata.grading.exports.pages import feedback_markdown
+from gyrodata.grading.exports.pages import feedback_pages
 from gyrodata.grading.grade import Grade, grade_submission, settle
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission
@@ -104,12 +104,12 @@ def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, ear
     got, reason = mark_of(found := grade(text), criterion)
     assert got == earned
     assert told in reason
-    assert told[1:].replace("_", "\\_") in feedback_markdown(found)
+    assert told[1:].replace("_", "\\_") in feedback_pages(found)[".md"]
 
 
 def test_scatter_of_single_runs_is_told_from_that_of_their_mean() -> None:
     by_mean, (value, u) = replace(BY_REFERENCE, accept=("mean_of_ratios",)), RIGHT.inertia(ROWS, "mean_of_ratios")
-    advice = feedback_markdown(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))
+    advice = feedback_pages(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))[".md"]
     assert "scatter of single runs; the uncertainty of their mean is √n times smaller" in advice
 
 

@@ -87,22 +87,15 @@ def _markdown_safe(text: object) -> str:
 # --- the feedback for a student ----------------------------------------------------------------------------
 
 
-def feedback_markdown(grade: Grade) -> str:
-    """Write the feedback for one student as Markdown.
-
-    Gives: Every name, note and number from outside is escaped; no clock time.
-    """
-    text = environment().get_template("feedback.md.jinja").render(_content(grade))
-    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
-
-
-def feedback_html(grade: Grade, figures: Mapping[str, tuple[bytes, str]] | None = None) -> str:
-    """Write the feedback for one student as one HTML page that needs nothing else.
+def feedback_pages(grade: Grade, figures: Mapping[str, tuple[bytes, str]] = {}) -> dict[str, str]:
+    """Write the feedback for one student as one HTML page that needs nothing else, and as Markdown; by the ending.
 
     `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
     name, note and number from outside is escaped; no clock time.
     """
-    return environment().get_template("feedback.html.jinja").render(_content(grade), figures=figures or {})
+    content, template = _content(grade), environment().get_template
+    text = re.sub(r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)).strip()
+    return {".html": template("feedback.html.jinja").render(content, figures=figures), ".md": f"{text}\n"}
 
 
 def feedback_comment(grade: Grade) -> str:

@@ -401,6 +401,8 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     rows = np.zeros((count + width - 1, width + 1))
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
+    # The places of the derivatives to the shared errors, in `plain` and in the slopes.
+    into, out_of = problem.from_run * width + 3 + problem.to_column, problem.from_source * count + problem.from_run
     upper = 1 - np.tri(width, width + 1, -1)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -414,7 +416,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
             single = -at.independent * (close * at.misclosure / at.independent_variance)
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain[:, :3] = at.to_unknowns * scale
-        plain[problem.from_run, 3 + problem.to_column] = at.slopes[problem.from_source, problem.from_run]
+        plain.reshape(-1)[into] = at.slopes.reshape(-1)[out_of]
         weight = kept / np.sqrt(at.independent_variance)
         np.multiply(plain, weight[:, None], out=rows[:count, :-1])
         rows[:count, -1] = -at.misclosure * weight
@@ -436,8 +438,8 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
         closed = at.misclosure + plain @ step
         # The prediction for a run that is left out is also linear only on its condition.
         single = -at.independent * (closed / at.independent_variance)
-        squares = kept * closed * closed / at.independent_variance
-        before, chi2 = chi2, float(np.add.reduce(squares) + np.add.reduce(unknowns[1:] ** 2))
+        weighted = weight * closed
+        before, chi2 = chi2, float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
         if not LOST < unknowns[0] < 1 / LOST:
             break
         last, moved = moved, float(np.maximum.reduce(np.abs(step)))
@@ -455,7 +457,6 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     own = at.independent_variance
     variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
     gain = q @ inverse[0] * scale[0]
-    weighted = kept * closed / np.sqrt(own)
     adjusted = Adjusted(
         problem=problem, unknowns=unknowns[:3] * scale,
         covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale), gain=gain, shared=unknowns[3:],

@@ -129,7 +129,7 @@ def is_usual(grid: Grid) -> bool:
     """Return whether a table has one row of names, without numbers and without a count of weights, above its runs."""
     named = [row for row in grid.rows if len(filled_at(row)) > 1 and not any(map(is_number, row.texts))]
     heads = list(filter(is_head, named))
-    if len(heads) != 1 or len(named) != 1 or any(re.search(_UNUSUAL, text) for text in heads[0].texts):
+    if len(heads) != 1 or len(named) != 1 or any(roles.contains(_UNUSUAL, text) for text in heads[0].texts):
         return False
     if len(filled_at(heads[0])) > len(set(filter(None, heads[0].texts))):
         return False
@@ -457,7 +457,7 @@ def read_notes(grid: Grid, faults: Faults) -> str:
             texts += [", ".join(row.texts)] if not is_head(row) else []
         # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
         words = [at for at in words if not roles.parse_header(typed := row.texts[at]).roles
-                 or (re.search(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
+                 or (roles.contains(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
             notes[note] = grid.cell(row, words[0])

@@ -343,6 +343,12 @@ def hinted(header: Header) -> set[str]:
     return {role for word in words for role in name_roles(word)[0] if _measures(header.unit, role)}
 
 
+@lru_cache(maxsize=4096)
+def contains(pattern: str, text: str) -> bool:
+    """Return whether a header contains some words."""
+    return bool(re.search(pattern, text))
+
+
 def is_part_of_mass(header: str) -> bool:
     """Return whether a header names a part of the mass, as "mass of one weight" and "mass without hanger" do."""
     return bool(re.search(_OF_ONE, header)) or altered_role(header) == "mass"

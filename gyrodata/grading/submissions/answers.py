@@ -68,7 +68,8 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
-        lines = _in_cells(readings.lablog.split_lines(log.source_text))[max(0, (read.line or 0) - 1) :][:_MOST_BELOW]
+        first = max(0, (read.line or 0) - 1)
+        lines = _in_cells(readings.lablog.split_lines(log.source_text), slice(first, first + _MOST_BELOW))
         more = _candidates("", lines) if read.u is None or read.fault else ()
         same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
         read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
@@ -162,9 +163,9 @@ def _read_lines(name: str, data: bytes) -> list[str]:
     return _in_cells(lines) if kind in TABLES else lines
 
 
-def _in_cells(lines: Sequence[str]) -> list[str]:
+def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
     """Separate the cells of a table by ``|``; a line of prose, where a comma may be a decimal one, stays as it is."""
-    sign = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in lines))
+    sign, lines = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)), table[part]
     rows = (csv.reader([line[:_LONGEST_LINE]], delimiter=sign) for line in lines)
     return [line if re.search(SAYS["prose"], line) else " | ".join(*row) for line, row in zip(lines, rows, strict=True)]
 

@@ -68,8 +68,8 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     if log is not None and "inertia" in log.reported:
         read = log.reported["inertia"]
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
-        first = max(0, (read.line or 0) - 1)
-        lines = _in_cells(readings.lablog.split_lines(log.source_text), slice(first, first + _MOST_BELOW))
+        top = max(0, (read.line or 0) - 1)
+        lines = _in_cells(readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW))
         more = _candidates("", lines) if read.u is None or read.fault else ()
         same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
         read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)

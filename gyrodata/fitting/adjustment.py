@@ -21,7 +21,7 @@ from typing import Any, cast
 import numpy as np
 from msgspec import Struct
 
-from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements, Source
+from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats, Integers
 
 QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
@@ -83,23 +83,17 @@ class Problem:
         loads = measured.mass, measured.position, measured.force, measured.given_torque, measured.g
         for row, values in enumerate((measured.time, measured.spin, turns, *loads, pitch, transverse, measured.added)):
             self.observed[row] = values
-        self.sources, quantity, absolute, relative, groups = list[Source](), [], [], [], []
-        for source in measured.sources:
-            used = tilted or source.quantity not in ("pitch", "transverse")
-            if used and (source.absolute.any() or source.relative.any()):
-                self.sources.append(source)
-                quantity.append(QUANTITIES.index(source.quantity))
-                absolute.append(source.absolute)
-                relative.append(source.relative)
-                groups.append(source.groups)
-        shape = len(self.sources), count
-        self.quantity = np.array(quantity, dtype=int)
-        self.absolute, self.relative = np.array(absolute).reshape(shape), np.array(relative).reshape(shape)
+        some = [one for one in measured.sources if tilted or one.quantity not in ("pitch", "transverse")]
+        sizes = np.array([[one.absolute for one in some], [one.relative for one in some]]).reshape(2, -1, count)
+        used: list[bool] = np.logical_or.reduce(sizes, axis=(0, 2)).tolist()
+        self.sources = [one for one, is_used in zip(some, used, strict=True) if is_used]
+        self.quantity = np.array([QUANTITIES.index(one.quantity) for one in self.sources], dtype=int)
+        self.absolute, self.relative = sizes[:, used]
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
         # Number the shared errors, in the order of sources and groups: one bin for each group of each source.
-        self.groups: Integers = np.array(groups, dtype=int).reshape(shape)
+        self.groups: Integers = np.array([one.groups for one in self.sources], dtype=int).reshape(-1, count)
         width = int(self.groups.max(initial=0)) + 1
         touched = self.groups >= 0
         bins = self.groups + width * np.arange(len(self.groups))[:, None]

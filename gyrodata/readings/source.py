@@ -431,10 +431,10 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
     The function returns whether the row contained nothing else.
     """
-    for at, text in enumerate(row.texts):
+    for at, text in ((at, text) for at, text in enumerate(row.texts) if text[:1].isalpha()):
         name, _, value = text.replace("=", ":").partition(":")
         value = (value or " ".join(row.texts[at + 1 :])).strip()
-        named = text[:1].isalpha() and value and roles.reported_key(name.strip()) == "inertia"
+        named = value and roles.reported_key(name.strip()) == "inertia"
         if named and read_reported("inertia", value).fault is None:
             grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
             del row.texts[at:]
@@ -474,8 +474,9 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         found.append({sign: max(count.values(), default=0) / len(some) for sign, count in signs})
     without_decimals, shares = found
     for gap, least, others in ((r"\s{2,}", 2, without_decimals), (r"\s+", 4, shares)):
-        usual, often = Counter(len(re.split(gap, lines[i].strip())) for i in body).most_common(1)[0]
         rival = max(others.values())
+        counts = Counter(len(re.split(gap, lines[i].strip())) for i in body if rival < 1)
+        usual, often = counts.most_common(1)[0] if counts else (0, 0)
         if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
             counts = Counter(map(len, cells.values()))

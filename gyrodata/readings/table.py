@@ -175,7 +175,7 @@ class TableReader:
         self.table, self.choice, self.settings, self.faults = table, choice, settings, faults
         self.grid, self.rows = table.grid, table.rows
         self.signs = sources.decimal_signs(self.grid, by_delimiter=False)
-        self.expected_signs = sources.decimal_signs(self.grid)
+        self.expected_signs = self.signs or sources.decimal_signs(self.grid)
         self.find = partial(sources.find_place, self.grid.lines, self.grid.delimiter)
         self.replaced: set[int] = set()
         """Columns that an option replaces."""

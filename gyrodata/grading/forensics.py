@@ -139,7 +139,7 @@ HAND = 0.05
 
 The `u_time` of a log is not used: with a value that is too large, a small χ² would be no sign of anything."""
 
-GRIDS = tuple(rpm * RPM for rpm in (100, 50, 25, 20, 10, 5, 2))  # possible steps of a tachometer [rad/s]
+GRIDS = RPM * np.array([[100.0], [50.0], [25.0], [20.0], [10.0], [5.0], [2.0]])  # steps of a tachometer [rad/s]
 
 ROUND = 50 * RPM  # multiples of this are spins that students aim at [rad/s]
 
@@ -215,8 +215,8 @@ class Logs:
 def _grid(log: Fingerprint) -> float:
     """Return the step of the tachometer [rad/s]: the largest one with which all spins of a log agree."""
     spin = np.array(log.spin)
-    grids = [grid for grid in GRIDS if np.all(np.abs(spin - grid * np.round(spin / grid)) <= 1e-6 * spin)]
-    return max([*log.spin_step, *grids])
+    agree = (np.abs(spin - GRIDS * np.round(spin / GRIDS)) <= 1e-6 * spin).all(axis=1)
+    return float(max([*log.spin_step, *GRIDS[agree, 0]]))
 
 
 # --- one log by itself: scatter below what a hand can do --------------------------------------------------
@@ -283,12 +283,14 @@ def _same_weight(one: Floats, other: Floats) -> NDArray[np.bool_]:
     return np.abs(one - other) <= SAME_TORQUE * np.maximum(one, other)
 
 
-def _tail(chances: Floats) -> Floats:
-    """Return the probability that k or more of n events occur, shape (n + 1,), for k from 0 to n."""
-    numbers = np.ones(1)
-    for chance in chances:
-        numbers = np.convolve(numbers, [1 - chance, chance])
-    return np.maximum(np.cumsum(numbers[::-1])[::-1], LEAST)
+def _tails(chances: Floats) -> Floats:
+    """Return the probability that k or more of n events occur, shape (m, n + 1), for m sets of events."""
+    numbers: Floats = np.eye(1, chances.shape[1] + 1).repeat(len(chances), axis=0)
+    for chance in chances.T[:, :, None]:
+        more = chance * numbers[:, :-1]
+        numbers *= 1 - chance
+        numbers[:, 1:] += more
+    return numbers[:, ::-1].cumsum(axis=1)[:, ::-1].clip(LEAST)
 
 
 def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
@@ -327,7 +329,8 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
     chance = step / np.maximum(math.sqrt(4 * math.pi) * logs.noise[rows], step)
     # An example that everybody left in the log is in many logs that are not alike otherwise.
     crowd = np.maximum(agree[2 * same_rows < len(rows)].sum(axis=0) - 1, 0) / max(number - 2, 1)
-    p_rows, p_spins = _tail(np.maximum(common * chance, crowd))[same_rows], _tail(common * useful)[same_spins]
+    tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
+    p_rows, p_spins = tails[0, same_rows], tails[1, same_spins]
     enough = np.maximum(MOST_SPINS * np.minimum(logs.known[log], logs.known[others]), FEWEST)
     kept = ((same_rows >= FEWEST, p_rows), (same_spins > enough, p_spins))
     by_rows, by_spins = (zip(others[ok].tolist(), p[ok].tolist(), strict=True) for ok, p in kept)

@@ -140,7 +140,7 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
             for name in sorted(contents):
                 entry = zipfile.ZipInfo(name)  # dated 1980, so that the same pages give the same bytes
                 entry.external_attr, entry.comment = 0o644 << 16, contents[name]
-                archive.writestr(entry, (folder / FEEDBACK / name).read_bytes(), zipfile.ZIP_DEFLATED)
+                archive.writestr(entry, (folder / FEEDBACK / name).read_bytes(), zipfile.ZIP_DEFLATED, compresslevel=1)
     return sorted(changed)
 
 

@@ -118,12 +118,11 @@ class Problem:
         errors = single + np.concatenate((shared, (0.0,)))[self.member]
         scale = 1 + self.onto @ (self.relative * errors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
-        slopes = -(self.relative * values[self.quantity] + self.absolute) / scale[self.quantity]
         inertia, residual_torque, bias = unknowns
         # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
         to = np.zeros(values.shape)
         time, spin = values[TIME] - bias, values[SPIN]
-        signed, angle = sense * time, 2 * np.pi * values[TURNS]
+        signed, back = sense * time, -2 * np.pi * values[TURNS]
         if self.by_weight:
             mass, position, g = values[MASS], values[POSITION], values[G]
             torque = mass * g * position
@@ -136,26 +135,25 @@ class Problem:
         push = sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
-        misclosure = push * time - angle * moment
-        to[TIME], to[SPIN], to[TURNS] = push, -angle * whole, -2 * np.pi * moment
-        to[ADDED] = -angle * spin
+        swept = back * moment
+        misclosure = push * time + swept
+        to[TIME], to[SPIN], to[TURNS], to[ADDED] = push, back * whole, -2 * np.pi * moment, back * spin
         to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
         if self.tilted:
             pitch, difference = values[PITCH], whole - values[TRANSVERSE]
-            square = sense * angle**2 / time
+            square = sense * back**2 / time
             tilt = square * np.sin(pitch)
             misclosure -= difference * tilt
             to_unknowns[:, 0] -= tilt
             to[TIME] += difference * tilt / time
-            to[TURNS] -= 4 * np.pi * difference * tilt / angle
+            to[TURNS] += 4 * np.pi * difference * tilt / back
             to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
             to[ADDED] -= tilt
         to_unknowns[:, 2] = -to[TIME]
-        slopes = slopes * to[self.quantity]
+        slopes = (self.relative * values[self.quantity] + self.absolute) * (to / -scale)[self.quantity]
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
-        floor = NEGLIGIBLE * to[SPIN] * values[SPIN]
-        variance = np.add.reduce(independent**2, axis=0) + floor**2
+        variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * swept) ** 2
         misclosure -= np.add.reduce(independent * single, axis=0)
         return Linear(values, torque, misclosure, to_unknowns, slopes, independent, variance)
 
@@ -436,8 +434,8 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
         before, chi2 = chi2, float(weighted @ weighted + unknowns[1:] @ unknowns[1:])
         if not LOST < unknowns[0] < 1 / LOST:
             break
-        last, moved = moved, float(np.maximum.reduce(np.abs(step)))
-        jumped = float(np.maximum.reduce(np.abs(step[:2])))
+        sizes = np.abs(step)
+        last, moved, jumped = moved, float(np.maximum.reduce(sizes)), float(max(sizes[:2]))
         # Steps shrink by a constant factor, which predicts the size of the next one.
         converged = moved < 1e-11 or moved * moved < 1e-8 * min(last, 1.0 if turn else 0.0)
         converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2

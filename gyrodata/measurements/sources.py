@@ -267,11 +267,11 @@ def _numbered(keys: Sequence[object] | Floats, counts: Floats | None = None) -> 
     With `counts`, shape (n,), a run for which it is zero gets −1.
     """
     numbers: dict[object, int] = {}
-    groups = np.full(len(keys), -1)
-    for i, key in enumerate(keys):
+    groups = [-1] * len(keys)
+    for i, key in enumerate(keys.tolist() if isinstance(keys, np.ndarray) else keys):
         if counts is None or counts[i]:
             groups[i] = numbers.setdefault(f"{key:.9g}" if isinstance(key, float) else key, len(numbers))
-    return groups
+    return np.array(groups, dtype=int)
 
 
 def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:

@@ -219,14 +219,15 @@ def _units(texts: Sequence[str]) -> list[str]:
     return units if any(is_unit) and is_row else []
 
 
-_SENTENCE = r"[^\W\d_]{3,}\W+[^\W\d_]{3,}"
+_WORD = re.compile(r"[^\W\d_]{3}")
+_SENTENCE = re.compile(r"[^\W\d_]{3,}\W+[^\W\d_]{3,}")
 """Two words: "2 reflective strips" is not a number with its unit."""
 
 
 def _is_text(row: Row, headers: list[Header]) -> bool:
     """Return whether a row is a title or a note, but not a remark on a run; or quantities without a column."""
     filled = filled_at(row)
-    numbers = {at for at in filled if is_number(row.texts[at]) and not re.search(_SENTENCE, row.texts[at])}
+    numbers = {at for at in filled if is_number(row.texts[at]) and not _SENTENCE.search(row.texts[at])}
     if numbers:
         said = said_in(row) if len(numbers) < 4 else {}
         places = {at for *_, at in said.values()}
@@ -451,7 +452,7 @@ def read_notes(grid: Grid, faults: Faults) -> str:
             notes[f"{key}: {text.text}"] = text
     origins, texts = list(map(roles.noted_origin, notes)), list(notes)
     for row in grid.rows:
-        words = [at for at, text in enumerate(row.texts) if re.search(r"[^\W\d_]{3}", text)]
+        words = [at for at, text in enumerate(row.texts) if _WORD.search(text)]
         if words and not any(map(is_number, row.texts)):
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not is_head(row) else []
@@ -642,7 +643,7 @@ class _Sheet:
         timed = [at for at, (_, header) in enumerate(self.here)
                  if set(header.roles).intersection(roles.TIMINGS) or "time" in kinds_of(header.unit or "")]  # fmt: skip
         # "standard error" may be in the column of the times; "l2.3" is a time.
-        label = filled[0] if 2 * len(filled) < len(self.here) and re.search(r"[^\W\d_]{3}", text) else None
+        label = filled[0] if 2 * len(filled) < len(self.here) and _WORD.search(text) else None
         untimed = bool(timed) and not any(row.texts[at : at + 1] > [""] for at in timed if at != label)
         no_quantity = written is None or bool(written.unit and not kinds_of(written.unit))
         few = 3 * len(filled) < len(self.here)

@@ -217,8 +217,10 @@ def _entries(
             again[item.student] = why
             waiting.append((item, reported))
     if waiting:
-        # Loaded here, it need not be loaded by each process that is forked from this one.
-        from gyrodata import analysis  # noqa: F401
+        # Loaded here, they need not be loaded by each process that is forked from this one.
+        import uncertainties  # noqa: F401
+
+        from gyrodata import analysis, procedure  # noqa: F401
     work = partial(_grade_one, rubric, options.figures is not None)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:

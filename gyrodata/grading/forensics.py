@@ -309,7 +309,8 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
     same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[other] != log)
     same &= _same_number(logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other])
     mine, other = mine[same], other[same]
-    others, at = np.unique(logs.log[other], return_inverse=True)
+    others = np.flatnonzero(np.bincount(logs.log[other]))
+    at = np.searchsorted(others, logs.log[other])
 
     def table(which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
         """Return which of the K logs has which row, shape (K, n)."""

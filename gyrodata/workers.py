@@ -72,16 +72,13 @@ def in_workers(
             except BrokenProcessPool:
                 lost += batch
         for future in as_completed(futures):
-            batch = futures[future]
-            answers: Sequence[Answer | Failed]
             try:
-                answers = future.result()
+                yield from zip(futures[future], future.result(), strict=True)
             except BrokenProcessPool:
-                lost += batch
-                continue
+                lost += futures[future]
             except (Exception, CancelledError) as error:  # a cluster lost its worker or its scheduler
-                answers = [Failed(f"its worker was lost ({type(error).__name__})")] * len(batch)
-            yield from zip(batch, answers, strict=True)
+                why = f"its worker was lost ({type(error).__name__})"
+                yield from ((task, Failed(why)) for task in futures[future])
     # A process that dies ends the whole pool. The task that killed it is found by halves: the others are done again,
     # and a task that ends its process when it is the only one is not.
     if len(lost) == len(tasks) == 1:

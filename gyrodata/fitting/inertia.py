@@ -255,15 +255,10 @@ def fit(
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
     return replace(
-        first,
-        inertia=inertia,
-        residual_torque=residual_torque,
-        timing_bias=bias,
-        budget=_budget(first, inertia.u or 0.0),
-        contradicted_balance=contradicted,
-        posterior=answer,
+        first, inertia=inertia, residual_torque=residual_torque, timing_bias=bias, posterior=answer,
+        contradicted_balance=contradicted, budget=_budget(first, inertia.u or 0.0),
         as_stated=min(begun, key=attrgetter("chi2")),
-    )
+    )  # fmt: skip
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:

@@ -45,18 +45,11 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rate = 2 * np.pi * measured.turns / measured.time
         expected = {
-            "precession_period": measured.time / measured.turns,
-            "precession_rate": rate,
-            "torque": torque,
-            "spin": measured.spin,
-            "spin_period": 2 * np.pi / measured.spin,
-            "inertia": torque / (rate * measured.spin),
-            "mass": measured.mass,
-            "position": np.abs(measured.position),
-            "time": measured.time,
-            "turns": measured.turns,
-            "angle": 2 * np.pi * measured.turns,
-        }
+            "mass": measured.mass, "position": np.abs(measured.position), "torque": torque, "spin": measured.spin,
+            "time": measured.time, "turns": measured.turns, "angle": 2 * np.pi * measured.turns,
+            "precession_period": measured.time / measured.turns, "precession_rate": rate,
+            "spin_period": 2 * np.pi / measured.spin, "inertia": torque / (rate * measured.spin),
+        }  # fmt: skip
     for column in (*readings.columns.values(), *readings.others):
         # These columns are always the readings themselves, unless there are two of them.
         of_runs = column.role in ("mass", "position", "time") and column is readings.columns.get(column.role)

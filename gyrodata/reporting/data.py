@@ -1,4 +1,4 @@
-"""Results for programs and spreadsheets: JSON and CSV."""
+"""Results for programs and spreadsheets: JSON, CSV, and the templates of pages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import io
 import json
 import re
 from collections.abc import Iterable, Mapping
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import astuple
 
@@ -16,15 +17,12 @@ from gyrodata.physics import RPM
 from gyrodata.results import Analysis
 from gyrodata.tables import Run
 
-RUN_UNITS = {
-    "mass": "kg",
-    "position": "m",
-    "torque": "N*m",
-    "product": "rad^2/s^2",
-    **dict.fromkeys(("spin", "precession_rate"), "rad/s"),
-    **dict.fromkeys(("time", "period", "residual", "residual_u"), "s"),
-    **dict.fromkeys(("inertia", "influence"), "kg*m^2"),
-}
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+RUN_UNITS = {"mass": "kg", "position": "m", "torque": "N*m", "spin": "rad/s", "precession_rate": "rad/s"}
+RUN_UNITS |= {"product": "rad^2/s^2", "inertia": "kg*m^2", "influence": "kg*m^2"}
+RUN_UNITS |= dict.fromkeys(("time", "period", "residual", "residual_u"), "s")
 
 
 _FORMULA = r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])"
@@ -32,6 +30,15 @@ _FORMULA = r"(^|[;\n\t])(?=[\s\"]*[=+\-@＝＋－＠])|^(?=[\t\n])"
 
 
 _AFTER_SPIN = Run.__struct_fields__.index("spin") + 1
+
+
+def templates(folder: Path) -> Environment:
+    """Return the environment of the templates of a folder; in HTML, every text is escaped."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+
+    made = Environment(trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, auto_reload=False)
+    made.loader, made.autoescape = FileSystemLoader(folder), select_autoescape(("html.jinja",))
+    return made
 
 
 def json_text(document: dict[str, Any], indent: int | None = 2) -> str:

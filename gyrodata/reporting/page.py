@@ -17,7 +17,7 @@ from markupsafe import Markup, escape
 
 from gyrodata import plotting
 from gyrodata.reporting import content
-from gyrodata.reporting.data import json_text, table_header, table_rows
+from gyrodata.reporting.data import json_text, table_header, table_rows, templates
 from gyrodata.reporting.elements import SYMBOLS, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
@@ -59,16 +59,8 @@ def report_page(
     str
         Text from the log is escaped; there is no clock time and no name of a folder in it.
     """
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
     write, whole = _Writer(analysis, looks), content.report(analysis)
-    room = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    room = templates(Path(__file__).parent)
     room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
     room.filters["kind"] = lambda block: type(block).__name__
     kind = {"png": "image/png", "svg": "image/svg+xml"}[form]

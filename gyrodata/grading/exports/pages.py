@@ -28,7 +28,7 @@ from gyrodata.grading.ledger import Offer
 from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
-from gyrodata.reporting.data import csv_lines
+from gyrodata.reporting.data import csv_lines, templates
 from gyrodata.reporting.values import count_text, factor_text, in_columns, inertia_text, number_text, power_of_ten
 
 if TYPE_CHECKING:
@@ -40,15 +40,7 @@ if TYPE_CHECKING:
 @lru_cache(maxsize=1)
 def environment() -> Environment:
     """Return the environment of all templates, with its filters."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    made = Environment(
-        loader=PackageLoader("gyrodata.grading", "."),
-        autoescape=lambda name: name is not None and name.endswith(".html.jinja"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = templates(Path(__file__).parents[1])
     # A distance in units of u has all digits before the point up to a million.
     made.filters["distance"] = lambda z: (
         "–" if z is None else f"{z:.0f}" if 100 <= z < 1e6 else f"{z:.2g}".replace("-", "−")

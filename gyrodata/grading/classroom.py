@@ -154,7 +154,7 @@ class Entry(Struct, frozen=True, kw_only=True):
     """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
 
     schema: Literal["gyro.journal/2"] = "gyro.journal/2"
-    inputs: Mapping[str, str]  # as `_inputs_of` returned them
+    inputs: Mapping[str, str]  # as `_inputs_of` returned them; none of a grade that was lost
     grade: Grade
     lost: str = ""
     """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
@@ -186,12 +186,12 @@ def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str
 
 def _why_again(known: Entry | None, item: Submission, rubric: Rubric, reported: str) -> str:
     """Say why a submission is graded again; "" if the known grade is still right."""
-    if known is None:
-        return "new"
+    if known is None or known.lost:
+        return f"lost last time: {known.lost}" if known else "new"
     for name, value in _inputs_of(replace(item), rubric, reported).items():
         if (before := known.inputs.get(name)) != value:
             return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
-    return f"lost last time: {known.lost}" if known.lost else ""
+    return ""
 
 
 def _entries(
@@ -224,11 +224,11 @@ def _entries(
     work = partial(_grade_one, rubric, options.figures is not None)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
-        for (item, reported), answer in answers:
+        for (item, _), answer in answers:
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
-                lost, inputs = answer.why, _inputs_of(replace(item), rubric, reported)
-                answer = inputs, encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
+                lost = answer.why
+                answer = {}, encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
             # Through JSON at once, so that a grade from the journal is the same to the last digit.
             inputs, grade, drawn = answer[0], decode(answer[1], Grade), answer[2]
             figures = {name: words for name, (_, words) in drawn.items()}

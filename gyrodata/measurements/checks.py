@@ -139,7 +139,7 @@ def _find_unheard(readings: Readings, measured: Measurements, timing: Column) ->
 
 def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> list[Diagnostic]:
     """Warn of identical rows, unless the times are so coarse that they can agree by chance."""
-    settings = list(zip(*(column.values for column in readings.columns.values() if column is not timing), strict=True))
+    settings = list(zip(*[column.values for column in readings.columns.values() if column is not timing], strict=True))
     if not measured.timed or len(set(zip(settings, timing.values, strict=True))) == len(settings):
         return []
     runs_of: dict[int, list[int]] = {}

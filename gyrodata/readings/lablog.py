@@ -302,12 +302,12 @@ class Faults:
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
         more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
-        told = (Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name) for code, n in more.items())
+        told = [Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name) for code, n in more.items()]
         return (*self.found, *told)
 
     def has_error(self) -> bool:
         """Return whether a fault found so far stops the analysis."""
-        return any(diagnostic.severity == "error" for diagnostic in self.found)
+        return "error" in [diagnostic.severity for diagnostic in self.found]
 
 
 def listing(items: list[str] | tuple[str, ...], most: int = 12) -> str:

@@ -193,10 +193,10 @@ def fit_runs(
     LogError
         If the runs do not determine a credible I_zz; it names what to check.
     """
-    # The errors that several runs have in common; runs without an error are in group -1.
+    # The errors that several runs have in common, if there may be too many; runs without an error are in group -1.
     count = len(measured.runs)
-    of_runs = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
-    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in of_runs])
+    counted = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
+    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in counted])
     if shared * count > LARGEST:
         raise LogError([readings.say("too_many_shared_readings", runs=count, shared=shared)])
     if model == "released" or (model == "auto" and measured.motion == "released"):

@@ -258,12 +258,11 @@ def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tup
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
         return inputs, encode(grade), {}
-    from gyrodata import plotting
-    from gyrodata.analysis import analyze_readings
+    from gyrodata import analysis, plotting
 
-    analysis = analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-    drawn = plotting.render(analysis, "png").items()
-    return inputs, encode(grade), {name: (data, plotting.alt_text(analysis, name)) for name, data in drawn}
+    found = analysis.analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
+    drawn = plotting.render(found, "png").items()
+    return inputs, encode(grade), {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

@@ -321,6 +321,10 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
     spin = logs.same("spin", mine, other)
     agree, useful = table(spin & logs.same("period", mine, other)), logs.useful[rows]
     same_rows, same_spins = agree.sum(axis=1), (table(spin) & useful).sum(axis=1)
+    enough = np.maximum(MOST_SPINS * np.minimum(logs.known[log], logs.known[others]), FEWEST)
+    by_rows, by_spins = same_rows >= FEWEST, same_spins > enough
+    if not (by_rows | by_spins).any():
+        return (), ()
     # A value that n logs have is seen in the other log of a pair in n of N cases.
     common = (1 + table(slice(None)).sum(axis=0)) / number
     habit = np.sum(same_spins > MOST_SPINS * logs.known[log]) > max(HABIT, HABIT_SHARE * number)
@@ -331,11 +335,8 @@ def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Ite
     # An example that everybody left in the log is in many logs that are not alike otherwise.
     crowd = np.maximum(agree[2 * same_rows < len(rows)].sum(axis=0) - 1, 0) / max(number - 2, 1)
     tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
-    p_rows, p_spins = tails[0, same_rows], tails[1, same_spins]
-    enough = np.maximum(MOST_SPINS * np.minimum(logs.known[log], logs.known[others]), FEWEST)
-    kept = ((same_rows >= FEWEST, p_rows), (same_spins > enough, p_spins))
-    by_rows, by_spins = (zip(others[ok].tolist(), p[ok].tolist(), strict=True) for ok, p in kept)
-    return by_rows, by_spins
+    of_rows = zip(others[by_rows].tolist(), tails[0, same_rows[by_rows]].tolist(), strict=True)
+    return of_rows, zip(others[by_spins].tolist(), tails[1, same_spins[by_spins]].tolist(), strict=True)
 
 
 # --- logs with similar spins: copies in which every number was changed a little -----------------------------

@@ -36,7 +36,7 @@ def templates(folder: Path) -> Environment:
     """Return the environment of the templates of a folder; in HTML, every text is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
-    made = Environment(trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, auto_reload=False)
+    made = Environment(trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False)
     made.loader, made.autoescape = FileSystemLoader(folder), select_autoescape(("html.jinja",))
     return made
 

@@ -114,8 +114,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
         is_time |= header.unit is None and (found == ("time",) or (not found and in_time))
         if not found and kinds_of(header.unit or "") == {"rate"} and name.lower() in before_or_after:
             found = ("spin_start" if name.lower() in roles.START_WORDS else "spin_end",)  # "Before (rpm)"
-        numbers = [to_float(text) for text in texts if PLAIN.fullmatch(text)]
-        if found == ("turns",) and name in ("n", "N") and min(numbers, default=0) > MOST_TURNS:
+        numbers = [to_float(text) for text in texts if name in ("n", "N") and PLAIN.fullmatch(text)]
+        if found == ("turns",) and min(numbers, default=0) > MOST_TURNS:
             found = ("spin",)  # whose unit is missing
         if found == ("precession_rate",) and header.unit is None and all(map(turns_in, filter(None, texts))):
             found = ("turns",)  # "precession" above "1/2 turn"

@@ -507,7 +507,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         if index <= until:
             continue
         # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
-        if (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
+        if '"' in grid.lines[index] and (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
             grid.lines[index] = bare
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:

@@ -292,7 +292,7 @@ def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
 
 def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
     """Create the result of a fit at fixed widths."""
-    u = np.sqrt(np.diag(adjusted.covariance))
+    u = np.sqrt(adjusted.covariance.diagonal())
     inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
     differ = adjustment.torques_differ(adjusted.problem.measured.torque[adjusted.kept > 0])
     return FitResult(

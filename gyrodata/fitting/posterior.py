@@ -233,8 +233,8 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
     mean = np.array([ended + both - slope * residual_torque, at + residual_torque, bias])
     u = np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
     # One part for each pair of s and w.
-    factor, width = np.repeat(factor, len(widths)), np.tile(widths * conditions.unit[1], STEPS)
-    unit = conditions.unit[:, None]
+    factor, unit = np.repeat(factor, len(widths)), conditions.unit[:, None]
+    width = (np.ones((STEPS, 1)) * (widths * conditions.unit[1])).reshape(-1)
     mean, u = mean.reshape(3, -1) * unit, u.reshape(3, -1) * unit
     return Posterior(weight.reshape(-1), mean, u, factor, width, float(top + math.log(total)))
 

@@ -178,9 +178,9 @@ def measure(readings: Readings) -> Measurements:
     drag = find_drag(readings, time)
     spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
     sense = _sense(readings, torque, diagnostics)
-    pitch = values.get("pitch", np.zeros(count))
+    pitch = np.nan_to_num(values["pitch"]) if "pitch" in values else np.zeros(count)
     if readings.tachometer == "still":
-        spin = spin - total_spin_excess(sense, turns, time, np.nan_to_num(pitch))
+        spin = spin - total_spin_excess(sense, turns, time, pitch)
     transverse, nutation = values.get("transverse_inertia"), values.get("nutation_period")
     directions = values.get("precession_sense")
     timed, (bias, _) = timing.role != "precession_rate", parts.stated_or_default(readings, "time_bias")
@@ -188,7 +188,7 @@ def measure(readings: Readings) -> Measurements:
     return Measurements(
         runs=readings.runs, lines=readings.lines, time=time, turns=turns, spin=spin,
         mass=load if kind == "mass" else nothing, position=position, force=load if kind == "force" else nothing,
-        given_torque=load if kind == "torque" else nothing, torque=torque, sense=sense, pitch=np.nan_to_num(pitch),
+        given_torque=load if kind == "torque" else nothing, torque=torque, sense=sense, pitch=pitch,
         transverse_inertia=transverse, spin_start=spin_start, spin_end=spin_end, g=g, timed=timed,
         timing_bias_u=bias.absolute if timed else 0.0, balance_test=balance_test, balance_test_from=balance_test_from,
         sources=tuple(parts.list_sources(readings, timing, time, turns, spin, position, pitch, drag)),

@@ -254,7 +254,7 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
     group = _numbered(values, touched)
-    for sizes in (absolute, relative):
+    for sizes in (absolute, relative) if column.stated or len({*column.steps}) > 1 else ():
         most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
         sizes[touched] = most[group[touched]]

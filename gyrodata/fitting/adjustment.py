@@ -395,7 +395,7 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     plain = np.zeros((count, width))
     # The places of the derivatives to the shared errors, in `plain` and in the slopes.
     into, out_of = problem.from_run * width + 3 + problem.to_column, problem.from_source * count + problem.from_run
-    upper = 1 - np.tri(width, width + 1, -1)
+    upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
     for turn in range(MAX_ITERATIONS):

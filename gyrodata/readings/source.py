@@ -520,7 +520,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
             raise faults.refuse("quote_never_closed", Place(index + 1, grid.lines[index].rfind('"') + 1)) from None
         until = index + reader.line_num - 1
         texts = ["" if text in _DITTO else text for text in texts]
-        if sum(text.startswith("~~") for text in texts) > 1:
+        if "~~" in grid.lines[index] and sum(text.startswith("~~") for text in texts) > 1:
             texts = ["#", *texts[1:]]  # a row that is struck out
         while texts and not texts[-1]:
             texts.pop()

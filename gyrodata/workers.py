@@ -61,8 +61,7 @@ def in_workers(
             yield task, _do(work, task, 0.0)
         return
     # To send tasks one by one costs a twentieth of grading. Without an alarm, or on a cluster, one can spoil others.
-    is_safe = cluster is None and hasattr(signal, "setitimer")
-    size = min(8, len(tasks) // (8 * workers) + 1) if is_safe else 1
+    size = min(8, len(tasks) // (8 * workers) + 1) if cluster is None and hasattr(signal, "setitimer") else 1
     lost: list[Task] = []
     with nullcontext(cluster) if cluster is not None else _pool(min(workers, len(tasks)) or 1) as pool:
         futures = {}

@@ -52,6 +52,10 @@ def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | 
     count = len(measured.runs)
     if count < 4:
         return [], None
+    # Nothing is masked if each run agrees with the others, and all of them with their uncertainties.
+    is_likely = as_stated and chi2_tail(as_stated.chi2, max(as_stated.dof, 1)) >= MASKED
+    if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
+        return [], as_stated
     # The first guess: runs that are far from the line that most runs agree with.
     start = adjustment.first_guess(measured, adjustment.assume_sense(measured, 1.0), np.ones(count))
     with np.errstate(divide="ignore"):

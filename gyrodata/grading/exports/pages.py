@@ -45,14 +45,13 @@ def environment() -> Environment:
     made.filters["distance"] = lambda z: (
         "–" if z is None else f"{z:.0f}" if 100 <= z < 1e6 else f"{z:.2g}".replace("-", "−")
     )
-    made.filters |= {"number": number_text, "fit_words": fit_words}
-    made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace"))}
-    made.filters |= {"base64": base64.b64encode, "count": count_text, "listing": listing, "columns": _columns}
+    made.filters |= {"number": number_text, "factor": factor_text, "fit_words": fit_words, "count": count_text}
+    made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace")), "base64": base64.b64encode}
     made.globals |= {"version": __version__, "FIGURES": FIGURES}
     # Titles, rules and reasons are the same for many students, and numbers in the two pages of one student.
     made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
-    made.filters |= {"plain": lru_cache(512)(shown), "points": lru_cache(512)(points_text)}
-    made.filters |= {"factor": factor_text, "inertia": lru_cache(512)(inertia_text)}
+    made.filters |= {"plain": lru_cache(512)(shown), "points": lru_cache(512)(points_text), "listing": listing}
+    made.filters |= {"inertia": lru_cache(512)(inertia_text), "columns": _columns}
     return made
 
 

@@ -378,7 +378,7 @@ def _grid(
     text = re.sub(r"(?<=[0-9])．(?=[0-9])", ".", text)
     text = re.sub(r"(?m)^>[> ]*(?=\S)", lambda sign: sign[0].replace(">", " "), text)
     # Students of LaTeX and MATLAB write % in front of a remark.
-    lines = re.sub(r"(?m)^((?:[^\S\n]|\")*)%(?=[^\S\n]+[^\W\d_]{2})", r"\1#", text).split("\n")
+    lines = [re.sub(r"^([\s\"]*)%(?=\s+[^\W\d_]{2})", r"\1#", one) if "%" in one else one for one in text.split("\n")]
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):

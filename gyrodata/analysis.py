@@ -127,7 +127,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     changed = changes.answers(lab, "sensitivity") if whole else []
     without = {change.torque: one.inertia for change, one in changed if change.torque is not None and one.inertia}
     if_stated = fit.inertia if measured.balanced else None
-    balanced = [*[one.inertia for _, one in changed if one.name == "balanced"], if_stated][0]
+    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), if_stated)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []

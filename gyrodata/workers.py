@@ -119,7 +119,7 @@ def _begin() -> None:
 
 
 def _do_all(work: Callable[[Task], Answer], tasks: Sequence[Task], limit: float) -> list[Answer | Failed]:
-    """Do some tasks, one after the other."""
+    """Do some tasks, one after the other; `limit`: time for each [s]."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere:  # noqa: PTH123
         # Ends the process if the alarm does not help.
         faulthandler.dump_traceback_later((len(tasks) + 1) * limit, exit=True, file=nowhere)

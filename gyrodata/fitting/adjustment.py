@@ -122,7 +122,7 @@ class Problem:
         # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
         to = np.zeros(values.shape)
         time, spin = values[TIME] - bias, values[SPIN]
-        signed, back = sense * time, -2 * np.pi * values[TURNS]
+        signed, minus_angle = sense * time, -2 * np.pi * values[TURNS]
         if self.by_weight:
             mass, position, g = values[MASS], values[POSITION], values[G]
             torque = mass * g * position
@@ -135,25 +135,25 @@ class Problem:
         push = sense * (torque + residual_torque)
         whole = inertia + values[ADDED]
         moment = whole * spin
-        swept = back * moment
-        misclosure = push * time + swept
-        to[TIME], to[SPIN], to[TURNS], to[ADDED] = push, back * whole, -2 * np.pi * moment, back * spin
+        spin_term = minus_angle * moment
+        misclosure = push * time + spin_term
+        to[TIME], to[SPIN], to[TURNS], to[ADDED] = push, minus_angle * whole, -2 * np.pi * moment, minus_angle * spin
         to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
         if self.tilted:
             pitch, difference = values[PITCH], whole - values[TRANSVERSE]
-            square = sense * back**2 / time
+            square = sense * minus_angle**2 / time
             tilt = square * np.sin(pitch)
             misclosure -= difference * tilt
             to_unknowns[:, 0] -= tilt
             to[TIME] += difference * tilt / time
-            to[TURNS] += 4 * np.pi * difference * tilt / back
+            to[TURNS] += 4 * np.pi * difference * tilt / minus_angle
             to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
             to[ADDED] -= tilt
         to_unknowns[:, 2] = -to[TIME]
         slopes = (self.relative * values[self.quantity] + self.absolute) * (to / -scale)[self.quantity]
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
-        variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * swept) ** 2
+        variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * spin_term) ** 2
         misclosure -= np.add.reduce(independent * single, axis=0)
         return Linear(values, torque, misclosure, to_unknowns, slopes, independent, variance)
 
@@ -168,7 +168,7 @@ def transverse_inertia(measured: Measurements) -> Floats:
     """Return I of each run [kg*m^2]; if the log does not state it, that of a ball with a light rod and the weight."""
     if measured.transverse_inertia is not None:
         return measured.transverse_inertia
-    load = np.where(np.isnan(load := measured.mass * measured.position**2), 0.0, load)
+    load = np.nan_to_num(measured.mass * measured.position**2)
     if measured.nutation_ratio is not None:
         found = measured.nutation_ratio * rough_inertia(measured)
         return np.where(np.isnan(found), np.nanmedian(found - load) + load, found)

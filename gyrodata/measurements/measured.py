@@ -113,7 +113,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     def by_weight(self) -> list[list[int]]:
         """Indices of the runs of each weight: torques and positions within 1 %, as if it was weighed for each run."""
         groups: list[list[int]] = []
-        sizes = np.array([self.torque, np.where(np.isnan(self.position), 0.0, self.position)])
+        sizes = np.array([self.torque, np.nan_to_num(self.position)])
         for group in self.by_torque:
             size = sizes[:, group[:1]]
             near = (np.abs(sizes - size) <= 0.01 * np.abs(size)).all(axis=0)

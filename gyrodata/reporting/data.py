@@ -36,6 +36,7 @@ def templates(folder: Path) -> Environment:
     """Return the environment of the templates of a folder; in HTML, every text is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
+    # To fold constants takes longer than it gains in one run.
     made = Environment(trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False)
     made.loader, made.autoescape = FileSystemLoader(folder), select_autoescape(("html.jinja",))
     return made

@@ -118,23 +118,24 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     lab = replace(lab, effects=changes.list_effects(lab, () if whole else ("release",)) if needed else ())
     patterns = tables.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
-    seen = findings.Seen(
-        **asdict(lab), outliers=outliers, without=no_odd_run, p=p,
-        patterns=patterns, exponent=exponent, ball=ball, sizes=tuple(sizes), whole=whole,
-    )  # fmt: skip
-    for check in findings.CHECKS:
-        found += check(seen)
     changed = changes.answers(lab, "sensitivity") if whole else []
     without = {change.torque: one.inertia for change, one in changed if change.torque is not None and one.inertia}
     if_stated = fit.inertia if measured.balanced else None
     balanced = next((one.inertia for _, one in changed if one.name == "balanced"), if_stated)
+    torques = tables.torque_table(measured, fit, groups, without)
+    constancy = tables.constancy(measured, torques, groups)
+    seen = findings.Seen(
+        **asdict(lab), outliers=outliers, without=no_odd_run, p=p, constancy=constancy,
+        patterns=patterns, exponent=exponent, ball=ball, sizes=tuple(sizes), whole=whole,
+    )  # fmt: skip
+    for check in findings.CHECKS:
+        found += check(seen)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
     silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
     doubts = []
     for kind in DOUBTS if whole else ():
         told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
         doubts += [Doubt(kind, one.message, one.hint) for one in told]
-    torques = tables.torque_table(measured, fit, groups, without)
     # Advice for another measurement is only valid for runs without doubts.
     advice = [f"find the cause first: {doubt.remedy}" for doubt in doubts]
     now, gains = 100 * fitting.relative_u(fit.inertia), []
@@ -152,7 +153,7 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
         fits=tables.named_fits(measured, fit, kept) if whole else (), budget=fit.budget,
         sensitivity=tuple([one for _, one in changed]), effects=lab.effects,
         power_law=tables.power_laws(measured, groups) if whole else (), exponent=exponent,
-        constancy=tables.constancy(measured, torques, groups) if whole else None, ball=ball if whole else None,
+        constancy=constancy if whole else None, ball=ball if whole else None,
         torques=torques, run_table=tables.run_table(measured, fit, outliers, lab.left_out), patterns=patterns,
         advice=tuple(advice), diagnostics=tuple(found),
     )  # fmt: skip

@@ -98,6 +98,7 @@ EFFECTS = {
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
+    "spin_delay": "spin read after the middle of the run",
     "tilt": "tilted rod, eq. (9) for eq. (8)",
     "tachometer": "tilted rod, total spin taken for ψ̇",
     "release": "nutation after letting go",
@@ -140,7 +141,22 @@ def _effects(lab: Lab) -> Iterator[Change]:
             words = f"{law}; this is for dry friction{'; u includes the uncertainty of the law' if in_u else ''}"
             dry, mean = (physics.harmonic_mean_spin(start, end, power) for power in (0.0, exponent))
             yield lab.change("decay_law", words, {"spin": measured.spin * dry / mean}, sized=not in_u, in_u=in_u)
+    yield _delay_of_spin(lab)
     yield from _effects_of_motion(lab)
+
+
+def _delay_of_spin(lab: Lab) -> Change:
+    """Leave out the correction for a spin that was read after the middle of the run, when it had already fallen."""
+    measured = lab.measured
+    if measured.delay_factor is None:
+        return lab.change("spin_delay", "the spin was not read once in each run", sized=False, measured=None)
+    if not np.any(measured.delay_factor != 1):
+        return lab.change("spin_delay", "the log states u_spin_delay: no delay on average", sized=False)
+    drag = measured.drag
+    law = "as usual, because the log has no spin-down" if drag is None else "as the log shows"
+    words = f"the spin is corrected for its fall during the delay, {law}; u includes the uncertainty of the delay"
+    changed = {"spin": measured.spin / measured.delay_factor}
+    return lab.change("spin_delay", words, changed, kept=True, sized=False, in_u=True)
 
 
 def _effects_of_motion(lab: Lab) -> Iterator[Change]:

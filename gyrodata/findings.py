@@ -26,7 +26,7 @@ from gyrodata.quantities import take_apart
 from gyrodata.readings import Readings, kind_of_role, to_display
 from gyrodata.readings.lablog import MOST_OF_ONE_CODE
 from gyrodata.readings.roles import TIMINGS
-from gyrodata.tables import Ball, Exponent, Pattern, load_words, outlier_reason
+from gyrodata.tables import Ball, Constancy, Exponent, Pattern, load_words, outlier_reason, scatter_in_u
 from gyrodata.units import from_si, parse_unit
 from gyrodata.wrong_cells import exchanged_digits
 
@@ -42,6 +42,8 @@ class Seen(Lab, frozen=True, kw_only=True):
     """I_zz without any odd run [kg*m^2], if one is kept."""
     p: float | None
     """Chance of a chi-square at least as large; None without degrees of freedom."""
+    constancy: Constancy | None
+    """How φ̇ψ̇ scatters within each torque; None if no torque has two runs."""
     patterns: tuple[Pattern, ...]
     exponent: Exponent | None
     ball: Ball | None
@@ -116,7 +118,8 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
-        yield say("scatter_too_large", **values, stated=stated, motion=_other_motion(seen))
+        values |= {"stated": stated, "in_u": scatter_in_u(seen.constancy)}
+        yield say("scatter_too_large", **values, motion=_other_motion(seen))
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -400,25 +403,77 @@ FAR_BELOW_BALL, FAR_ABOVE_BALL, FAR_IN_U = -0.05, 0.1, 5.0
 """A difference from the ball outside these limits [1], over this many u, needs a cause; a bore increases I_zz."""
 
 
+DIFFERS = 2.0
+"""A difference from a well known ball of more than this many standard uncertainties is reported."""
+
+ARM_BY = (0.001, 0.02)
+"""Smallest and largest error of an arm [m] that is proposed as a cause: the size of a weight."""
+
+
+def _well_known(ball: Ball, inertia: Estimate) -> bool:
+    """Return whether the uncertainty of a difference from the ball is that of the runs."""
+    return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
+
+
+def _causes_of_difference(seen: Seen, ball: Ball) -> Iterator[str]:
+    """List what can make I_zz differ from the value for the ball, the likeliest cause first."""
+    measured, readings = seen.measured, seen.readings
+    share, is_high = abs(ball.relative), ball.relative > 0
+    percent = f"{100 * share:.1f} %"
+    if is_high and not ball.bore:
+        yield "a bore along the rod, or a rod or a disk that the log does not describe (# bore_diameter, # disk_mass)"
+    arms = np.abs(measured.position[measured.torque != 0])
+    by = share * float(np.mean(arms))
+    if ARM_BY[0] < by < ARM_BY[1]:
+        edge, side = ("far", "long") if is_high else ("near", "short")
+        origin = f"to the middle of the weight, not to its {edge} edge"
+        yield f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball {origin}"
+    if is_high and measured.delay_factor is not None and not readings.spin_down:
+        yield 'a spin that falls fast and was read late: measure it, "# spin_down: 612 rpm to 540 rpm in 120 s"'
+    yield "a ball whose balance changed when the weights were changed"
+    if "mass" in readings.columns:
+        yield f"masses {percent} too {'large' if is_high else 'small'}"
+    yield "the mass or the diameter of the ball in the log"
+
+
+def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
+    """Report an I_zz that is near the value for a well known ball, but not within its uncertainty."""
+    deviation = ball.deviation or 0.0
+    if abs(deviation) < DIFFERS or not _well_known(ball, seen.fit.inertia):
+        return
+    side = "above" if deviation > 0 else "below"
+    sizes = {"percent": 100 * abs(ball.relative), "side": side, "expected": ball.inertia, "far": abs(deviation)}
+    causes = [f"({number}) {cause}" for number, cause in enumerate(_causes_of_difference(seen, ball), start=1)]
+    yield seen.readings.say("ball_differs", **sizes, causes="; ".join(causes))
+
+
+def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
+    """Report an I_zz that is far from the value for the ball or disk, and the mistakes that explain it."""
+    value = abs(seen.fit.inertia.value)
+    body = "the ball" if ball.mass is not None else "the disk"
+    ratio = value / ball.inertia
+    part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
+    slips = mistakes.explaining_mistakes(seen.readings, seen.measured, value, ball.inertia)
+    if slips:
+        cause = "it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
+        hint = "; or else: ".join(kind.remedy for kind, _ in slips)
+    else:
+        cause = "no common mistake explains this"
+        hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
+    sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
+    return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+
+
 def _body(seen: Seen) -> Iterator[Diagnostic]:
     """Report an I_zz that disagrees with the ball or disk in the log, or that is impossible in this lab."""
     readings, (low, high), value, ball = seen.readings, INERTIA_RANGE, abs(seen.fit.inertia.value), seen.ball
     close = ball is None or FAR_BELOW_BALL <= ball.relative <= FAR_ABOVE_BALL
     if ball is not None and not close and abs(ball.deviation or math.inf) > FAR_IN_U:
-        body = "the ball" if ball.mass is not None else "the disk"
-        ratio = value / ball.inertia
-        part = f"{ratio:.3g} times" if ratio > 0.5 else f"1/{1 / ratio:.3g} of"
-        slips = mistakes.explaining_mistakes(readings, seen.measured, value, ball.inertia)
-        if slips:
-            cause = "it would be " + "; or ".join(f"{after:.4g} if {kind.log}" for kind, after in slips)
-            hint = "; or else: ".join(kind.remedy for kind, _ in slips)
-        else:
-            cause = "no common mistake explains this"
-            hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
-        sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
-        yield readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
+        yield _ball_disagrees(seen, ball)
     elif not seen.sizes and not low <= value <= high:
         yield readings.say("inertia_unusual", inertia=value, low=low, high=high)
+    elif ball is not None and seen.whole and not seen.contradicts_itself:
+        yield from _ball_differs(seen, ball)
     # With a ball in the log, I_zz itself is checked.
     elif seen.whole and not seen.sizes and readings.constants.get("ball_mass") is None:
         yield from _unusual(seen)

@@ -193,6 +193,19 @@ class Constancy(Struct, frozen=True):
     """Chance of a chi-square at least as large if φ̇ψ̇ is constant."""
 
 
+UNLIKELY = 0.05
+"""The stated uncertainties do not explain a scatter whose probability is below this."""
+
+
+def scatter_in_u(constancy: Constancy | None) -> str:
+    """Say whether u includes the scatter of the runs, which is true for errors that each run has alone."""
+    if constancy is None:
+        return "u includes this if every run has an error of its own"
+    if constancy.p < UNLIKELY:
+        return "u already includes this"
+    return "the runs of one weight agree, but the weights do not: u does not include all of this"
+
+
 def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLaw, ...]:
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []

@@ -25,7 +25,7 @@ def latent_least_squares(measured: Measurements) -> tuple[float, float]:
 
     def model(p: np.ndarray) -> np.ndarray:
         (inertia, imbalance, bias, e_scale, e_zero), e_spin, e_mass = p[:5], p[5 : 5 + count], p[5 + count :]
-        true_spin = measured.spin / (1 + spin.relative * e_spin + spin_scale.relative * e_scale)
+        true_spin = measured.spin / ((1 + spin.relative * e_spin) * (1 + spin_scale.relative * e_scale))
         true_mass = measured.mass / (1 + mass.relative * e_mass[list(mass.groups)])
         torque = true_mass * G * (measured.position - zero.absolute * e_zero) + imbalance * 1e-3
         predicted = 2e-3 * np.pi * measured.turns * inertia * true_spin / np.abs(torque) + bias

@@ -116,7 +116,11 @@ class Problem:
         """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
         # An error is either in `single` or in `shared`; the other one is zero.
         errors = single + np.concatenate((shared, (0.0,)))[self.member]
-        scale = 1 + self.onto @ (self.relative * errors)
+        # Relative errors multiply. If they were added, a shared factor that makes all true values smaller would also
+        # make each run's own error smaller: a gain that grows with the number of runs.
+        factors = 1 + self.relative * errors
+        scale = np.ones_like(self.observed)
+        np.multiply.at(scale, self.quantity, factors)
         values = (self.observed - self.onto @ (self.absolute * errors)) / scale
         inertia, residual_torque, bias = unknowns
         # Derivatives with respect to each quantity, (11, n), and to I_zz, M0 and b, (n, 3).
@@ -150,7 +154,8 @@ class Problem:
             to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
             to[ADDED] -= tilt
         to_unknowns[:, 2] = -to[TIME]
-        slopes = (self.relative * values[self.quantity] + self.absolute) * (to / -scale)[self.quantity]
+        by_error = self.relative * values[self.quantity] / factors + self.absolute / scale[self.quantity]
+        slopes = -by_error * to[self.quantity]
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
         variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * spin_term) ** 2

@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, LATE, SOURCES
+from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
 from gyrodata.measurements.sources import Drag, Source, as_spin, find_drag, spin_columns, values_of
@@ -94,6 +94,8 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     """I/I_zz of each run from the period of its nutation [1], NaN if it was not measured; None without a column."""
     drag: Drag | None = None
     """How fast the spin falls; None if the log does not show it."""
+    delay_factor: Floats | None = None
+    """Mean spin over the mean spin without a correction for the delay of the reading [1]; None without a delay."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -176,7 +178,8 @@ def measure(readings: Readings) -> Measurements:
     elif timing.role == "precession_rate":
         time = 2 * np.pi / np.abs(time)
     drag = find_drag(readings, time)
-    spin, spin_start, spin_end = _mean_spins(readings, diagnostics, time, drag)
+    spins = _spins(readings, diagnostics, time, drag)
+    spin = spins.mean
     sense = _sense(readings, torque, diagnostics)
     pitch = np.nan_to_num(values["pitch"]) if "pitch" in values else np.zeros(count)
     if readings.tachometer == "still":
@@ -189,7 +192,7 @@ def measure(readings: Readings) -> Measurements:
         runs=readings.runs, lines=readings.lines, time=time, turns=turns, spin=spin,
         mass=load if kind == "mass" else nothing, position=position, force=load if kind == "force" else nothing,
         given_torque=load if kind == "torque" else nothing, torque=torque, sense=sense, pitch=pitch,
-        transverse_inertia=transverse, spin_start=spin_start, spin_end=spin_end, g=g, timed=timed,
+        transverse_inertia=transverse, spin_start=spins.start, spin_end=spins.end, g=g, timed=timed,
         timing_bias_u=bias.absolute if timed else 0.0, balance_test=balance_test, balance_test_from=balance_test_from,
         sources=tuple(parts.list_sources(readings, timing, time, turns, spin, position, pitch, drag)),
         spin_readings=len(spin_columns(readings)), motion=readings.motion, tachometer=readings.tachometer,
@@ -199,7 +202,7 @@ def measure(readings: Readings) -> Measurements:
         position_step=np.array(columns["position"].steps) if "position" in columns else np.zeros(count),
         torque_unseen=None if still is None else _torque_unseen(readings, still, diagnostics),
         nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
-        drag=drag, diagnostics=tuple(diagnostics),
+        drag=drag, delay_factor=spins.delay_factor, diagnostics=tuple(diagnostics),
     )  # fmt: skip
 
 
@@ -239,25 +242,47 @@ def timing_column(table: Mapping[str, Column]) -> Column:
     return table["precession_period"] if "precession_period" in table else table["precession_rate"]
 
 
-def _mean_spins(
-    readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
-) -> tuple[Floats, Floats | None, Floats | None]:
-    """Compute the mean spin of each run, and the spin at its start and end if these were read [rad/s]."""
+class Spins(Struct, frozen=True):
+    """The spins of a log [rad/s], each of shape (n,)."""
+
+    mean: Floats
+    """Harmonic mean in time over each run."""
+    start: Floats | None = None
+    """None if it was not read."""
+    end: Floats | None = None
+    """None if it was not read."""
+    delay_factor: Floats | None = None
+    """Mean spin over the mean spin without a correction for the delay of the reading [1]; None without a delay."""
+
+
+def _spins(readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None) -> Spins:
+    """Compute the mean spin of each run from its readings."""
     used = spin_columns(readings)
-    spins = list(map(as_spin, used))
     if len(used) == 1:
-        if drag is None or not parts.read_once(used):
-            return spins[0], None, None
-        # The spin at the midpoint, which was read too late, and then the harmonic mean over the run.
-        rate, before = drag.at(spins[0]), parts.read_before(used, time)
-        late = np.where(before > 0, -before, 0.0 if "u_spin_delay" in readings.uncertainties else LATE)
-        mean = 1 + late * rate - (2 - drag.exponent) * (rate * time) ** 2 / 24
-        return spins[0] * mean, None, None
+        return _spins_read_once(readings, used, time, drag)
+    spins = list(map(as_spin, used))
     start, end = spins[0], spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
         percent = 100 * (end[i] / start[i] - 1)
         diagnostics.append(readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent))
-    return parts.mean_spin(spins, physics.VISCOUS if drag is None else drag.exponent), start, end
+    exponent = physics.VISCOUS if drag is None else drag.exponent
+    return Spins(parts.mean_spin(spins, exponent), start, end)
+
+
+def _spins_read_once(readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None) -> Spins:
+    """Compute the mean spin of runs in which it was read once: at the middle, or later, or before the run."""
+    spin = as_spin(used[0])
+    if not parts.read_once(used):
+        return Spins(spin)
+    delay = parts.reading_delay(readings, used, time)
+    if drag is None:
+        factor = np.exp(delay * parts.USUAL_RATE)
+        return Spins(spin * factor, delay_factor=factor)
+    rate = drag.at(spin)
+    factor = np.exp(delay * rate)
+    # The harmonic mean in time is a little smaller than the spin at the midpoint.
+    mean = 1 - (2 - drag.exponent) * (rate * time) ** 2 / 24
+    return Spins(spin * factor * mean, delay_factor=factor)
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:
@@ -313,7 +338,7 @@ def _torque_unseen(readings: Readings, still: Readings, diagnostics: list[Diagno
     usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
     sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * np.array(sighted) / time * _mean_spins(still, diagnostics, time, None)[0]
+    unseen = 2 * math.pi * np.array(sighted) / time * _spins(still, diagnostics, time, None).mean
     best = int(unseen.argmin())
     values = {"run": still.runs[best], "time": time[best], "degrees": 360 * sighted[best]}
     diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))

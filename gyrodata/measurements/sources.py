@@ -13,8 +13,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from gyrodata import error_sources, physics
-from gyrodata.error_sources import LATE, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
+from gyrodata import physics
+from gyrodata.error_sources import DECAY_SPREAD, DECAY_TIME, LATE, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import parse_header, stated_u
@@ -120,10 +120,33 @@ def read_once(used: tuple[Column, ...]) -> bool:
     return len(used) == 1 and max(used[0].spots, default=-1) >= 0
 
 
-def read_before(used: tuple[Column, ...], time: Floats) -> Floats:
-    """Return how long before the middle of each run the only spin was read, by its header [s], shape (n,)."""
-    before = len(used) == 1 and used[0].role == "spin" and "spin_start" in parse_header(used[0].header).roles
-    return time / 2 if before else np.zeros(len(time))
+def reading_delay(readings: Readings, used: tuple[Column, ...], time: Floats) -> Floats:
+    """Return how long after the middle of each run the only spin was read, on average [s], shape (n,).
+
+    It is negative if the spin was read before each run, by its header. A log that states how uncertain the delay is
+    has no delay on average.
+    """
+    if used[0].role == "spin" and "spin_start" in parse_header(used[0].header).roles:
+        return -time / 2
+    is_stated = "u_spin_delay" in readings.uncertainties
+    return np.full(len(time), 0.0 if is_stated else LATE)
+
+
+USUAL_RATE = 1 / DECAY_TIME
+"""Relative fall of the spin in a second if the log does not show it [1/s]: the median of its distribution."""
+
+
+def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
+    """Compute the relative uncertainty of a spin that is corrected for a usual fall during a delay [1], shape (n,).
+
+    The fall is d r, with a delay d = `delay` ± `delay_u` [s] and a rate r of a log-normal distribution around
+    `USUAL_RATE`. This is the root mean square of its distance from `delay` times `USUAL_RATE`.
+    """
+    mean = math.exp(DECAY_SPREAD**2 / 2)
+    mean_square = math.exp(2 * DECAY_SPREAD**2)
+    by_rate = delay**2 * (mean_square - 2 * mean + 1)
+    by_delay = delay_u**2 * mean_square
+    return cast(Floats, USUAL_RATE * np.sqrt(by_rate + by_delay))
 
 
 def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | None) -> Iterator[Source]:
@@ -158,14 +181,12 @@ def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | N
     # The spin falls: it was read late, by a law that is not certain.
     delay, delay_default = stated_or_default(readings, "spin_delay")
     law, law_default = stated_or_default(readings, "decay_exponent")
-    # A log that states how uncertain the delay is, has no delay on average.
-    # The fall between a reading before the run and its middle is not known, if the log does not state the drag.
-    late = np.hypot(math.hypot(LATE if delay_default else 0.0, delay.absolute), read_before(used, time))
     every = np.zeros(len(spin), dtype=int)
     if read_once(used) and drag is None:
-        rate = math.exp(error_sources.DECAY_SPREAD**2) / error_sources.DECAY_TIME
-        yield _source("spin_delay", every, 0.0, late * rate, delay_default)
+        doubt = usual_fall_u(reading_delay(readings, used, time), delay.absolute)
+        yield _source("spin_delay", every, 0.0, doubt, delay_default)
     elif read_once(used) and drag is not None:
+        late = np.hypot(reading_delay(readings, used, time), delay.absolute)
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
         words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
         yield _source("spin_delay", every, 0.0, delay.absolute * drag.at(spin), delay_default, words)
@@ -206,20 +227,30 @@ def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Flo
         # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
         absolute[i], relative[i], by_default[i] = ends * u.absolute / per_turn, u.relative, False
-    groups: list[object] = list(range(len(turns)))
-    doubts: dict[str, float] = {}
-    for i, read in enumerate(column.readings):
-        if read.u is None and column.role == "turns":
-            if read.text not in doubts:
-                doubts[read.text] = rounded_turns(read.text)[1]
-            if doubts[read.text]:
-                # Runs with the same rounded turns are off by the same.
-                absolute[i], groups[i] = np.hypot(absolute[i], doubts[read.text]), read.text
-    source = _source("angle", _numbered(groups), absolute, relative, bool(by_default.any()))
-    if any(doubts.values()):
-        source = replace(source, shared_by="runs with the same rounded turns", usual=f"{source.usual}, and rounding")
     if absolute.any() or relative.any():
-        yield source
+        yield _source("angle", own, absolute, relative, bool(by_default.any()))
+    if column.role == "turns":
+        yield from _rounding_of_turns(column)
+
+
+NEGLIGIBLE_ROUNDING = 1e-5
+"""A number of turns that is known better than this is exact [1]: 0.333333 is 1/3."""
+
+
+def _rounding_of_turns(turns: Column) -> Iterator[Source]:
+    """List the error of fractions that were typed as rounded decimals: runs with the same decimal are off by the same.
+
+    The error of sighting the rod is another one, of each run alone.
+    """
+    texts = ["" if reading.u else reading.text for reading in turns.readings]
+    doubts = {text: rounded_turns(text)[1] for text in set(texts)}
+    rounding = np.array([doubts[text] for text in texts])
+    rounding[rounding < NEGLIGIBLE_ROUNDING * np.abs(values_of(turns))] = 0.0
+    if not rounding.any():
+        return
+    groups = _numbered(texts, rounding)
+    shared_by = "runs with the same rounded turns"
+    yield Source("rounded_turns", "turns", groups, rounding, np.zeros(len(texts)), shared_by, True, "rounding")
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:

@@ -15,7 +15,7 @@ from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
 from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
-from gyrodata.tables import turn_words
+from gyrodata.tables import UNLIKELY, scatter_in_u, turn_words
 
 NOTICEABLE = 1.15
 """A factor on the errors of the runs that is worth a sentence [1]."""
@@ -177,15 +177,15 @@ def _agreement(n: Numbers) -> Sentence:
         return say("There are as many unknowns as runs, so nothing shows if they agree")
     if analysis.runs_disagree:
         return say("{} do not agree with one straight line within the stated uncertainties", runs)
-    if analysis.p >= questions.UNLIKELY:
-        better = ", better than stated" if analysis.p > 1 - questions.UNLIKELY / 2 else ""
+    if analysis.p >= UNLIKELY:
+        better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
         return say("{} agree with one straight line{}", runs, better)
     if scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
     timed = analysis.measurements.time_u is not None
     stated: elements.Part = n.value("goodness.time_u", values.SECOND) if timed else "the log"
-    words = "{} scatter {} times as much as the timing uncertainty of {}; u already includes this"
-    return say(words, runs, n.scatter("goodness.scatter"), stated)
+    words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
+    return say(words, runs, n.scatter("goodness.scatter"), stated, scatter_in_u(analysis.constancy))
 
 
 def _largest_part(n: Numbers) -> Sentence:

@@ -11,13 +11,10 @@ from gyrodata.plotting import FIGURES
 from gyrodata.reporting import elements, values
 from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
 from gyrodata.results import is_wide
-from gyrodata.tables import turn_words
+from gyrodata.tables import UNLIKELY, turn_words
 
 AGREES = 2.0
 """Two numbers agree if they differ by at most this many standard uncertainties of their difference."""
-
-UNLIKELY = 0.05
-"""The stated uncertainties do not explain a scatter whose p is below this."""
 
 BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this [1]."""

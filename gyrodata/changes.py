@@ -98,7 +98,7 @@ EFFECTS = {
     "timing_bias": "timing bias of the hand",
     "spin_decay": "falling spin, plain mean of start and end",
     "decay_law": "law by which the spin falls",
-    "spin_delay": "spin read after the middle of the run",
+    "spin_delay": "spin read late",
     "tilt": "tilted rod, eq. (9) for eq. (8)",
     "tachometer": "tilted rod, total spin taken for ψ̇",
     "release": "nutation after letting go",

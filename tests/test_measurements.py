@@ -23,6 +23,7 @@ SIGHTED = "mass [g],position [cm],spin [rpm],time [s],"
 TIMED = "mass [g],position [cm],spin_time [s],spin_turns,time [s],turns\n20,15,3.00,10,9.0,1\n"
 RATE = "mass [g],position [cm],spin [rpm],precession_rate [rad/s]\n20,15,400,0.16\n"
 PERIOD = "mass [g],position [cm],spin [rpm],precession_period [s]\n20,15,400,39\n"
+UNDELAYED = "# u_spin_delay: 0 s\n"
 DIGIT = 1 / 12**0.5
 """A last digit is uncertain by this share of its step."""
 RPM = np.pi / 30
@@ -46,7 +47,7 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
 @pytest.mark.parametrize(
     ("log", "field", "value"),
     [
-        (TIMED, "spin", 20 * np.pi / 3),
+        (UNDELAYED + TIMED, "spin", 20 * np.pi / 3),
         (FALLING, "spin", 440 * 400 * np.log(1.1) / 40 * RPM),
         ("# g: 9.803 m/s^2\n" + HEAD + ROW, "torque", 0.020 * 9.803 * 0.15),
         ("force [N],position [cm],spin [rpm],time [s],turns\n0.20,15.0,400,24,1\n", "torque", 0.03),
@@ -61,6 +62,8 @@ def test_reading_in_any_form_has_its_si_value(log: str, field: str, value: float
 SURFACE = "# position_from: surface\n# ball_diameter: 10 cm\n"
 # The spin falls by 1/e in 1000 s, within a factor of 2.
 LATE = math.exp(math.log(2) ** 2) / 1000
+# Read 2 s ± 1.7 s late, and corrected for 2 s: the factor of 2 is then an error of the correction.
+LATE_BY_2_S = math.sqrt(1.7**2 * 4 ** math.log(2) + 4 * (4 ** math.log(2) - 2 * 2 ** (math.log(2) / 2) + 1)) / 1000
 TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
 
 
@@ -71,7 +74,7 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
         (HEAD + ROW, {
             "time": math.hypot(0.14, 0.1 * DIGIT) / 7.1, "mass": math.hypot(0.002, DIGIT / 20), "mass_scale": 0.0005,
             "position": 0.1 * DIGIT / 15, "position_zero": 0.1 / 15, "spin": math.hypot(0.002, DIGIT / 206),
-            "spin_scale": 0.001, "spin_delay": math.hypot(2, 1.7) * LATE, "g": 0.001, "angle": 3 * 2**0.5 / 360,
+            "spin_scale": 0.001, "spin_delay": LATE_BY_2_S, "g": 0.001, "angle": 3 * 2**0.5 / 360,
         }),
         ("# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
          + HEAD + ROW, {"time": 0.3 / 7.1, "mass": 0.01, "position_zero": 0.2 / 15,
@@ -86,7 +89,8 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
          {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
         ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 * 2**0.5 / 360}),
         (SIGHTED + "angle [deg]\n20.0,15.0,206,7.06,120 ± 3\n", {"angle": 3 * 3 / 360}),
-        (HEAD + ROW.replace("1/3", "0.33"), {"angle": math.hypot(2**0.5 / 360, 0.01 / 3**0.5) / 0.33}),
+        (HEAD + ROW.replace("1/3", "0.33"), {"angle": 2**0.5 / 360 / 0.33, "rounded_turns": 0.01 / 3**0.5 / 0.33}),
+        (HEAD + ROW.replace("1/3", "0.3333333"), {"angle": 3 * 2**0.5 / 360, "rounded_turns": None}),
         # A spin read more than once, timed, or given for the whole log.
         (FALLING, {"spin": math.hypot(0.002, DIGIT / 420) / 2**0.5, "spin_delay": None}),
         ("# u_decay_exponent: 1\n" + FALLING, {"decay_exponent": np.log(1.1) ** 2 / 12}),
@@ -111,6 +115,54 @@ def test_a_spin_read_once_is_read_late() -> None:
     # A spin-down shows the decay time: 100 s.
     down = budget("# spin_down: 412 rpm to 151.6 rpm in 100 s\n" + HEAD + ROW.replace("206", "250"))
     assert down["spin_delay"] == pytest.approx(0.017, rel=0.01)
+
+
+def delayed(*lines: str) -> dict[str, Any]:
+    return result("".join(f"{line}\n" for line in lines) + HEAD + ROWS)
+
+
+@pytest.mark.parametrize("lines", [(), ("# u_time: 0.2 s",)])
+def test_a_late_reading_is_corrected_as_by_the_usual_spin_down(lines: tuple[str, ...]) -> None:
+    silent, at_the_middle = delayed(*lines), delayed(*lines, "# u_spin_delay: 0 s")
+    # The usual fall is by 1/e in 1000 s.
+    stated = delayed(*lines, "# spin_down: 600 rpm to 532.152 rpm in 120 s")
+    value, u = silent["inertia"]["value"], silent["inertia"]["u"]
+    assert value == pytest.approx(stated["inertia"]["value"], abs=0.05 * u)
+    assert at_the_middle["inertia"]["value"] / value == pytest.approx(math.exp(2 / 1000), abs=2e-4)
+    assert u > stated["inertia"]["u"] > at_the_middle["inertia"]["u"]
+    effects = [{one["effect"]: one for one in each["effects"]}["spin_delay"] for each in (silent, at_the_middle)]
+    assert [(one["kept"], one["in_u"]) for one in effects] == [(True, True), (False, False)]
+    assert [one["bias"] for one in effects] == [pytest.approx(math.expm1(2 / 1000), rel=1e-3), 0.0]
+
+
+def test_a_delay_that_is_stated_is_not_late_on_average() -> None:
+    exact = delayed("# u_spin_delay: 0 s")["inertia"]
+    for line in ("# u_spin_delay: 1.7 s", "# spin_down: 600 rpm to 500 rpm in 100 s\n# u_spin_delay: 0 s"):
+        assert delayed(line)["inertia"]["value"] == pytest.approx(exact["value"], rel=2e-4)
+
+
+def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time() -> None:
+    row = "20.0,15.0,400,40.0,1\n"
+    heads = HEAD, HEAD.replace("spin [rpm]", "spin before [rpm]")
+    at_the_middle, before = (result(f"# u_spin_delay: 0 s\n{head}{row}")["runs"][0]["spin"] for head in heads)
+    assert before / at_the_middle == pytest.approx(math.exp(-20 / 1000), rel=1e-9)
+
+
+@pytest.mark.parametrize("decimals", [("0.3333333", "0.6666667"), ("0.333333", "0.666667")])
+def test_a_fraction_with_many_decimals_is_the_fraction(decimals: tuple[str, str]) -> None:
+    rows = ROWS.replace("13.06,1/3", "26.12,2/3")
+    fraction = result(HEAD + rows)["inertia"]
+    decimal = result(HEAD + rows.replace("1/3", decimals[0]).replace("2/3", decimals[1]))["inertia"]
+    assert decimal["value"] == pytest.approx(fraction["value"], rel=2e-6)
+    assert decimal["u"] == pytest.approx(fraction["u"], rel=1e-4)
+
+
+def test_rounding_is_shared_and_sighting_is_of_each_run() -> None:
+    def shared(turns: str) -> dict[str, bool]:
+        return {one["source"]: one["shared"] for one in result(HEAD + ROWS.replace("1/3", turns))["budget"]}
+
+    assert shared("0.33").items() >= {"angle": False, "rounded_turns": True}.items()
+    assert "rounded_turns" not in shared("1/3")
 
 
 def test_only_a_part_of_a_turn_is_sighted() -> None:
@@ -140,7 +192,8 @@ def test_report_says_where_an_uncertainty_is_from() -> None:
     told = result("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33"))["uncertainties"]
     assert {one["source"]: one["text"] for one in told}.items() >= {
         "spin": "0.2 % a reading and rounding",
-        "angle": "1° at each end of a part of a turn, and rounding",
+        "angle": "1° at each end of a part of a turn",
+        "rounded_turns": "rounding",
         "weight_diameter": "as given",
     }.items()
 
@@ -212,7 +265,8 @@ def test_readings_that_contradict_each_other_are_named(log: str, code: str, line
 
 
 def test_i_zz_is_that_of_ball_and_rod() -> None:
-    head = "# g: 9.803 m/s^2\n# motion: steady\nmass [g],position [cm],spin [rpm],time [s],turns,weight_diameter [cm]\n"
+    head = "# g: 9.803 m/s^2\n# motion: steady\n# u_spin_delay: 0 s\n"
+    head += "mass [g],position [cm],spin [rpm],time [s],turns,weight_diameter [cm]\n"
     rows = []
     for mass, position, diameter in ((200, 15, 6), (400, 15, 8), (300, -15, 6)):
         whole = 4.44e-3 + 0.5 * mass * 1e-3 * (diameter / 200) ** 2

@@ -14,7 +14,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import physics
-from gyrodata.error_sources import DECAY_SPREAD, DECAY_TIME, LATE, NORMAL_GRAVITY_U, SOURCES, TRANSVERSE_U, WHOLE, Quantity
+from gyrodata.error_sources import (
+    DECAY_SPREAD,
+    DECAY_TIME,
+    LATE,
+    NORMAL_GRAVITY_U,
+    SOURCES,
+    TRANSVERSE_U,
+    WHOLE,
+    Quantity,
+)
 from gyrodata.physics import Floats, Integers
 from gyrodata.readings import Column, Reading, Readings, rounded_turns
 from gyrodata.readings.roles import parse_header, stated_u

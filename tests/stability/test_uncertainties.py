@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
-from labs import INERTIA, lab
+from labs import INERTIA, RPM, analyze_briefly, lab
 
 from gyrodata import LineFit, fit_line
 from gyrodata.fitting import fit
 from gyrodata.measurements import Measurements
+from gyrodata.physics import STANDARD_GRAVITY
 
 
 def drawn(count: int, **options: Any) -> list[Measurements]:
@@ -65,3 +68,32 @@ def test_a_hand_that_is_always_late_is_no_scatter() -> None:
     labs = drawn(80, bias=0.15, turns=1 / 3)
     assert coverage(labs, intercept=True) < 0.75
     assert np.mean([fit(measured).timing_bias.value for measured in labs]) > 0.02
+
+
+def long_log(runs: int, seed: int) -> str:
+    """Type a log in which only the times err, by 0.14 s; I_zz = 4.440e-3 kg*m^2, and the log states nothing."""
+    index = np.arange(runs)
+    mass, rpm = np.array([20, 40, 60])[index % 3], np.array([200, 400, 600])[index // 3 % 3]
+    time = 2 * np.pi * INERTIA * rpm * RPM / (1e-3 * mass * STANDARD_GRAVITY * 0.15)
+    time = time + 0.14 * np.random.default_rng(seed).standard_normal(runs)
+    rows = "".join(f"{m}.00,15.00,{s}.0,{t:.2f},1\n" for m, s, t in zip(mass, rpm, time, strict=True))
+    return f"mass [g],position [cm],spin [rpm],time [s],turns\n{rows}"
+
+
+@pytest.mark.parametrize(("runs", "seed"), [(300, 0), (10_000, 1), (30_000, 2)])
+def test_a_long_log_does_not_drift(runs: int, seed: int) -> None:
+    inertia = analyze_briefly(long_log(runs, seed).encode()).inertia
+    # The spin does not fall here, and a silent log is corrected for 2 s in 1000 s.
+    assert inertia.value == pytest.approx(INERTIA / math.exp(2 / 1000), abs=0.15 * inertia.u)
+
+
+LINES = ("# u_spin_scale: 1 %", "# u_mass_scale: 1 %", "# u_g: 1 %")
+
+
+@pytest.mark.parametrize(("runs", "line"), [*product((9, 300), LINES), (10_000, LINES[0])])
+def test_a_shared_error_that_the_runs_do_not_determine_only_widens_u(runs: int, line: str) -> None:
+    key = line.partition(":")[0]
+    log = long_log(runs, 3)
+    exact, wide = (analyze_briefly(f"{text}\n{log}".encode()).inertia for text in (f"{key}: 0 %", line))
+    assert wide.u > exact.u
+    assert wide.value == pytest.approx(exact.value, abs=0.02 * exact.u)

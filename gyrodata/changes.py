@@ -149,14 +149,11 @@ def _delay_of_spin(lab: Lab) -> Change:
     """Leave out the correction for a spin that was read after the middle of the run, when it had already fallen."""
     measured = lab.measured
     if measured.delay_factor is None:
-        return lab.change("spin_delay", "the spin was not read once in each run", sized=False, measured=None)
-    if not np.any(measured.delay_factor != 1):
-        return lab.change("spin_delay", "the log states u_spin_delay: no delay on average", sized=False)
-    drag = measured.drag
-    law = "as usual, because the log has no spin-down" if drag is None else "as the log shows"
+        words = "no delay on average: the log states u_spin_delay, or the spin was not read once in each run"
+        return lab.change("spin_delay", words, sized=False)
+    law = "as usual, because the log has no spin-down" if measured.drag is None else "as the log shows"
     words = f"the spin is corrected for its fall during the delay, {law}; u includes the uncertainty of the delay"
-    changed = {"spin": measured.spin / measured.delay_factor}
-    return lab.change("spin_delay", words, changed, kept=True, sized=False, in_u=True)
+    return lab.change("spin_delay", words, {"delay_factor": None}, kept=True, sized=False, in_u=True)
 
 
 def _effects_of_motion(lab: Lab) -> Iterator[Change]:

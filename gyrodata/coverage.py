@@ -183,11 +183,12 @@ def _draw(
     pitch = measured.pitch if tilted else 0.0
     # The weight turns with the ball if its own inertia is given.
     inertia, torque = found.inertia.value + measured.added, measured.torque + found.residual_torque.value
-    rate = np.abs(physics.precession_rate(torque, found.sense * measured.spin, inertia, across, pitch))
+    rate = np.abs(physics.precession_rate(torque, found.sense * measured.corrected_spin, inertia, across, pitch))
     truth = {name: np.broadcast_to(getattr(measured, name), len(measured.runs)) for name in READ}
     truth["time"] = 2 * np.pi * measured.turns / rate
     readings = {name: value.copy() for name, value in truth.items()}
-    readings["time"] += measured.timing_bias_u * random.standard_normal()
+    shifts = dict.fromkeys(READ, np.zeros(len(measured.runs)))
+    shifts["time"] = shifts["time"] + measured.timing_bias_u * random.standard_normal()
     for source in measured.sources:
         name = "given_torque" if source.quantity == "torque" else source.quantity
         if name in readings:
@@ -196,7 +197,9 @@ def _draw(
             # An error that a run does not share is independent, as in the fit.
             runs = np.bincount(groups[groups >= 0], minlength=groups.max(initial=0) + 1)[groups]
             drawn *= np.where(runs == 1, scatter, 1.0)
-            readings[name] += (source.absolute + source.relative * truth[name]) * drawn
+            readings[name] *= 1 + source.relative * drawn
+            shifts[name] = shifts[name] + source.absolute * drawn
+    readings = {name: value + shifts[name] for name, value in readings.items()}
     g = float(readings.pop("g")[0])
     # The torque follows from the readings, as a student computes it.
     applied = readings["given_torque"]

@@ -118,8 +118,8 @@ def _scatter(seen: Seen) -> Iterator[Diagnostic]:
         time = next((source for source in measured.sources if source.quantity == "time"), None)
         alike = time is not None and not time.relative.any() and not np.ptp(time.absolute)
         stated = f"{float(time.absolute[0]):.2g} s" if time is not None and alike else "stated"
-        values |= {"stated": stated, "in_u": scatter_in_u(seen.constancy)}
-        yield say("scatter_too_large", **values, motion=_other_motion(seen))
+        words = {"stated": stated, "in_u": scatter_in_u(seen.constancy), "motion": _other_motion(seen)}
+        yield say("scatter_too_large", **values, **words)
 
 
 def _other_choices(seen: Seen) -> Iterator[Diagnostic]:
@@ -409,31 +409,35 @@ DIFFERS = 2.0
 ARM_BY = (0.001, 0.02)
 """Smallest and largest error of an arm [m] that is proposed as a cause: the size of a weight."""
 
+MASS_BY = 0.2
+"""Largest relative error of all masses that is proposed as a cause."""
+
 
 def _well_known(ball: Ball, inertia: Estimate) -> bool:
     """Return whether the uncertainty of a difference from the ball is that of the runs."""
     return ball.mass is not None and (ball.inertia_u or 0.0) < 0.5 * (inertia.u or 0.0)
 
 
-def _causes_of_difference(seen: Seen, ball: Ball) -> Iterator[str]:
-    """List what can make I_zz differ from the value for the ball, the likeliest cause first."""
-    measured, readings = seen.measured, seen.readings
+def _causes_of_difference(seen: Seen, ball: Ball) -> str:
+    """List what can make I_zz differ from the value for the ball or disk, the likeliest cause first."""
+    measured = seen.measured
     share, is_high = abs(ball.relative), ball.relative > 0
-    percent = f"{100 * share:.1f} %"
+    causes = []
     if is_high and not ball.bore:
-        yield "a bore along the rod, or a rod or a disk that the log does not describe (# bore_diameter, # disk_mass)"
-    arms = np.abs(measured.position[measured.torque != 0])
-    by = share * float(np.mean(arms))
+        causes.append("a bore along the rod, or a rod or a disk that the log does not describe")
+    by = share * float(np.mean(np.abs(measured.position[measured.torque != 0])))
     if ARM_BY[0] < by < ARM_BY[1]:
         edge, side = ("far", "long") if is_high else ("near", "short")
         origin = f"to the middle of the weight, not to its {edge} edge"
-        yield f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball {origin}"
-    if is_high and measured.delay_factor is not None and not readings.spin_down:
-        yield 'a spin that falls fast and was read late: measure it, "# spin_down: 612 rpm to 540 rpm in 120 s"'
-    yield "a ball whose balance changed when the weights were changed"
-    if "mass" in readings.columns:
-        yield f"masses {percent} too {'large' if is_high else 'small'}"
-    yield "the mass or the diameter of the ball in the log"
+        causes.append(f"positions {1e3 * by:.1f} mm too {side}: measure from the centre of the ball {origin}")
+    if is_high and measured.delay_factor is not None and measured.drag is None:
+        causes.append('a spin that falls fast and was read late: add "# spin_down: 612 rpm to 540 rpm in 120 s"')
+    causes.append("a ball whose balance changed when the weights were changed")
+    if "mass" in seen.readings.columns and share < MASS_BY:
+        causes.append(f"masses {100 * share:.1f} % too {'large' if is_high else 'small'}")
+    body = "ball" if ball.mass is not None else "disk"
+    causes.append(f"the mass or the diameter of the {body} in the log")
+    return "; ".join(f"({number}) {cause}" for number, cause in enumerate(causes, start=1))
 
 
 def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
@@ -443,8 +447,7 @@ def _ball_differs(seen: Seen, ball: Ball) -> Iterator[Diagnostic]:
         return
     side = "above" if deviation > 0 else "below"
     sizes = {"percent": 100 * abs(ball.relative), "side": side, "expected": ball.inertia, "far": abs(deviation)}
-    causes = [f"({number}) {cause}" for number, cause in enumerate(_causes_of_difference(seen, ball), start=1)]
-    yield seen.readings.say("ball_differs", **sizes, causes="; ".join(causes))
+    yield seen.readings.say("ball_differs", **sizes, causes=_causes_of_difference(seen, ball))
 
 
 def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
@@ -459,7 +462,7 @@ def _ball_disagrees(seen: Seen, ball: Ball) -> Diagnostic:
         hint = "; or else: ".join(kind.remedy for kind, _ in slips)
     else:
         cause = "no common mistake explains this"
-        hint = f"check the mass and the diameter of {body} in the log, and the units and origins of all columns"
+        hint = f"look for a cause in this order: {_causes_of_difference(seen, ball)}; a unit in a header"
     sizes = {"inertia": value, "ratio": part, "body": body, "expected": ball.inertia}
     return seen.readings.say("ball_disagrees", **sizes, cause=cause, hint=hint)
 

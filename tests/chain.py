@@ -29,7 +29,7 @@ from gyrodata.fitting import AS_STATED, balance_scale, fit, lightest_torque, tim
 from gyrodata.measurements import Measurements, measure
 from gyrodata.readings import read_log
 
-WALKERS, STEPS, BURNT = 120, 24_000, 6_000
+WALKERS, STEPS, BURNT = 120, 10_000, 2_500
 
 DELAY, DELAY_U = 2.0, 1.7
 """How late the spin is read [s]."""
@@ -76,11 +76,12 @@ class Chain:
         log_inertia, m0, bias, log_factor = walkers[:, :SHAPE].T
         standard = walkers[:, SHAPE:]
         factors, shifts = self.errors_that_runs_share(standard)
-        spin = (measured.spin - shifts["spin"]) / factors["spin"]
+        reading = measured.spin if self.is_delayed else measured.corrected_spin
+        spin = (reading - shifts["spin"]) / factors["spin"]
         if self.is_delayed:
             late = DELAY + DELAY_U * standard[:, 0]
             rate = np.exp(DECAY_SPREAD * standard[:, 1]) / DECAY_TIME
-            spin = spin / measured.delay_factor * np.exp(late * rate)[:, None]
+            spin = spin * np.exp(late * rate)[:, None]
         turns = (measured.turns - shifts["turns"]) / factors["turns"]
         torque = self.torque(factors, shifts) + m0[:, None]
         whole = np.exp(log_inertia)[:, None] + measured.added

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gates.labs import Bench, draw, write
 from labs import analyze_briefly
+from typer.testing import CliRunner
 
 import gyrodata
+from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
 from gyrodata.errors import LogError
 from gyrodata.tables import NamedFit
@@ -106,6 +110,68 @@ def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
     assert bold.inertia.u == pytest.approx(honest.inertia.u, rel=0.5)
     assert bold.budget[0].source == "unexplained_scatter"
     assert honest.fit.widths.scatter < 2 < bold.fit.widths.scatter
+
+
+def printed(log: str) -> str:
+    done = CliRunner().invoke(app, ["analyze", "-", "--no-report"], input=log)
+    return " ".join(done.output.split())
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("hand", [0.14, 0.5])
+def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(seed: int, hand: float) -> None:
+    table = draw(Bench(hand=hand), seed)
+    if hand < 0.5:
+        # The balance weight was moved with each weight: M0 is +5, -5 and 0 % of the lightest torque.
+        m0 = np.repeat([0.05, -0.05, 0.0], 3) * table.mass[0] / table.mass
+        table = table._replace(time=np.round(table.time / (1 + m0), 2))
+    log = write(table)
+    within = gyrodata.analyze(log.encode()).constancy
+    text = printed(log)
+    assert within is not None
+    assert within.p >= 0.05 or hand == 0.5
+    if "u already includes this" in text:
+        assert within.p < 0.05
+    elif " times as much as the timing uncertainty" in text:
+        assert "the runs of one weight agree, but the weights do not" in text
+
+
+def test_a_scatter_that_no_weight_can_show_is_not_said_to_be_in_u() -> None:
+    # One run of each weight.
+    table = draw(Bench(masses=(20, 30, 40, 50, 60), spins=(400,), hand=2.0), 4)
+    text = printed(write(table))
+    assert "times as much as the timing uncertainty" in text
+    assert "u includes this if every run has an error of its own" in text
+
+
+BALL = "# ball_mass: 4.302 kg\n# ball_diameter: 101.6 mm\n"
+
+
+def ball_finding(log: str) -> list[gyrodata.Diagnostic]:
+    return [one for one in gyrodata.analyze(log.encode()).diagnostics if one.code in ("G443", "G459")]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("too_long", [-0.008, 0.008])
+def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(seed: int, too_long: float) -> None:
+    right = write(draw(Bench(), seed, 0.4 * 4.302 * 0.0508**2), BALL)
+    arms = f"{100 * (0.15 + too_long):.1f}"
+    wrong = right.replace(",15.0,", f",{arms},")
+    assert not ball_finding(right)
+    (finding,) = ball_finding(wrong)
+    edge = "far" if too_long > 0 else "near"
+    assert f"not to its {edge} edge" in finding.hint
+    # The proposed length is the mistake that was made.
+    (millimetres,) = re.findall(r"positions ([\d.]+) mm", finding.hint)
+    assert float(millimetres) == pytest.approx(8, abs=4)
+    assert CliRunner().invoke(app, ["check", "-"], input=wrong).exit_code == 1
+
+
+def test_a_ball_that_is_hardly_known_is_no_reason_to_doubt_the_runs() -> None:
+    log = write(draw(Bench(), 0, 0.4 * 4.302 * 0.0508**2), BALL).replace(",15.0,", ",14.0,")
+    vague = log.replace("4.302 kg", "4.3 ± 0.3 kg")
+    assert ball_finding(log)
+    assert not ball_finding(vague)
 
 
 class TestHints:

@@ -81,7 +81,8 @@ class Problem:
         pitch, transverse = (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
         self.observed = np.empty((len(QUANTITIES), count))
         loads = measured.mass, measured.position, measured.force, measured.given_torque, measured.g
-        for row, values in enumerate((measured.time, measured.spin, turns, *loads, pitch, transverse, measured.added)):
+        spin = measured.corrected_spin
+        for row, values in enumerate((measured.time, spin, turns, *loads, pitch, transverse, measured.added)):
             self.observed[row] = values
         some = [one for one in measured.sources if tilted or one.quantity not in ("pitch", "transverse")]
         sizes = np.array([[one.absolute for one in some], [one.relative for one in some]]).reshape(2, -1, count)

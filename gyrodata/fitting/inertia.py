@@ -417,11 +417,11 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
     runs, whole = measured, inertia + measured.added
     lean = (across, measured.pitch) if chosen.tilted else (0.0, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = physics.precession_rate(total, measured.spin, whole, *lean)
+        steady = physics.precession_rate(total, measured.corrected_spin, whole, *lean)
         if chosen.released:
             top = motion.Top(whole, across, total)
             mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
-            runs = _released(measured, steady, mean, physics.click_error(measured.spin, whole, across), chosen.asked)
+            runs = _released(measured, steady, mean, physics.click_error(measured.corrected_spin, whole, across), chosen.asked)
         elif chosen.tilted and measured.spin_start is not None:
             runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     if not chosen.earth:
@@ -482,10 +482,11 @@ def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
     before the rod sags.
     """
     if measured.tachometer == "still":
-        return measured.spin + total_spin_excess(measured.sense, measured.turns, measured.time, measured.pitch)
+        excess = total_spin_excess(measured.sense, measured.turns, measured.time, measured.pitch)
+        return measured.corrected_spin + excess
     if measured.spin_start is not None:
         return measured.spin
-    return cast(Floats, motion.total_spin(top, measured.spin, measured.pitch))
+    return cast(Floats, motion.total_spin(top, measured.corrected_spin, measured.pitch))
 
 
 def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:

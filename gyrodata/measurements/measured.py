@@ -95,7 +95,7 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     drag: Drag | None = None
     """How fast the spin falls; None if the log does not show it."""
     delay_factor: Floats | None = None
-    """Mean spin over the mean spin without a correction for the delay of the reading [1]; None without a delay."""
+    """By what the fit multiplies the spins, because they were read late or early [1]; None without a delay."""
 
     def __repr__(self) -> str:
         return f"<Measurements of {len(self.runs)} runs>"
@@ -130,6 +130,11 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Precession rate times spin, φ̇ψ̇, with the torque's sign [rad²/s²], shape (n,)."""
         sign = np.where(self.sense == 0, 1.0, self.sense)
         return sign * 2 * np.pi * self.turns / self.time * self.spin
+
+    @property
+    def corrected_spin(self) -> Floats:
+        """Mean spin of each run, corrected for the delay of its reading [rad/s], shape (n,)."""
+        return self.spin if self.delay_factor is None else self.spin * self.delay_factor
 
     @cached_property
     def own_relative(self) -> Floats:
@@ -246,13 +251,13 @@ class Spins(Struct, frozen=True):
     """The spins of a log [rad/s], each of shape (n,)."""
 
     mean: Floats
-    """Harmonic mean in time over each run."""
+    """Harmonic mean in time over each run, if the only reading was in its middle."""
     start: Floats | None = None
     """None if it was not read."""
     end: Floats | None = None
     """None if it was not read."""
     delay_factor: Floats | None = None
-    """Mean spin over the mean spin without a correction for the delay of the reading [1]; None without a delay."""
+    """By what the mean is too small because the reading was late [1]; None if it was not."""
 
 
 def _spins(readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None) -> Spins:
@@ -270,19 +275,19 @@ def _spins(readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag
 
 
 def _spins_read_once(readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None) -> Spins:
-    """Compute the mean spin of runs in which it was read once: at the middle, or later, or before the run."""
+    """Compute the mean spin of runs in which it was read once: in the middle, or later, or before the run."""
     spin = as_spin(used[0])
     if not parts.read_once(used):
         return Spins(spin)
     delay = parts.reading_delay(readings, used, time)
     if drag is None:
         factor = np.exp(delay * parts.USUAL_RATE)
-        return Spins(spin * factor, delay_factor=factor)
-    rate = drag.at(spin)
-    factor = np.exp(delay * rate)
-    # The harmonic mean in time is a little smaller than the spin at the midpoint.
-    mean = 1 - (2 - drag.exponent) * (rate * time) ** 2 / 24
-    return Spins(spin * factor * mean, delay_factor=factor)
+    else:
+        rate = drag.at(spin)
+        factor = np.exp(delay * rate)
+        # The harmonic mean in time is a little smaller than the spin in the middle.
+        spin = spin * (1 - (2 - drag.exponent) * (rate * time) ** 2 / 24)
+    return Spins(spin, delay_factor=factor if delay.any() else None)
 
 
 def _sense(readings: Readings, torque: Floats, diagnostics: list[Diagnostic]) -> Floats:

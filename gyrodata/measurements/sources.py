@@ -155,7 +155,7 @@ def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
     mean_square = math.exp(2 * DECAY_SPREAD**2)
     by_rate = delay**2 * (mean_square - 2 * mean + 1)
     by_delay = delay_u**2 * mean_square
-    return cast(Floats, USUAL_RATE * np.sqrt(by_rate + by_delay))
+    return USUAL_RATE * np.sqrt(by_rate + by_delay)
 
 
 def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | None) -> Iterator[Source]:

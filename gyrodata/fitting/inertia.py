@@ -421,7 +421,8 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
         if chosen.released:
             top = motion.Top(whole, across, total)
             mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
-            runs = _released(measured, steady, mean, physics.click_error(measured.corrected_spin, whole, across), chosen.asked)
+            click = physics.click_error(measured.corrected_spin, whole, across)
+            runs = _released(measured, steady, mean, click, chosen.asked)
         elif chosen.tilted and measured.spin_start is not None:
             runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
     if not chosen.earth:

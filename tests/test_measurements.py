@@ -113,6 +113,19 @@ def test_a_spin_read_once_is_read_late() -> None:
     assert down["spin_delay"] == pytest.approx(0.017, rel=0.01)
 
 
+def test_only_the_spin_of_a_silent_log_is_corrected_for_a_late_reading() -> None:
+    def spin(line: str) -> float:
+        # It falls by 1/e in 100 s.
+        down = "# spin_down: 412 rpm to 151.566 rpm in 100 s\n"
+        return result(down + line + HEAD + "20,15.0,250,7.1,1/3\n")["runs"][0]["spin"]
+
+    # A log that states u_spin_delay, also as zero, had its spin read at the midpoint.
+    assert spin("# u_spin_delay: 0 s\n") == pytest.approx(250 * RPM, rel=3e-4)
+    assert spin("# u_spin_delay: 0 s\n") == spin("# u_spin_delay: 3 s\n")
+    # The others are assumed to be read 2 s later.
+    assert spin("") / spin("# u_spin_delay: 0 s\n") == pytest.approx(1.02, rel=1e-4)
+
+
 def test_only_a_part_of_a_turn_is_sighted() -> None:
     assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
     assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
@@ -196,7 +209,8 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
          "G401", 3, "0.333 times"),
         (HEAD.strip() + ",precession_sense\n20,15,206,7.06,1/3,ccw\n" + "20,15,206,7.06,1/3,cw\n" * 2
          + "0,,401,160.2,1/12,cw\n", "G402", None, "most written directions are opposite"),
-        (FALLING.replace("440,400", "400,409"), "G403", 2, ""),
+        (FALLING.replace("440,400", "400,409"), "G403", 2, "the spin rises by 2 % while"),
+        (FALLING.replace("440,400", "500,550"), "G403", 2, "the spin rises by 10 % while"),
         (HEAD + ROW + "20,15,2,7.06,1/3\n" * 2, "G405", 3,
          'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs'),
     ],

@@ -14,14 +14,14 @@ from contextlib import suppress
 from typing import Any, Literal, cast
 
 import numpy as np
-from msgspec import Struct, to_builtins
+from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata import fitting, physics
 from gyrodata.errors import insist_on_type
 from gyrodata.measurements import Measurements, select
 from gyrodata.physics import Floats
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, to_json
 
 DOUBTED = 0.025
 """The scatter of the log differs from the stated one if the probability that it is not larger, or not smaller, is below
@@ -69,7 +69,7 @@ class SelfCheck(Struct, frozen=True):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object of the JSON, with the schema "gyro.selfcheck/1"."""
-        return {"schema": self.schema, **to_builtins(self)}
+        return {"schema": self.schema, **to_json(self)}
 
     def __str__(self) -> str:
         """Return a table, or two if the log does not scatter as stated."""

@@ -158,10 +158,10 @@ def tilt_bias(
 
 
 def sinhc(x: Any) -> Any:
-    """Compute sinh(x)/x, by its series near 0."""
-    near = np.abs(x) < 1e-4
-    safe = np.where(near, 1.0, x)
-    return np.where(near, 1 + x * x / 6, np.sinh(safe) / safe)[()]
+    """Compute sinh(x)/x, and its limit 1 at 0."""
+    is_zero = np.equal(x, 0.0)
+    safe = np.where(is_zero, 1.0, x)
+    return np.where(is_zero, 1.0, np.sinh(safe) / safe)[()]
 
 
 def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = VISCOUS) -> Any:
@@ -325,4 +325,5 @@ def balanced_direction(
     bearing = np.mod(np.arctan2(east, north), 2 * np.pi)
     # A direction just west of north is rounded to a whole turn.
     bearing = np.where(bearing >= 2 * np.pi, 0.0, bearing)
-    return np.where(away > 1e-12, bearing, np.nan)[()], np.arctan2(up, away)
+    is_vertical = np.isclose(away, 0.0, atol=1e-12)
+    return np.where(is_vertical, np.nan, bearing)[()], np.arctan2(up, away)

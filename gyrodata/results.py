@@ -355,7 +355,10 @@ class Analysis(Struct, frozen=True, eq=False):
         return str(_above("reporting.markdown").markdown_report(self))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object of the JSON, with the schema "gyro.analysis/2"."""
+        """Return the object of the JSON, with the schema "gyro.analysis/2".
+
+        Its numbers have 12 significant digits; the attributes have all digits.
+        """
         fit, measured = self.fit, self.measurements
         no_p = "no degrees of freedom: as many unknowns as runs" if self.p is None else None
         fields: dict[str, Any] = {
@@ -536,7 +539,21 @@ def decode(text: bytes, kind: Any) -> Any:
         return msgspec.convert(json.loads(text), kind)
 
 
+DIGITS = 12
+"""Significant digits of a number in JSON and CSV. Those behind them differ between
+versions of Python, NumPy and SciPy."""
+
+
+def round_digits(value: float) -> float:
+    """Round a number to `DIGITS` significant digits."""
+    return float(f"{value:.{DIGITS}g}")
+
+
 def to_json(record: Struct) -> dict[str, Any]:
-    """Convert a record to the object of its JSON, with lists for tuples."""
-    content: dict[str, Any] = json.loads(encode(record))
+    """Convert a record to the object of its JSON.
+
+    Tuples become lists, and numbers have 12 significant digits.
+    """
+    text = encode(record)
+    content: dict[str, Any] = json.loads(text, parse_float=lambda number: round_digits(float(number)))
     return content

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from scipy.optimize import least_squares
 
 import gyrodata
-from gyrodata.fitting import AS_STATED, NoFit, fit
+from gyrodata.fitting import AS_STATED, TEXTBOOK, NoFit, fit
 from gyrodata.measurements import Measurements
 
 
@@ -83,6 +83,17 @@ def test_agrees_with_the_posterior_by_plain_integration(repeats: int, weights: t
     told = (result.inertia.interval_95[0], result.inertia.value, result.inertia.interval_95[1])
     off = (np.array(told) - np.interp((0.025, 0.5, 0.975), below, inertias)) / result.inertia.u
     assert off == pytest.approx(np.zeros(3), abs=close)
+
+
+@pytest.mark.parametrize("rpm", [(400.0,), (200.0, 400.0, 600.0)])
+def test_the_mean_of_ratios_has_the_standard_error_of_a_mean(rpm: tuple[float, ...]) -> None:
+    measured = lab(np.random.default_rng(6), rpm=rpm)
+    ratios = measured.torque / measured.product
+    expected = np.mean(ratios), np.std(ratios, ddof=1) / math.sqrt(len(ratios))
+    # A run without a weight has no ratio.
+    product, torque = np.append(measured.product, 1.0), np.append(measured.torque, 0.0)
+    for x, y in ((measured.product, measured.torque), (product, torque)):
+        assert TEXTBOOK["mean_of_ratios"](x, y) == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_budget_adds_up_to_u() -> None:

@@ -212,7 +212,7 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
         number = re.fullmatch(r"[-+]?[\d.]+(e[-+]\d+)?", cell)
         assert number or not re.match(r"[\s\"]*[=+\-@＝＋－＠]", cell), cell
     residuals = [float(row[head.index("residual [s]")]) for row in rows]
-    assert residuals == [run.residual for run in analysis.run_table]
+    assert residuals == [float(f"{run.residual:.12g}") for run in analysis.run_table]
 
 
 # --- text --------------------------------------------------------------------------------------------------
@@ -225,3 +225,59 @@ def test_no_text_commands_a_terminal(text: str) -> None:
     runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
     shown = summary(replace(analysis, run_table=runs))
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
+
+
+# --- digits -------------------------------------------------------------------------------------------------
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+
+def significant(number: str) -> int:
+    """Count the significant digits of a number."""
+    return len(re.split("[eE]", number)[0].replace(".", "").strip("-0"))
+
+
+def numbers_in(text: str) -> list[str]:
+    """Find the numbers of a text in JSON or CSV, but not those in its strings."""
+    if text.startswith("{"):
+        return NUMBER.findall(re.sub(r'"(?:[^"\\]|\\.)*"', '""', text))
+    cells = (cell for row in csv.reader(io.StringIO(text)) for cell in row)
+    return [cell for cell in cells if NUMBER.fullmatch(cell)]
+
+
+def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
+    (tmp_path / "class" / "ann").mkdir(parents=True)
+    log = b"# reported_inertia: 4.44e-3 kg m^2\n" + SAMPLE.read_bytes()
+    (tmp_path / "class" / "ann" / "log.csv").write_bytes(log)
+    report = tmp_path / "report"
+    commands = [
+        ["analyze", str(SAMPLE), "--format", "json", "--out", str(report)],
+        ["analyze", str(SAMPLE), str(SAMPLES / "heidelberg_ball.csv"), "--format", "ndjson", "--no-report"],
+        ["analyze", str(SAMPLE), "--format", "csv", "--no-report"],
+        ["analyze", str(SAMPLE), "--format", "csv", "--table", "logs", "--no-report"],
+        ["check", str(SAMPLE), "--format", "json"],
+        ["predict", "tip", "--log", str(SAMPLE), "--format", "json"],
+        ["selfcheck", str(SAMPLE), "--labs", "20", "--format", "json"],
+        ["grade", str(tmp_path / "class"), "--format", "json", "--quiet"],
+        ["grade", str(tmp_path / "class"), "--format", "ndjson", "--quiet"],
+    ]
+    texts = []
+    for command in commands:
+        done = CliRunner().invoke(app, command)
+        assert done.exit_code in (0, 1), (command, done.output)
+        texts.append(done.stdout)
+    texts.append((report / "results.json").read_text(encoding="utf-8"))
+    for command, text in zip([*commands, ["results.json"]], texts, strict=True):
+        most = max(map(significant, numbers_in(text)), default=0)
+        assert most <= 12, command
+        assert most == 12 or command[0] in ("check", "grade"), command
+
+
+def test_objects_have_all_digits_and_their_json_is_rounded() -> None:
+    lab = analyze(SAMPLE)
+    told = lab.to_dict()["result"]
+    values = [lab.inertia.value, lab.inertia.u, *lab.inertia.interval_95, *(run.residual for run in lab.run_table)]
+    shown = [told["inertia"]["value"], told["inertia"]["u"], *told["inertia"]["interval_95"]]
+    shown += [run["residual"] for run in told["runs"]]
+    assert shown == [float(f"{value:.12g}") for value in values]
+    assert max(significant(repr(value)) for value in values) > 12

@@ -168,6 +168,18 @@ def test_rounding_is_shared_and_sighting_is_of_each_run() -> None:
     assert "rounded_turns" not in shared("1/3")
 
 
+def test_only_the_spin_of_a_log_without_u_spin_delay_is_corrected() -> None:
+    def inertia(line: str) -> dict[str, Any]:
+        # The spin falls by 1/e in 100 s.
+        down = "# spin_down: 412 rpm to 151.566 rpm in 100 s\n# balanced: yes\n"
+        return result(f"{down}{line}{HEAD}20.0,15.0,250,7.1,1/3\n")["inertia"]
+
+    silent, exact, vague = map(inertia, ("", "# u_spin_delay: 0 s\n", "# u_spin_delay: 3 s\n"))
+    assert exact["value"] / silent["value"] == pytest.approx(math.exp(2 / 100), rel=1e-3)
+    assert vague["value"] == pytest.approx(exact["value"], rel=1e-3)
+    assert vague["u"] > silent["u"] > exact["u"]
+
+
 def test_only_a_part_of_a_turn_is_sighted() -> None:
     assert budget(HEAD + ROW)["angle"] == pytest.approx(3 * 2**0.5 / 360)
     assert "angle" not in budget(HEAD + ROW.replace("1/3", "2.00"))
@@ -252,7 +264,8 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
          "G401", 3, "0.333 times"),
         (HEAD.strip() + ",precession_sense\n20,15,206,7.06,1/3,ccw\n" + "20,15,206,7.06,1/3,cw\n" * 2
          + "0,,401,160.2,1/12,cw\n", "G402", None, "most written directions are opposite"),
-        (FALLING.replace("440,400", "400,409"), "G403", 2, ""),
+        (FALLING.replace("440,400", "400,409"), "G403", 2, "the spin rises by 2 % while"),
+        (FALLING.replace("440,400", "500,550"), "G403", 2, "the spin rises by 10 % while"),
         (HEAD + ROW + "20,15,2,7.06,1/3\n" * 2, "G405", 3,
          'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs'),
     ],

@@ -162,6 +162,12 @@ class TestIdenticalRows:
         assert answer(written(rows=ROWS), "G408") == (pytest.approx(value, rel=0.005), "")
         assert "G408" in gyro("check", "-", stdin=written(rows=[*ROWS, ROWS[4]])).output
 
+    def test_two_equal_times_in_one_row_are_not_copied_rows(self) -> None:
+        rows = "".join(f"{mass},15.0,400,{time},{time},1\n" for mass, time in ((20, "39.13"), (40, "19.62")))
+        log = "mass [g],position [cm],spin [rpm],time_1 [s],time_2 [s],turns\n" + rows
+        assert answer(log, "G408")[1] == ""
+        assert "G408" in answer(log + rows, "G408")[1]
+
     def test_coarse_times_may_agree_by_chance(self) -> None:
         for digits in (0, 1):
             rows = [[*r[:3], f"{float(r[3]):.{digits}f}", r[4]] for r in [*ROWS, ROWS[4]]]

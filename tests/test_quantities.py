@@ -1,5 +1,7 @@
 """A quantity is read alike wherever it may be written, and whatever this tool prints of a value it reads."""
 
+import math
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -79,6 +81,16 @@ def test_comma_that_may_part_thousands_is_asked_about() -> None:
     assert read_log(table).columns[KEY].values == (pytest.approx(4.63e-6),)
     for text in ("0,300 g m^2", "46,30 g m^2", "4,441×10⁻³ kg m²"):
         assert values(text) == values(text.replace(",", "."))
+
+
+@pytest.mark.parametrize(
+    ("text", "turns"),
+    [("π", 1 / 2), ("2π", 1), ("π/2", 1 / 4), ("2 pi/3", 1 / 3), ("1.5 pi", 3 / 4), ("4π rad", 2)],
+)
+def test_angle_in_parts_of_pi_has_its_value(text: str, turns: float) -> None:
+    head = HEAD.replace("turns", "angle [rad]")
+    (angle,) = read_log(f"{head}\n{ROW.replace('1/3', text)}\n").columns["angle"].values
+    assert angle == pytest.approx(turns * 2 * math.pi, rel=1e-15)
 
 
 # --- what this tool prints ----------------------------------------------------------------------------------

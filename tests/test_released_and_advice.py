@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from gates.labs import ARM, INERTIA, RPM, Bench, G, draw, write
 from labs import analyze_briefly
+from physics.test_released import Nutation
 from typer.testing import CliRunner, Result
 
 import gyrodata
@@ -73,6 +74,26 @@ class TestReleased:
         log = "# motion: released\n" + "".join(",".join(row) + "\n" for row in [head, *typed])
         assert "write # tachometer: still" in analyzed(log).stderr
         assert off("# tachometer: still\n" + log) < 4
+
+    @pytest.mark.parametrize(
+        ("header", "spins"),
+        [("spin [rpm]", "{during}"), ("spin_start [rpm],spin_end [rpm]", "{total},{total}")],
+    )
+    def test_only_a_spin_that_is_read_during_the_run_contains_the_sag(self, header: str, spins: str) -> None:
+        # The times are those of the nutation, integrated between its turning points. The
+        # rod is level before the release, so a reading at the start is the total spin; one
+        # during the run is larger by the mean of φ̇ times the sine of the sag.
+        across = 7.0e-3
+        log = f"# g: {G} m/s^2\n# motion: released\n# transverse_inertia: {across} kg*m^2\n"
+        log += "# u_spin_delay: 0 s\n# u_time: 1 ms\n# u_time_bias: 0 s\n# u_imbalance: 0 N*m\n"
+        log += f"mass [g],position [cm],{header},time [s],turns\n"
+        for mass in (20, 40, 60):
+            for rpm in (200, 400, 600):
+                top = Nutation(mass * 1e-3 * G * 0.15, rpm * RPM, across)
+                cells = spins.format(total=f"{rpm:.5f}", during=f"{top.mean_spin() / RPM:.5f}")
+                log += f"{mass}.0000,15.0000,{cells},{4 * math.pi / top.mean():.7f},2\n"
+        found = analyze_briefly(log)
+        assert found.inertia.value == pytest.approx(INERTIA, rel=1e-4)
 
     def test_motion_line_of_the_hint_is_answered(self) -> None:
         log = gyro("simulate", "--spins", "20,30,40rpm", "--seed", "1").stdout

@@ -156,7 +156,7 @@ def _find_copies(readings: Readings, measured: Measurements, timing: Column) -> 
     step = float(np.median(timing.steps))
     u = next(float(np.median(source.absolute)) for source in measured.sources if source.name == "time")
     chance = step / (2 * math.sqrt(math.pi) * math.hypot(min(u, STEADIEST), step / math.sqrt(12)) or 1.0)
-    if not copied or not step or copies <= pairs * chance or chance >= 1:
+    if not step or copies <= pairs * chance or chance >= 1:
         return []
     # Chernoff's bound of the probability of this many among these pairs.
     others = pairs - copies

@@ -561,8 +561,9 @@ class _Sheet:
             elif unit and kinds_of(header.unit) == kinds_of(unit) and parse(header.unit).factor != parse(unit).factor:
                 self.faults.add("note", cell, note=f"{min(kinds)} in {unit}", role=header.roles[0])
         for at, ((_, left), (cell, header)) in enumerate(pairwise(self.here), 1):
-            sign = squeeze(roles.split_unit(cell.text)[0]).lower()
-            if len(left.roles) == 1 and (sign in roles.UNSURE_WORDS or sign in ("±", "+/-", "+-")):
+            name = roles.split_unit(cell.text)[0].strip()
+            is_uncertainty = name in ("±", "+/-", "+-") or squeeze(name).lower() in roles.UNSURE_WORDS
+            if len(left.roles) == 1 and is_uncertainty:
                 # "±" or "error" belongs to the column on its left.
                 header = replace(header, roles=(f"u_{left.roles[0]}",), unit=header.unit or left.unit)
                 self.here[at] = replace(cell, text=f"u({left.text})"), header

@@ -434,8 +434,8 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
     for at, text in ((at, text) for at, text in enumerate(row.texts) if text[:1].isalpha()):
         name, _, value = text.replace("=", ":").partition(":")
         value = (value or " ".join(row.texts[at + 1 :])).strip()
-        named = value and roles.reported_key(name.strip()) == "inertia"
-        if named and read_reported("inertia", value).fault is None:
+        is_inertia = roles.reported_key(name.strip()) == "inertia"
+        if is_inertia and read_reported("inertia", value).fault is None:
             grid.metadata.append(("I_zz", replace(grid.cell(row, at), text=value)))
             del row.texts[at:]
             while row.texts and not row.texts[-1]:

@@ -14,7 +14,7 @@ from msgspec.structs import astuple
 
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.physics import RPM
-from gyrodata.results import Analysis
+from gyrodata.results import Analysis, round_digits
 from gyrodata.tables import Run
 
 if TYPE_CHECKING:
@@ -58,13 +58,12 @@ def table_header(table: str) -> str:
 def table_rows(analysis: Analysis, table: str) -> str:
     """Write the rows of a log in one of the tables: one for each of its runs, or one for the log.
 
-    Values are in SI units with every digit as in the JSON; the spin of a run is in rpm too.
+    Values are in SI units with the digits of the JSON; the spin of a run is in rpm too.
     """
     if table == "runs":
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
-            # As many digits as survive the conversion to rad/s and back.
-            rpm, cells = float(f"{run.spin / RPM:.14g}"), astuple(run)
+            rpm, cells = run.spin / RPM, astuple(run)
             rows.append(map(csv_cell, (analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note)))
         return csv_lines(rows)
     document = analysis.to_dict()
@@ -95,7 +94,7 @@ _LOG_COLUMNS = (
 
 
 def csv_cell(value: object) -> str:
-    """Write one cell of a table that a spreadsheet may open: nothing for None, all digits of a number.
+    """Write one cell of a table that a spreadsheet may open: nothing for None, the digits of the JSON for a number.
 
     A text gets a ' where a spreadsheet would read a formula, and pictures of control characters.
     """
@@ -103,8 +102,10 @@ def csv_cell(value: object) -> str:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, int | float):
-        return repr(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(round_digits(value))
     # The csv module does not quote a carriage return, and readers end the row there.
     text = str(value).replace("\r", " ").replace("\t", " ").translate(PICTURES)
     return re.sub(_FORMULA, lambda start: f"{start[1] or ''}'", text)

@@ -266,7 +266,8 @@ class Numbers:
         """Show the spin or the time of a run with the digits of the log."""
         place, column = f"runs.{run}.{role}", self.analysis.readings.columns.get(role)
         # A mean of several readings has no digits of its own.
-        as_read = column is not None and math.isclose(column.values[run] or 0.0, self.find(place), rel_tol=1e-12)
+        # The numbers of the JSON have 12 digits.
+        as_read = column is not None and math.isclose(column.values[run] or 0.0, self.find(place), rel_tol=1e-11)
         return self.value(place, scale, step=column.steps[run] if column and as_read else 0.0)
 
     def number(self, place: str, text: str | None = None, scale: Scale = NUMBER) -> Number:

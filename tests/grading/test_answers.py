@@ -70,6 +70,15 @@ def test_two_answers_that_differ_are_none() -> None:
     assert all(place in (inertia.problem or "") for place in ("report.txt, line 1", "notes.md, line 2"))
 
 
+@pytest.mark.parametrize("text", ["I_zz = 1/225 kg m^2", "I_zz = 4.4e-3 kg m^2", f"I_zz = {VALUE}"])
+def test_the_same_answer_in_two_files_is_one_answer(text: str) -> None:
+    # A fraction has no last digit.
+    inertia = read_answers(None, [(name, text.encode()) for name in ("report.txt", "notes.md")]).inertia
+    assert inertia is not None
+    assert inertia.value == pytest.approx(1 / 225 if "/" in text else 4.4e-3)
+    assert inertia.fault is None
+
+
 BELOW = ("u(I) = 0.05e-3 kg m^2", "u =\t0.05e-3\tkg m^2", "uncertainty: 0.05e-3 kg m^2")
 BESIDE = (", within 1.1 % of theory", " (within 1,1% of the theory)", ", 2 % off")
 

@@ -151,6 +151,27 @@ def test_groups_and_counts_are_those_of_the_lines_that_wait(full: Lab) -> None:
     assert '<a href="../class/s1_1_1_report.pdf">' in full.read("class.html")
 
 
+def test_counts_of_full_and_of_no_points_are_those_of_the_marks(tmp_path: Path) -> None:
+    logs = three_logs()
+    logs["wrong"] = re.sub("(# reported_inertia:).*", r"\1 7.1e-3 ± 0.1e-3 kg m^2", logs["good"])
+    lab = Lab(tmp_path, {f"{name}/lab.csv": log for name, log in logs.items()})
+    rubric = make_folder(tmp_path, {"rubric.toml": STATED}) / "rubric.toml"
+    lab.options += ("--rubric", str(rubric))
+    lab.grade()
+    document = json.loads(lab.read("grades.json"))
+    counts = {row["id"]: (row["judged"], row["full"], row["none"]) for row in document["criteria"]}
+    points: dict[str, list[float]] = {}
+    for student in document["students"]:
+        for mark in student["marks"]:
+            if mark["points"] is not None:
+                points.setdefault(mark["criterion"], []).append(mark["points"])
+    out_of = {row["id"]: row["out_of"] for row in document["criteria"]}
+    assert counts == {key: (len(values), values.count(out_of[key]), values.count(0)) for key, values in points.items()}
+    # The student without a mistake has all points in each criterion.
+    assert min(full for _, full, _ in counts.values()) >= 1
+    assert max(none for _, _, none in counts.values()) >= 1
+
+
 def test_what_the_desk_says_waits_no_longer(tmp_path: Path) -> None:
     lab = full_lab(tmp_path)
     lines = [line for group in lab.groups.values() for line in group]

@@ -41,6 +41,14 @@ def test_a_rod_overhead_has_no_azimuth() -> None:
     assert altitude == pytest.approx(math.pi / 2, abs=1e-12)
 
 
+@pytest.mark.parametrize(("away", "known"), [(0.5e-12, False), (1.5e-12, True), (1e-9, True)])
+def test_azimuth_is_unknown_only_within_1e_12_of_the_vertical(away: float, known: bool) -> None:
+    # On the equator a rod that points at the zenith moves west, Ω t from it.
+    azimuth, _ = physics.balanced_direction(0.0, math.pi / 2, 0.0, away / physics.EARTH_ROTATION)
+    assert math.isnan(azimuth) != known
+    assert not known or azimuth == pytest.approx(1.5 * math.pi, abs=1e-3)
+
+
 @pytest.mark.parametrize("rate", [0.3, -0.3, 0.05])
 def test_the_earths_bias_from_a_turning_lab(rate: float) -> None:
     # Seen from the lab a fast top turns about φ̇ Z − Ω, from the true φ̇ of eq. (9).

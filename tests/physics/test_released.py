@@ -24,7 +24,7 @@ class Nutation(NamedTuple):
     across: float
 
     def period(self, what: str = "1") -> mpmath.mpf:
-        """Integral over a nutation of 1 or of φ̇: u = u1 cos²x takes the singular ends away."""
+        """Integral over a nutation of 1, φ̇ or φ̇ cosθ: u = u1 cos²x takes the singular ends away."""
         own, across, torque = mpmath.mpf(INERTIA) * self.spin, mpmath.mpf(self.across), mpmath.mpf(self.torque)
         linear = own**2 / (2 * across * torque)
         # Where the energy leaves nothing for θ̇, cosθ.
@@ -33,12 +33,19 @@ class Nutation(NamedTuple):
         def weight(x: mpmath.mpf) -> mpmath.mpf:
             u = low * mpmath.cos(x) ** 2
             time = 4 / mpmath.sqrt(2 * torque / across * (linear - low - u))
-            return time * (-own * u / (across * (1 - u * u)) if what == "rate" else 1)
+            if what == "1":
+                return time
+            rate = -own * u / (across * (1 - u * u))
+            return time * (rate if what == "rate" else rate * u)
 
         return mpmath.quad(weight, [0, mpmath.pi / 2])
 
     def mean(self) -> float:
         return float(self.period("rate") / self.period())
+
+    def mean_spin(self) -> float:
+        """Mean of ψ̇ = ω3 − φ̇ cosθ, which a tachometer shows that follows the rod."""
+        return self.spin - float(self.period("excess") / self.period())
 
 
 def lab(grams: float, rpm: float, ratio: float) -> Nutation:

@@ -69,6 +69,28 @@ def test_result_in_a_row_of_the_table_is_what_is_reported(line, value, u):
     assert (readings.reported["inertia"].value, readings.reported["inertia"].u) == (value, u)
 
 
+@pytest.mark.parametrize("sign", ["±", "+/-", "+-", "± [{unit}]", "error", "uncertainty"])
+def test_header_of_an_uncertainty_alone_belongs_to_the_column_on_its_left(sign):
+    signs = [sign.format(unit=unit) for unit in ("s", "rpm")]
+    readings = read_log(
+        f"time [s],{signs[0]},spin [rpm],{signs[1]},mass [g],position [cm],turns\n13.06,0.2,406,3,20,15.0,1/3\n"
+    )
+    assert readings.ok, readings.diagnostics
+    us = {role: readings.columns[role].readings[0].u for role in ("time", "spin", "mass")}
+    assert us["time"].absolute == pytest.approx(0.2)
+    assert us["spin"].absolute == pytest.approx(3 * RPM)
+    assert us["mass"] is None
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Transverse inertia = 5.7e-3 kg m^2", "I_rod: 5.7e-3 kg m^2", "rod,5.7e-3 kg m^2", "I_zz = ", "I_zz"],
+)
+def test_another_quantity_in_a_row_of_the_table_is_not_what_is_reported(line):
+    readings = read_log(f"{RUNS}{line}\n")
+    assert (readings.ok, len(readings.runs), readings.reported) == (True, 3, {})
+
+
 def test_a_fault_is_said_once_where_blank_cells_repeat_it():
     readings = read_log(HEAD + "20,15.0,56O,7.06,1/3\n,,,7.1,1/3\n,,400,7.1,1/3\n")
     assert [code for code in codes(readings) if code != "G217"] == ["G203"]

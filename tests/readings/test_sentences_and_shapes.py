@@ -439,6 +439,15 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     assert "nothing is read from it" not in str(read_log(weights).diagnostics)
 
 
+@pytest.mark.parametrize("thing", ["the ball", "the rod", "the sphere", "the ball and the rod"])
+def test_unit_of_another_thing_is_not_the_unit_of_a_column(thing: str) -> None:
+    bare = "mass;r (cm);spin (rpm);time (s);turns\n" + runs(ROW)
+    assert is_right(f"masses in g\n{bare}")
+    for line in (f"mass of {thing} in kg", f"{thing} in kg", f"Units: mass of {thing} in kg", "hook: 5 g"):
+        told = read_log(f"# {line}\n{bare}").diagnostics
+        assert [one.code for one in told if one.severity == "error"] == ["G206"], line
+
+
 def test_turns_without_a_weight_are_not_those_of_the_runs_below() -> None:
     log = HEAD + "0;;400;180;1/20\n" + runs("{m};14.8;{s};{t};\n")
     with pytest.raises(LogError, match=r"G302: lines 3-11: no turns"):

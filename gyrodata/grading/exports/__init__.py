@@ -221,7 +221,7 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
     )  # fmt: skip
     yield json_text(to_json(head)).removesuffix("]\n}\n")
     for number, grade in enumerate(found.grades):
-        yield ("," if number else "") + "\n    " + encode(_student(found, grade)).decode()
+        yield ("," if number else "") + "\n    " + encode(to_json(_student(found, grade))).decode()
     yield "\n  ]\n}\n"
 
 

@@ -109,6 +109,9 @@ def latex(table: LogTable) -> str:
 
 # JSON, and programs
 
+NEEDED = {"mass", "position", "turns"}
+"""Constants without which a log cannot be analysed."""
+
 
 def as_number(cell: str) -> float | int | str:
     if not is_number(cell):
@@ -140,8 +143,10 @@ def json_records_of_numbers(table: LogTable) -> Rewriting:
 
 
 @relation
-def json_lines(table: LogTable) -> Rewriting:
+def json_lines(table: LogTable) -> Rewriting | None:
     """Only the rows: the constants are left out in both logs."""
+    if NEEDED.intersection(dict(table.constants)):
+        return None
     table = replace(table, constants=())
     names = list(map(str, table.headings))
     rows = [dict(zip(names, row, strict=True)) for row in table.rows]
@@ -164,8 +169,10 @@ def json_columns_of_numbers(table: LogTable) -> Rewriting:
 
 
 @relation
-def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting:
+def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting | None:
     """What `DataFrame.to_json()` writes: columns, each with its cells by the number of the row."""
+    if NEEDED.intersection(dict(table.constants)):
+        return None
     table = replace(table, constants=())
     columns = {str(heading): dict(enumerate(table.cells(heading.role))) for heading in table.headings}
     return Rewriting(json.dumps(columns), same_as=table)

@@ -50,7 +50,8 @@ def constants_with_an_equals_sign(table: LogTable) -> str | None:
 
 @relation
 def constants_as_options(table: LogTable) -> Rewriting | None:
-    return Rewriting(separated(table.grid), settings=dict(table.constants)) if table.constants else None
+    settings = {key: value for key, value in table.constants if key != "station"}
+    return Rewriting(separated(table.grid), settings=settings) if settings else None
 
 
 @text_relation

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 import unicodedata
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from processes import started
 from streams import LINES
 
 ROOT = Path(__file__).parent.parent
@@ -37,12 +38,13 @@ def written(folder: Path) -> dict[str, list[tuple[str, str]]]:
         (work / "class" / path.name).symlink_to(path)
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG", "PYTHON"))}
     kept |= {"PYTHONPATH": str(ROOT), "NO_COLOR": "1", "COLUMNS": "1000", "OPENBLAS_NUM_THREADS": "1"}
-    running = []
-    for name, locale in LOCALES.items():
-        (folder / name).mkdir()
-        line = [sys.executable, str(ROOT / "tests" / "streams.py"), str(folder / name)]
-        running.append(subprocess.Popen(line, cwd=work, env=kept | locale))
-    assert [one.wait(600) for one in running] == [0] * len(running)
+    with ExitStack() as stack:
+        running = []
+        for name, locale in LOCALES.items():
+            (folder / name).mkdir()
+            line = [sys.executable, ROOT / "tests" / "streams.py", folder / name]
+            running.append(stack.enter_context(started(line, cwd=work, env=kept | locale)))
+        assert [process.wait(600) for process in running] == [0] * len(running)
 
     def both(name: str, i: int) -> tuple[str, str]:
         parts = (folder / name / f"{i}.{where}" for where in ("file", "terminal"))

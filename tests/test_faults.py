@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from processes import started
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
@@ -60,7 +61,10 @@ def test_fault_in_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) ->
 def shell(line: str) -> subprocess.CompletedProcess[bytes]:
     """Run a line of shell in which ``gyro`` is this one."""
     head = f'gyro() {{ "{sys.executable}" -m gyrodata "$@"; }}\n'
-    return subprocess.run(["bash", "-c", head + line], capture_output=True, timeout=120, check=False)
+    pipe = subprocess.PIPE
+    with started(["bash", "-c", head + line], stdout=pipe, stderr=pipe) as run:
+        out, errors = run.communicate(timeout=120)
+    return subprocess.CompletedProcess(run.args, run.returncode, out, errors)
 
 
 @posix

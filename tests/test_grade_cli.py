@@ -14,7 +14,9 @@ import subprocess
 import sys
 import time
 import zipfile
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import jsonschema
@@ -23,6 +25,7 @@ import openpyxl
 import pytest
 from classes.cells import gyro
 from grading.classes import LOG, make_folder
+from processes import started
 from typer.testing import Result
 
 from gyrodata import schema
@@ -239,19 +242,36 @@ def test_hostile_names_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert "<b>&c" not in (out / "class.html").read_text(encoding="utf-8")
 
 
-def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
+@contextmanager
+def grading(tmp_path: Path, count: int, *, hears_control_c: bool = True) -> Iterator[subprocess.Popen[str]]:
+    """Start to grade a class of so many equal logs, and wait for the first line of the journal."""
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
-    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(3000)})
-    run = subprocess.Popen(
-        [sys.executable, "-m", "gyrodata", "grade", str(root), "-o", str(tmp_path / "g"), "--workers", "2"],
-        env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        start_new_session=True,
-    )  # fmt: skip
-    journal = tmp_path / "g" / "journal.ndjson"
-    while run.poll() is None and not (journal.exists() and journal.stat().st_size):
-        time.sleep(0.01)  # a file that is there may have no line yet
-    os.killpg(run.pid, signal.SIGINT)
-    out, told = run.communicate(timeout=30)
+    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(count)})
+    command = [sys.executable, "-m", "gyrodata", "grade", root, "-o", tmp_path / "g", "--workers", "2"]
+    ours = {**os.environ, "PYTHONPATH": str(ROOT)}
+    pipe = subprocess.PIPE
+    with started(command, hears_control_c=hears_control_c, env=ours, stdout=pipe, stderr=pipe, text=True) as run:
+        journal, begun = tmp_path / "g" / "journal.ndjson", time.monotonic()
+        while run.poll() is None and not (journal.exists() and journal.stat().st_size):
+            assert time.monotonic() - begun < 60, "no submission is graded"
+            time.sleep(0.01)  # a file that is there may have no line yet
+        yield run
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
+def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
+    with grading(tmp_path, 3000) as run:
+        os.killpg(run.pid, signal.SIGINT)
+        out, errors = run.communicate(timeout=30)
     assert (run.returncode, out) == (130, "")
-    assert told == "stopped; what was done is kept, and the same command goes on from there\n"
-    assert journal.read_bytes().endswith(b"\n")
+    assert errors == "stopped; what was done is kept, and the same command goes on from there\n"
+    assert (tmp_path / "g" / "journal.ndjson").read_bytes().endswith(b"\n")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
+def test_command_started_in_the_background_does_not_hear_control_c(tmp_path: Path) -> None:
+    with grading(tmp_path, 40, hears_control_c=False) as run:
+        os.killpg(run.pid, signal.SIGINT)
+        out, errors = run.communicate(timeout=60)
+    assert "stopped" not in errors
+    assert "s0039" in rows_of(tmp_path / "g"), (run.returncode, out, errors)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -12,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from processes import started
 from typer.testing import CliRunner
 
 from gyrodata.cli import app
@@ -32,7 +32,7 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     command = [sys.executable, "-m", "gyrodata", "analyze", path.name, "--watch"]
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()
-    with shown.open("wb") as out, subprocess.Popen(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run:
+    with shown.open("wb") as out, started(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run:
         for line, step in steps:
             while (at := shown.read_text("utf-8").find(line, seen)) < 0:
                 assert time.monotonic() - begun < 60, (line, shown.read_text("utf-8"))

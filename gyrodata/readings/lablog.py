@@ -564,8 +564,8 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
         faults.add("remark", text, written=written, meant=f"{close[0]}: {match[0] if match else value}")
 
 
-_YES_OR_NO: dict[str, bool | None] = {"": None}
-_YES_OR_NO |= {word: said == "yes" for said in ("yes", "no") for word in vocabulary.words(said).split()}
+YES_OR_NO: dict[str, bool | None] = {"": None}
+YES_OR_NO |= {word: said == "yes" for said in ("yes", "no") for word in vocabulary.words(said).split()}
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
 
@@ -620,7 +620,7 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         elif "sample" in line:
             settings.fields[key] = _read_several(key, text)
         elif line:
-            words = line.get("words") or _YES_OR_NO
+            words = line.get("words") or YES_OR_NO
             if text.lower() not in words:
                 raise UnitError("is none of the words that can be read here", line["hint"])
             if key == "question_numbers":

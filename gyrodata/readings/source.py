@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from gyrodata import vocabulary
 from gyrodata.errors import printable
 from gyrodata.readings import roles
-from gyrodata.readings.lablog import Faults, Place, Text, listing, read_reported
+from gyrodata.readings.lablog import YES_OR_NO, Faults, Place, Text, listing, read_reported
 from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
@@ -442,17 +442,34 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
                 row.texts.pop()
             return not row.texts
     filled = [text for text in row.texts if text]
-    match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
-    key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
-    if match is None or key not in (*roles.CONSTANTS, "ball_radius"):
+    stated = _stated(filled)
+    if stated is None:
         return False
+    key, value = stated
     cell = grid.cell(row, row.texts.index(filled[0]))
-    value = re.split(r"\.\s|\s\([^\d()]*\)$", match[2].replace("\t", " "))[0]
-    # "9,81 m/s² verwendet."
-    value = re.sub(r"\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
+
+
+def _stated(cells: list[str]) -> tuple[str, str] | None:
+    """Return the key and the value that a row states of the whole log, such as "u_time", "0.2", "s"."""
+    match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*(.+)", "\t".join(cells))
+    if match is None or len(cells) > 3:
+        return None
+    key, value = re.sub(r"[\s_]+", "_", match[1]).lower(), match[2]
+    form = vocabulary.LINES.get(key, {})
+    if form and "sample" not in form:
+        return (key, value) if value.lower() in form.get("words", YES_OR_NO) else None
+    if not form and key not in (*roles.CONSTANTS, "ball_radius", *roles.UNCERTAINTIES):
+        return None
+    is_column = key in roles.UNCERTAINTIES and re.match(r"[-+.\d]", "".join(cells[2:]))
+    if is_column or not re.match(r"[-+(]?[.\d]", value):
+        return None
+    value = re.split(r"\.\s|\s\([^\d()]*\)$", value.replace("\t", " "))[0]
+    # "9,81 m/s² verwendet."
+    value = re.sub(r"\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
+    return key, value
 
 
 def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:

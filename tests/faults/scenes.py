@@ -18,6 +18,7 @@ from multiprocessing import forkserver, resource_tracker
 from pathlib import Path
 from typing import NamedTuple
 
+from processes import started
 from typer.testing import CliRunner
 
 from faults.calls import Calls
@@ -201,31 +202,33 @@ def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:
     return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
 
 
-def start(home: Path) -> subprocess.Popen[bytes]:
+def start(home: Path) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
     """Start to grade the class of a folder with two workers."""
     line = [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"]
     env = {**os.environ, "PYTHONPATH": str(SAMPLES.parent)}
-    return subprocess.Popen(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    return started(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 
 def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:
     """Kill runs with workers, so many in all, and give what is wrong after the next run."""
     draw = random.Random(seed)
     a_class(room / "whole", 20)
-    begun, driver = time.perf_counter(), start(room / "whole")
-    told = driver.communicate()[1]
+    begun = time.perf_counter()
+    with start(room / "whole") as driver:
+        told = driver.communicate()[1]
     assert driver.returncode == 0, told
     took, whole = time.perf_counter() - begun, contents(room / "whole" / "grades")
     for number in range(count):
         home = room / f"{number}"
         shutil.copytree(room / "whole" / "class", home / "class")
-        driver, wait = start(home), draw.uniform(0.1, took)
-        time.sleep(wait)
-        driver.kill()
-        driver.communicate()
+        wait = draw.uniform(0.1, took)
         where = f"kill {number} after {wait:.2f} s"
-        again = start(home)
-        told = again.communicate()[1].decode("utf-8", "replace")
+        with start(home) as driver:
+            time.sleep(wait)
+            driver.kill()
+            driver.communicate()
+        with start(home) as again:
+            told = again.communicate()[1].decode("utf-8", "replace")
         if again.returncode != 0:
             yield f"{where}: the next run ends with {again.returncode}: {told[-300:]}"
         if wrong := differing(contents(home / "grades"), whole):

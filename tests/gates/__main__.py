@@ -18,13 +18,15 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
+from relations import comparison
+
 import gyrodata
 from gates import classroom, fuzzed, hostile, intervals, logs, published, ratios, reports, whatif
 
 GATES = {
     "logs": logs.gate, "json": reports.gate_json, "printed": reports.gate_printed, "class": classroom.gate,
     "published": published.gate, "coverage": intervals.gate, "fuzz": fuzzed.gate, "hostile": hostile.gate,
-    "what-if": whatif.gate, "ratios": ratios.gate,
+    "what-if": whatif.gate, "relations": comparison.gate, "ratios": ratios.gate,
 }  # fmt: skip
 
 

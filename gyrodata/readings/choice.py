@@ -85,8 +85,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     named = {squeeze(roles.split_unit(header.text)[0]): header.roles for header in table.headers}
     several: list[Chosen] = []
     stating: list[Chosen] = []
-    # Means come after the readings of which they are the mean, a bare letter, which may number runs, after a name, and
-    # a distance from the surface after one from the centre.
+    # A unit that does not fit the name comes after one that fits, means after the readings of which they are the mean,
+    # a bare letter, which may number runs, after a name, and a distance from the surface after one from the centre.
     letters = {one.at for one in columns if one.header.unit is None and re.fullmatch(r".|(?i:count)", one.header.text)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
@@ -95,7 +95,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     for one in columns:
         is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
         text = one.cell.text
-        later.append((is_number, layout.is_of_means(text), one.at in letters, roles.origin_in(text) > ""))
+        unfit = bool(one.header.unit) and not roles.can_measure(one.header)
+        later.append((unfit, is_number, layout.is_of_means(text), one.at in letters, roles.origin_in(text) > ""))
     typed: list[Chosen] = []
     """The columns, with the units of their cells."""
     for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):
@@ -284,11 +285,17 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
     """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
     fits: list[Chosen] = []
-    for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
+    counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+    counted |= any(one.turns for one in choice.used.get("time", ()))
+    for column in columns if not counted else ():
+        if column.cell not in choice.unplaced:
+            continue
         texts = [row.texts[column.at] for row in table.rows]
         is_angle = kinds_of(column.header.unit or "") == {"angle"} and not re.search(_OF_TILT, column.header.text)
         is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
-        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
+        in_turns = roles.counts_turns(column.header) and not _says_little(column.header)
+        in_turns &= not roles.is_of_the_spin(column.header.text)
+        if is_angle or in_turns or roles.are_turns(column.header, texts):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
@@ -298,6 +305,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)
         fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
+        fit = [one for one in fit if not _says_little(one.header)]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
         if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
@@ -324,6 +332,15 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
             choice.unplaced.remove(one.cell)
             faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
+
+
+def _says_little(header: Header) -> bool:
+    """Return whether only a one-letter unit says what a column with an unknown name contains.
+
+    A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no other meaning.
+    """
+    named = roles.split_unit(header.text)[0].strip() != ""
+    return named and header.unit is not None and roles.is_one_letter(header.unit)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:

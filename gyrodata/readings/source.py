@@ -366,7 +366,9 @@ _FOOTNOTE = re.compile(r"(?<=[0-9]) ?[*†‡]+$")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
 _ERROR_VALUE = r"(?:N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
 """What a spreadsheet program writes behind # in a cell whose formula failed."""
-_COMMENT = rf'[ "\t]*#(?!{_ERROR_VALUE})' r"(?!\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,})"
+_NO_COMMENT = r"\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,}"
+"""What follows the sign # if it is a header, and not the beginning of a comment."""
+_COMMENT = rf'[ "\t]*#(?!{_ERROR_VALUE}|{_NO_COMMENT})'
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
 """Marks for "the same as above"; a blank cell means the same."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)

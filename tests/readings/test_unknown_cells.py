@@ -178,12 +178,12 @@ def power(number: str, form: str) -> str:
 def test_powers_of_ten_are_numbers_in_every_column(form: str) -> None:
     rows = [[*row[:4], {"1/3": "0.5", "2/3": "1.5"}.get(row[4], row[4])] for row in ROWS]
     plain = read_log(table(rows))
-    for unit in ("", " u"):
+    for unit in (False, True):
         units = ("g", "cm", "rpm", "s", "")
-        cells = [
-            [f"{power(cell, form)} {own}".strip() if unit else power(cell, form) for cell, own in zip(row, units, strict=True)]
-            for row in rows
-        ]  # fmt: skip
+        cells = []
+        for row in rows:
+            pairs = zip(row, units, strict=True)
+            cells.append([f"{power(cell, form)} {own * unit}".strip() for cell, own in pairs])
         found = read_log(table(cells))
         assert found.ok
         for role, column in plain.columns.items():

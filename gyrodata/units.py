@@ -188,7 +188,8 @@ def parse(text: str) -> Unit:
         power, unit = int(scaled[1] or 0) + len(scaled[2] or "") - len(scaled[3] or ""), parse(scaled[4])
         return Unit(f"10^{power} {unit.text}", float(f"1e{power}") * unit.factor, unit.dimensions)
     letter = text.strip()
-    if letter.isascii() and len(letter) == 1 and letter not in _SYMBOLS and letter.lower() not in _LETTERS:
+    is_letter = len(letter) == 1 and letter.isascii() and letter.isalpha()
+    if is_letter and letter not in _SYMBOLS and letter.lower() not in _LETTERS:
         raise UnitError(f'the unit "{text}" is not known')  # V and T are not turns, although v and t are
     up: list[str] = []
     down: list[str] = []

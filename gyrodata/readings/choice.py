@@ -87,7 +87,7 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     stating: list[Chosen] = []
     # A unit that does not fit the name comes after one that fits, means after the readings of which they are the mean,
     # a bare letter, which may number runs, after a name, and a distance from the surface after one from the centre.
-    letters = {one.at for one in columns if one.header.unit is None and re.fullmatch(r".|(?i:count)", one.header.text)}
+    letters = {one.at for one in columns if may_number(one.header)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
     before_or_after = roles.START_WORDS | roles.END_WORDS
@@ -305,7 +305,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)
         fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
-        fit = [one for one in fit if not _says_little(one.header)]
+        fit = [one for one in fit if not _says_little(one.header) or roles.suggest_role(one.header.text) == role]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
         if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
@@ -332,6 +332,11 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
             choice.unplaced.remove(one.cell)
             faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
+
+
+def may_number(header: Header) -> bool:
+    """Return whether a column such as "n" or "count" may number the runs."""
+    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
 
 
 def _says_little(header: Header) -> bool:
@@ -440,6 +445,7 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     if role == "turns" and "time" in missing:
         return message, hint
     blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
+    fitting = [one for one in texts if kind_of_role(role) in kinds_of(roles.parse_header(one).unit or "")]
     headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
@@ -467,6 +473,8 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         hint = f'"{close[0]}": if it counts from the centre of the ball, write "{named}" instead; if {ways}; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
+    elif len(fitting) == 1 and role != "turns":
+        hint = f'is it --map {role}="{fitting[0]}"? {hint}'
     elif blank:
         hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
     return message, hint

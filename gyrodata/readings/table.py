@@ -314,6 +314,8 @@ class TableReader:
                 continue
             if _CONSTANT in used.spots or layout.is_of_means(other.header):
                 continue
+            if choices.may_number(roles.parse_header(other.header)):
+                continue
             pairs = zip(used.readings, other.readings, strict=True)
             run = next((run for run, pair in enumerate(pairs) if _differ(*pair)), None)
             if run is not None:

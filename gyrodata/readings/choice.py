@@ -445,7 +445,10 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     if role == "turns" and "time" in missing:
         return message, hint
     blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
-    fitting = [one for one in texts if kind_of_role(role) in kinds_of(roles.parse_header(one).unit or "")]
+    fitting = []
+    for likely in (role, "force") if role == "mass" else (role,):
+        kind = kind_of_role(likely)
+        fitting += [(likely, one) for one in texts if kind in kinds_of(roles.parse_header(one).unit or "")]
     headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
@@ -474,7 +477,8 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     elif close:
         hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
     elif len(fitting) == 1 and role != "turns":
-        hint = f'is it --map {role}="{fitting[0]}"? {hint}'
+        likely, header = fitting[0]
+        hint = f'is it --map {likely}="{header}"? {hint}'
     elif blank:
         hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
     return message, hint

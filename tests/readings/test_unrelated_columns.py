@@ -189,3 +189,21 @@ def test_question_about_a_unit_says_that_the_column_can_be_deleted(header: str) 
     log = with_column(PLAIN, header, VALUES["varying"], 2)
     (error,) = (one for one in read_log(log).diagnostics if one.severity == "error")
     assert "delete it" in error.hint
+
+
+@pytest.mark.parametrize(
+    ("role", "header", "meant"),
+    [
+        ("mass [g]", "Jisim (g)", "mass"),
+        ("mass [g]", "Tyngdekraft (N)", "force"),
+        ("position [cm]", "Ulu (m)", "position"),
+        ("time [s]", "Ulu (s)", "time"),
+    ],
+)
+def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(role: str, header: str, meant: str) -> None:
+    log = PLAIN.replace(role, header)
+    (error,) = (one for one in read_log(log).diagnostics if one.severity == "error")
+    assert f'--map {meant}="{header}"' in error.hint
+    found = read_log(log, mapping={meant: header})
+    assert found.ok or meant == "position"
+    assert meant in found.columns

@@ -27,6 +27,8 @@ LONG = 600.0
 
 _SIZE = r"(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]{1,5})?"
 NUMBER = rf"[-+]?{_SIZE}"
+PLUS = r"(?<![0-9][eE])(?<![0-9.,]\s[eE])\+"
+"""A plus that does not belong to a power of ten."""
 PLAIN = re.compile(NUMBER)
 """A number and nothing else."""
 
@@ -257,7 +259,7 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
         u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
-    parts = text.split("+")
+    parts = re.split(PLUS, text)
     if kind == "mass" and parts[1:] and all(re.match(r"\s*\d", part) for part in parts) and "/" not in text:
         # "20 + 30 g": two weights
         last = read_cell(parts[-1].strip(), kind, unit, ask)

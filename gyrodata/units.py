@@ -164,6 +164,9 @@ for _spelling in ("rev", "min", "s"):
 _MEGA = {"Mg", "MG", "MN", "Ms", "MS", "MHz", "MHZ", "Mrad"}
 _ANY_CASE = {_word.lower(): _unit for _word, _unit in reversed(_SYMBOLS.items())}
 
+_LETTERS = frozenset("gmsh")
+"""Units of one letter whose capital is forgiven too."""
+
 _TOKEN = re.compile(r"\s*([*/]?)\s*(?:([^\W\d_]+\.?(?:[^\W\d_]+\.?)*|°)(?:\s*\^?\s*([-+]?\d{1,3}))?|\^?1(?!\d)|$)")
 _PRODUCT_SIGNS = str.maketrans("·⋅∙×•−–‐‑÷∕", "*****----//")
 _USUAL = [(way.replace("PER", vocabulary.words("per", "|")), usual) for way, usual in vocabulary.WAYS["unit"]]
@@ -184,6 +187,10 @@ def parse(text: str) -> Unit:
     if scaled := re.fullmatch(_SCALED, rest):
         power, unit = int(scaled[1] or 0) + len(scaled[2] or "") - len(scaled[3] or ""), parse(scaled[4])
         return Unit(f"10^{power} {unit.text}", float(f"1e{power}") * unit.factor, unit.dimensions)
+    letter = text.strip()
+    is_letter = len(letter) == 1 and letter.isascii() and letter.isalpha()
+    if is_letter and letter not in _SYMBOLS and letter.lower() not in _LETTERS:
+        raise UnitError(f'the unit "{text}" is not known')  # V and T are not turns, although v and t are
     up: list[str] = []
     down: list[str] = []
     dimensions, factor, position = Dimensions(), 1.0, 0

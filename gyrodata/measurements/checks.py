@@ -46,6 +46,7 @@ def _find_contradictions(readings: Readings, measured: Measurements) -> Iterator
         rate = 2 * np.pi * measured.turns / measured.time
         expected = {
             "mass": measured.mass, "position": np.abs(measured.position), "torque": torque, "spin": measured.spin,
+            "force": torque / np.abs(measured.position),
             "time": measured.time, "turns": measured.turns, "angle": 2 * np.pi * measured.turns,
             "precession_period": measured.time / measured.turns, "precession_rate": rate,
             "spin_period": 2 * np.pi / measured.spin, "inertia": torque / (rate * measured.spin),

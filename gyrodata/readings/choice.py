@@ -85,9 +85,9 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     named = {squeeze(roles.split_unit(header.text)[0]): header.roles for header in table.headers}
     several: list[Chosen] = []
     stating: list[Chosen] = []
-    # Means come after the readings of which they are the mean, a bare letter, which may number runs, after a name, and
-    # a distance from the surface after one from the centre.
-    letters = {one.at for one in columns if one.header.unit is None and re.fullmatch(r".|(?i:count)", one.header.text)}
+    # A unit that does not fit the name comes after one that fits, means after the readings of which they are the mean,
+    # a bare letter, which may number runs, after a name, and a distance from the surface after one from the centre.
+    letters = {one.at for one in columns if may_number(one.header)}
     with_unit = {one.header.roles for one in columns if one.header.unit is not None}
 
     before_or_after = roles.START_WORDS | roles.END_WORDS
@@ -95,7 +95,8 @@ def choose(table: layout.Layout, mapping: Mapping[str, str], settings: Settings,
     for one in columns:
         is_number = one.header.unit is None and one.header.roles in with_unit  # "Weight" above 1, 2 next to "mass [g]"
         text = one.cell.text
-        later.append((is_number, layout.is_of_means(text), one.at in letters, roles.origin_in(text) > ""))
+        unfit = bool(one.header.unit) and not roles.can_measure(one.header)
+        later.append((unfit, is_number, layout.is_of_means(text), one.at in letters, roles.origin_in(text) > ""))
     typed: list[Chosen] = []
     """The columns, with the units of their cells."""
     for _, column in sorted(zip(later, columns, strict=True), key=itemgetter(0)):
@@ -284,11 +285,17 @@ def _left(column: Chosen, choice: Choice) -> list[str]:
 def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice: Choice, faults: Faults) -> None:
     """Give a column without a known name the role that is missing, if its cells or its unit fit no other column."""
     fits: list[Chosen] = []
-    for column in columns if choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN)) else ():
+    counted = not choice.there.isdisjoint((*roles.COUNTS, *roles.ONE_TURN))
+    counted |= any(one.turns for one in choice.used.get("time", ()))
+    for column in columns if not counted else ():
+        if column.cell not in choice.unplaced:
+            continue
         texts = [row.texts[column.at] for row in table.rows]
         is_angle = kinds_of(column.header.unit or "") == {"angle"} and not re.search(_OF_TILT, column.header.text)
         is_angle = is_angle and any(not re.fullmatch(r"90(?:\.0*)?", text) for text in texts)  # a level rod
-        if column.cell in choice.unplaced and (is_angle or roles.are_turns(column.header, texts)):
+        in_turns = roles.counts_turns(column.header) and not _says_little(column.header)
+        in_turns &= not roles.is_of_the_spin(column.header.text)
+        if is_angle or in_turns or roles.are_turns(column.header, texts):
             fits.append(replace(column, role="angle" if is_angle else "turns"))
     for column in fits if len(fits) == 1 else ():
         choice.serve(column)
@@ -298,6 +305,7 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
     for role, present in ((one.name, one.by_unit_without) for one in roles.TABLE if one.by_unit_without):
         kind = kind_of_role(role)
         fit = [one for one in columns if one.cell in choice.unplaced and kind in kinds_of(one.header.unit or "")]
+        fit = [one for one in fit if not _says_little(one.header) or roles.suggest_role(one.header.text) == role]
         fit = [column for column in fit if not roles.clock_word(column.cell.text)] if len(fit) > 1 else fit
         if not fit or not there.isdisjoint(present) or (role == "time" and there.isdisjoint(roles.COUNTS)):
             continue
@@ -324,6 +332,20 @@ def _place_by_cells_and_unit(columns: list[Chosen], table: layout.Layout, choice
             choice.serve(replace(one, role=role, number=number if len(fit) > 1 else None))
             choice.unplaced.remove(one.cell)
             faults.add("read_by_unit", one.cell, role=role, kind=units.KINDS[kind].words)
+
+
+def may_number(header: Header) -> bool:
+    """Return whether a column such as "n" or "count" may number the runs."""
+    return header.unit is None and bool(re.fullmatch(r".|(?i:count)", header.text))
+
+
+def _says_little(header: Header) -> bool:
+    """Return whether only a one-letter unit says what a column with an unknown name contains.
+
+    A header that is nothing but a unit, such as "g" next to "cm" and "rpm", has no other meaning.
+    """
+    named = roles.split_unit(header.text)[0].strip() != ""
+    return named and header.unit is not None and roles.is_one_letter(header.unit)
 
 
 def missing_roles(there: set[str], columns: Collection[str], loaded: bool) -> list[str]:
@@ -423,6 +445,10 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
     if role == "turns" and "time" in missing:
         return message, hint
     blank = [one for one in texts if re.fullmatch("column [0-9]+", one)]
+    fitting = []
+    for likely in (role, "force") if role == "mass" else (role,):
+        kind = kind_of_role(likely)
+        fitting += [(likely, one) for one in texts if kind in kinds_of(roles.parse_header(one).unit or "")]
     headers = [header for header in texts if len(header) <= roles.MAX_HEADER and header not in blank]
     timed = [header for header in headers if "time" in kinds_of(roles.parse_header(header).unit or "")]
     told = {one: turns_in(one) or "…" for one in timed if turns_in(one) or re.search(r"(?i)(?<!\w)[0-9]|half", one)}
@@ -450,6 +476,9 @@ def name_missing(role: str, missing: list[str], choice: Choice) -> tuple[str, st
         hint = f'"{close[0]}": if it counts from the centre of the ball, write "{named}" instead; if {ways}; {hint}'
     elif close:
         hint = f'is it "{close[0]}"? Write "{named}" instead{f", if it is in {unit}" if "[" in named else ""}; {hint}'
+    elif len(fitting) == 1 and role != "turns":
+        likely, header = fitting[0]
+        hint = f'is it --map {likely}="{header}"? {hint}'
     elif blank:
         hint = f'is it {" or ".join(blank)}, without a name? Write "{named}" above it; {hint}'
     return message, hint

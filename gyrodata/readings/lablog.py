@@ -322,7 +322,9 @@ def header_of(role: str, unit: str) -> str:
     return f"{role} [{unit}]" if unit else role
 
 
-BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑", "n/a", "N/A", "n.a.", "#N/A", "NA", "?"})
+UNKNOWN = frozenset({"n/a", "N/A", "n.a.", "#N/A", "NA", "?"})
+"""What students write for a value that they do not know."""
+BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UNKNOWN
 """What students write if nothing was measured."""
 
 

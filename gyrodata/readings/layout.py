@@ -51,8 +51,13 @@ Given = dict[str, tuple[str, int]]
 
 def texts_of(grid: Grid) -> list[str]:
     """Return the comments, and the rows without numbers."""
-    rows = (" ".join(row.texts) for row in grid.rows if not any(map(is_number, row.texts)))
-    return [*(text.text for text in grid.comments), *rows]
+    return [text.text for text in places_of(grid)]
+
+
+def places_of(grid: Grid) -> list[Text]:
+    """Return the comments, and the rows without numbers, with their places."""
+    rows = (row for row in grid.rows if not any(map(is_number, row.texts)))
+    return [*grid.comments, *(Text(" ".join(row.texts), grid.cell(row, 0).place) for row in rows)]
 
 
 def find_layout(grid: Grid, faults: Faults, decided: Collection[str] = ()) -> Layout | None:

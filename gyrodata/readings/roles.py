@@ -229,6 +229,8 @@ def altered_role(note: str) -> str:
     return ""
 
 
+_FIRST_SIGN = "\u2e80"
+"""Letters from this one on are signs of Chinese, Japanese or Korean, which are words."""
 MAX_HEADER = 200
 """Characters of the longest header that is read: the work grows with the cube of the length."""
 
@@ -324,7 +326,7 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == {"angle", "number"} and len(name) > 1 and not (kept or "time" in found or is_of_the_spin(name)):
+    elif kinds == _OF_TURNS and not kept and _names_motion(found) and not is_of_the_spin(name):
         kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
@@ -333,6 +335,34 @@ def parse_header(text: str) -> Header:
         kept = tuple(role.replace("spin", "spin_period", 1) for role in found if role.startswith("spin"))
     # A symbol says less than a unit: "D (s)" is not a torque.
     return Header(text, kept if len(name.strip()) == 1 and kinds else kept or found, unit, spread, number)
+
+
+_OF_TURNS = frozenset({"angle", "number"})
+"""Kinds that a unit of turns can measure."""
+
+
+def _names_motion(found: tuple[str, ...]) -> bool:
+    """Return whether one of the roles is a rate of rotation."""
+    return any(kind_of_role(role) == "rate" for role in found)
+
+
+def can_measure(header: Header) -> bool:
+    """Return whether the unit of a header fits one of its roles."""
+    return header.unit is None or any(_measures(header.unit, role) for role in header.roles)
+
+
+def counts_turns(header: Header) -> bool:
+    """Return whether the unit of a header is that of turns, as in "far (turns)"."""
+    return kinds_of(header.unit or "") == _OF_TURNS
+
+
+def is_one_letter(unit: str) -> bool:
+    """Return whether a unit is a single letter: V may be a volt, T a tesla, and m any length.
+
+    A sign of Chinese or Japanese is a word.
+    """
+    letters = units.fold_letters(unit).strip(". ")
+    return len(letters) == 1 and letters.isalpha() and letters < _FIRST_SIGN
 
 
 def hinted(header: Header) -> set[str]:

@@ -19,7 +19,7 @@ from datetime import time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from gyrodata import vocabulary
@@ -348,6 +348,8 @@ class Grid(Struct, frozen=True):
     """Columns of floats of a DataFrame: floats do not contain the digits that were read."""
     sha256: str = ""
     """Hash of the bytes that were read."""
+    dittos: set[int] = field(default_factory=set)
+    """Numbers of the cells with a ditto mark: they are blank in the rows, and yet say that the value above is valid."""
 
     def cell(self, row: Row, at: int) -> Text:
         """Return one cell with its place, which only a fault needs."""
@@ -362,6 +364,11 @@ _EMPHASIS = re.compile(r"([*_`]{1,3})(?=\S)(.+?)\1|[“„«](.+)[”“»]")
 _FOOTNOTES = ("*", "†", "‡")
 _FOOTNOTE = re.compile(r"(?<=[0-9]) ?[*†‡]+$")
 _DECIMAL = re.compile(r"[-+−]?[0-9]+([.,])([0-9]+)")
+_ERROR_VALUE = r"(?:N/A|DIV/0!|VALUE!|REF!|NAME\?|NUM!|NULL!)"
+"""What a spreadsheet program writes behind # in a cell whose formula failed."""
+_NO_COMMENT = r"\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,}"
+"""What follows the sign # if it is a header, and not the beginning of a comment."""
+_COMMENT = rf'[ "\t]*#(?!{_ERROR_VALUE}|{_NO_COMMENT})'
 _DITTO = frozenset(("''", '"', "″", "“", "”", "〃", "ditto", "dito", "dtto", "idem"))
 """Marks for "the same as above"; a blank cell means the same."""
 _KEY = re.compile(r"\s*([^\W\d][\w .()/\-]{0,39}?)\s*[:=]\s*(.*)", re.DOTALL)
@@ -382,7 +389,7 @@ def _grid(
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
-        if re.match(r'[ "\t]*#(?!\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,})', line):
+        if re.match(_COMMENT, line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
             content = line[start:].rstrip(" \t,;")
@@ -524,7 +531,7 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         if index <= until:
             continue
         # Ditto marks: no text in quotes has its quotes alone in the cells of a whole row.
-        if '"' in grid.lines[index] and (bare := lone.sub(r"\1 ", grid.lines[index])) and '"' not in bare:
+        if '"' in grid.lines[index] and (bare := lone.sub(r"\1〃", grid.lines[index])) and '"' not in bare:
             grid.lines[index] = bare
         reader = csv.reader(_lines_from(grid.lines, index), delimiter=grid.delimiter, skipinitialspace=True)
         if len(grid.lines[index]) > MAX_CELL and max(map(len, grid.lines[index].split(grid.delimiter))) > MAX_CELL:
@@ -536,6 +543,8 @@ def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
         except csv.Error:
             raise faults.refuse("quote_never_closed", Place(index + 1, grid.lines[index].rfind('"') + 1)) from None
         until = index + reader.line_num - 1
+        first = (index + 1) * MAX_COLUMNS
+        grid.dittos.update(first + at for at, text in enumerate(texts) if text in _DITTO)
         texts = ["" if text in _DITTO else text for text in texts]
         if "~~" in grid.lines[index] and sum(text.startswith("~~") for text in texts) > 1:
             texts = ["#", *texts[1:]]  # a row that is struck out

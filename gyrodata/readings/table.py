@@ -8,7 +8,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from functools import lru_cache, partial
 from typing import Any
@@ -21,7 +21,7 @@ from gyrodata.readings import choice as choices
 from gyrodata.readings import lablog, layout, roles, shapes
 from gyrodata.readings import source as sources
 from gyrodata.readings.choice import Choice, Chosen
-from gyrodata.readings.lablog import BLANKS, Column, Faults, Place, Reading, Readings, Settings, listing
+from gyrodata.readings.lablog import BLANKS, UNKNOWN, Column, Faults, Place, Reading, Readings, Settings, Text, listing
 from gyrodata.readings.roles import TEXTS, kind_of_role, turns_in
 from gyrodata.units import Uncertainty, UnitError, kinds_of
 
@@ -33,7 +33,9 @@ _SMALL_DOUBT = 0.002
 """Error of rounded turns, as a share of them, that is too small for a warning."""
 _LAP = 0.15
 """Largest difference of laps that count as equal [1]."""
-_PLUS, _ARM = r"\s*\+\s*", r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
+_SAME = 0.01
+"""Largest difference of two columns of one quantity that makes no difference to the answer, as a share."""
+_PLUS, _ARM = rf"\s*{quantities.PLUS}\s*", r"(?<![\d.,])(?:[1-9][\d.,]*\s?[cmсм][mм]|0[.,]\d+\s?[mм])\b"
 """Between two weights that hang together, and a length that may be an arm."""
 _COUNTS = {"turns": "time", "spin_turns": "spin_time"}
 """Turns that the header of a time may state."""
@@ -105,7 +107,7 @@ def read_log(
         return replace(log, diagnostics=faults.all_told())
     found = choices.with_differences(found, faults)
     chosen = choices.choose(found, mapping, given, faults)
-    log, unmoved = TableReader(found, chosen, given, faults).read(log)
+    log, unmoved = TableReader(found, chosen, given, faults, mapping).read(log)
     if not log.runs and not faults.has_error():
         faults.add("no_timed_runs")
     else:
@@ -168,11 +170,31 @@ def rounded_turns(text: str) -> tuple[str, float]:
     return str(Fraction(twelfths, 12)), step / math.sqrt(3)
 
 
+def _differ(used: Reading, other: Reading) -> bool:
+    """Return whether two readings of one quantity differ by more than their last digits and a percent."""
+    if used.value is None or other.value is None:
+        return False
+    # A whole number of turns is exact.
+    steps = [reading.step or 0.0 for reading in (used, other)]
+    digits = sum(step for step in steps if step < 1)
+    gap = abs(abs(used.value) - abs(other.value))
+    return gap > max(_SAME * abs(used.value), digits)
+
+
 class TableReader:
     """Reads every cell of the columns chosen."""
 
-    def __init__(self, table: layout.Layout, choice: Choice, settings: Settings, faults: Faults) -> None:
+    def __init__(
+        self,
+        table: layout.Layout,
+        choice: Choice,
+        settings: Settings,
+        faults: Faults,
+        mapped: Collection[str] = (),
+    ) -> None:
         self.table, self.choice, self.settings, self.faults = table, choice, settings, faults
+        self.mapped = {*mapped}
+        """Roles whose columns --map names."""
         self.grid, self.rows = table.grid, table.rows
         self.signs = sources.decimal_signs(self.grid, by_delimiter=False)
         self.expected_signs = self.signs or sources.decimal_signs(self.grid)
@@ -205,6 +227,8 @@ class TableReader:
                 continue
             chosen, strict = self.choice.used[role][0], role not in self.derived
             if column := self._read_column(chosen, strict):
+                if role in roles.FILLED_DOWN:
+                    column = self._ask_for_unknown(column, chosen.at, is_run, self.faults if strict else Faults(""))
                 # A constant of the log is in the blank cells already.
                 filled = role in roles.FILLED_DOWN and role not in self.settings.roles
                 self.columns[role] = self._fill_down(column, chosen.at, is_run, strict) if filled else column
@@ -224,6 +248,7 @@ class TableReader:
         self._add_stated_turns(columns, [chosen for _, chosen, _ in plan], len(rows))
         origin_u = self._count_from_centre(columns)
         others = [column.select(rows) for chosen in self.choice.others if (column := self._read_other(chosen))]
+        self._ask_which(columns, others)
         notes, lines = self.choice.used.get("note"), tuple(self.rows[i].line for i in rows)
         texts = tuple(self.rows[i].texts[notes[0].at] if notes else "" for i in rows)
         log = replace(log, runs=self._labels(rows), lines=lines, notes=texts, columns=columns, others=tuple(others))
@@ -281,6 +306,24 @@ class TableReader:
             self.faults.add("not_used", chosen.cell, why=f'is only compared: {role} is read from "{used.text}"')
         return column
 
+    def _ask_which(self, columns: Mapping[str, Column], others: list[Column]) -> None:
+        """Ask which of two columns contains a quantity, if the answer depends on it."""
+        for other in others:
+            used = columns.get(other.role)
+            if used is None or other.role in self.derived | self.mapped or not roles.BY_NAME[other.role].part:
+                continue
+            if _CONSTANT in used.spots or layout.is_of_means(other.header):
+                continue
+            header = roles.parse_header(other.header)
+            if choices.may_number(header) or (header.unit is None and roles.parse_header(used.header).unit):
+                continue  # "n" may number the runs, and "Time" next to "time [s]" may be that of the day
+            pairs = zip(used.readings, other.readings, strict=True)
+            run = next((run for run, pair in enumerate(pairs) if _differ(*pair)), None)
+            if run is not None:
+                values = {"role": other.role, "used": used.header, "other": other.header}
+                values |= {"says": used.readings[run].text, "otherwise": other.readings[run].text}
+                self.faults.add("two_columns", other.cell(run), **values)
+
     def _read_column(self, chosen: Chosen, strict: bool = True) -> Column | None:
         """Read one column, with the value of the whole log in blank cells; None if it cannot be used."""
         role, kind, given = chosen.role, kind_of_role(chosen.role), self.settings.roles.get(chosen.role)
@@ -312,6 +355,8 @@ class TableReader:
             if quantity := read.get(text):
                 step = finest.get(quantity.unit) if quantity.step is not None else None
                 readings.append(Reading(quantity.value, step, quantity.uncertainty or spread, text))
+            elif role in roles.FILLED_DOWN and text in UNKNOWN:
+                readings.append(Reading(text=text))
             elif text in BLANKS and given and role != "time":
                 readings.append(given.reading(spread))
                 spots[i] = _CONSTANT
@@ -332,7 +377,9 @@ class TableReader:
             # A dash without a position means "no weight"; in many rows it means "as above".
             places = self.choice.used.get("position")
             positions = [row.texts[places[0].at] if places else "" for row in self.rows]
-            dashed = [i for i, text in enumerate(texts) if text and {text, positions[i]} <= BLANKS]
+            places_blank = [position in BLANKS for position in positions]
+            dashes = BLANKS - UNKNOWN - {""}
+            dashed = [i for i, text in enumerate(texts) if text in dashes and places_blank[i]]
             for i in dashed if 4 * len(dashed) <= len(texts) else ():
                 texts[i] = "0"
         meant: dict[str, str] = {}
@@ -483,10 +530,17 @@ class TableReader:
             return None
 
     def _fill_down(self, column: Column, at: int, is_run: list[bool], strict: bool) -> Column:
-        """Give blank cells the value above; never upwards, across a run without a weight, or from its turns."""
-        role, readings, spots = column.role, list(column.readings), list(column.spots)
+        """Give blank cells the value above; never upwards, across a run without a weight, or from its turns.
+
+        A position is valid for another weight only if the log states no other one. A cell such as "?" is not blank.
+        """
+        role, spots = column.role, list(column.spots)
         weights = self.columns["mass"].values if "mass" in self.columns else None
         lines, faults = [row.line for row in self.rows], self.faults if strict else Faults("")
+        readings = list(column.readings)
+        loads = next((self.columns[name].values for name in ("mass", "force") if name in self.columns), None)
+        dittos = self.grid.dittos
+        of_weight = role == "position" and sum(reading.value is not None for reading in readings) > 1
         above: dict[int, int] = {}
         early: list[int] = []
         first = last = None
@@ -495,6 +549,8 @@ class TableReader:
                 first, last = i if first is None else first, i
             elif weights and role in roles.LOADS and weights[i] == 0:
                 last = None
+            elif last is not None and of_weight and loads and loads[last] != loads[i] and spots[i] not in dittos:
+                pass  # where the new weight hung is not known
             elif last is not None and not (weights and role in roles.COUNTS and weights[last] == 0 != weights[i]):
                 above[i] = last  # but without a weight the rod turns less
             elif first is None and is_run[i]:
@@ -519,6 +575,22 @@ class TableReader:
             faults.add("filled_down", place, role=role, lines=[lines[i] for i in filled])
         return replace(column, readings=tuple(readings), spots=tuple(spots))
 
+    def _ask_for_unknown(self, column: Column, at: int, is_run: list[bool], faults: Faults) -> Column:
+        """Report the cells of runs that contain "?" or "n/a"; return the column, with such cells of other rows blank.
+
+        Without a weight no position is needed.
+        """
+        readings, role = list(column.readings), column.role
+        loads = next((self.columns[name].values for name in _PULLS if name in self.columns), None)
+        for i, reading in enumerate(readings):
+            if reading.text not in UNKNOWN:
+                continue
+            if is_run[i] and not (loads and role in roles.LOADS and loads[i] == 0):
+                faults.add("unknown_cell", self.grid.cell(self.rows[i], at), role=role)
+            else:
+                readings[i] = Reading()
+        return replace(column, readings=tuple(readings))
+
     def _add_constant(self, role: str, given: lablog.Given, columns: dict[str, Column], rows: list[int]) -> None:
         """Add a value for the whole log, or report that a column replaces it."""
         column, unit = columns.get(role), given.cell.unit if given.cell else ""
@@ -532,7 +604,8 @@ class TableReader:
     def _compare_with_texts(self, counted: Column) -> None:
         """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""
         heads = [cell.text for cell in self.table.cells]
-        texts = [text for text in layout.texts_of(self.grid) if not all(head in text for head in heads)]
+        places = {text.text: text for text in layout.places_of(self.grid)}
+        texts = [text for text in places if not all(head in text for head in heads)]
         texts = list(filter(turns_in, texts))
         timed = [
             re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text]))
@@ -548,7 +621,8 @@ class TableReader:
         if counted.role == "precession_period":
             values, role = [1.0], "time"
         for line, said in lines.items():
-            if any(abs(value / full - read_cell(said, "number", "").value) < 0.02 for value in values):
+            count = self._count(said, places.get(line))
+            if count is None or any(abs(value / full - count) < 0.02 for value in values):
                 continue
             if is_counter:
                 told = {"line": line, "turns": said, "header": counted.header, "says": counted.readings[0].text}
@@ -556,13 +630,28 @@ class TableReader:
             else:
                 self.faults.add("note", note=line, role=role)
 
+    def _count(self, turns: str, cell: Text | None) -> float | None:
+        """Read the turns that a line or a header states; None, with an error, for an impossible number."""
+        try:
+            count = read_cell(turns, "number", "").value
+            fault, hint = roles.check_value("turns", count)
+        except UnitError as error:
+            count, fault, hint = 0.0, str(error), error.hint
+        if not fault:
+            return count
+        self.faults.add("stated_turns", cell, turns=turns, fault=fault, hint=hint)
+        return None
+
     def _add_stated_turns(self, columns: dict[str, Column], timed: list[Chosen], count: int) -> None:
         """Give each time the turns that its header states; report other turns of a column, and rounded turns."""
         for role, many in self.stating.items():
             ones = timed if role == "turns" else many[:1] * count
             if not ones:
                 continue
-            read = {one.turns: read_cell(one.turns, "number", "").value for one in many if one.turns}
+            stated = {one.turns: self._count(one.turns, one.cell) for one in many if one.turns}
+            read = {turns: count for turns, count in stated.items() if count is not None}
+            if len(read) < len(stated):
+                continue
             u, line = roles.stated_u(role, self.settings.uncertainties), self.table.cells[0].place.line
             readings = [Reading(read[one.turns], None, u, one.turns) if one.turns else Reading() for one in ones]
             header = next(one.cell.text for one in many if one.turns)
@@ -667,7 +756,9 @@ class TableReader:
             self.faults.add("floats", roles=", ".join(self.floats))
         there = {*columns, *TEXTS}
         used = {one.at for role, many in self.choice.used.items() if role in there or role[:2] == "u_" for one in many}
-        used |= self.replaced.union(one.at for one in self.choice.others)
+        # A second column of a role is only compared, but a second text says something else than the first.
+        others = [one for one in self.choice.others if one.role in there and one.role not in TEXTS]
+        used |= self.replaced.union(one.at for one in others)
         heads = [(at, cell.text) for at, cell in enumerate(self.table.cells) if at not in used]
         unread = [(head, tuple(self.rows[i].texts[at] for i in rows)) for at, head in heads]
         return tuple((head, texts) for head, texts in unread if any(texts))

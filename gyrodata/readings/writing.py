@@ -11,7 +11,17 @@ from msgspec.structs import replace
 
 from gyrodata.quantities import Quantity, read_cell
 from gyrodata.readings.lablog import Column, Readings, form_of, header_of
-from gyrodata.readings.roles import BY_NAME, COUNTS, ORIGIN_LENGTHS, REPORTED, ROLES, kind_of_role, stated_u
+from gyrodata.readings.roles import (
+    BY_NAME,
+    COUNTS,
+    ORIGIN_LENGTHS,
+    REPORTED,
+    ROLES,
+    TEXTS,
+    kind_of_role,
+    parse_header,
+    stated_u,
+)
 from gyrodata.units import SI, Uncertainty, UnitError, from_si
 
 _Columns = list[tuple[str, list[str]]]
@@ -24,15 +34,18 @@ def write_log(readings: Readings) -> str:
     Parameters
     ----------
     readings : Readings
-        What to write. Columns that are only compared (`Readings.others`) are left out.
+        What to write. A second column of a role (`Readings.others`) is left out.
 
     Returns
     -------
     str
         CSV text; `read_log` gives the same runs, columns, constants and uncertainties for it (places, lines and
-        headers are those of the new file).
+        headers are those of the new file). Columns that were not understood (`Readings.unread`) are behind the others,
+        as they were written.
     """
-    return _text(*_parts(_joined(readings)))
+    readings = _joined(readings)
+    head, columns = _parts(readings)
+    return _text(head, columns + _unread(readings))
 
 
 def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
@@ -47,12 +60,13 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     -------
     text : str
         CSV text like that of `write_log`. A cell that could not be read is ``?``. If the log contains an error,
-        columns and ``#`` lines that were not understood are as in the file; else such columns are left out.
+        ``#`` lines that were not understood are as in the file.
     left : tuple of str
         What the author of the log has to correct; empty if the log contains no error.
     """
     readings = _joined(readings)
     head, columns = _parts(readings)
+    columns += _unread(readings)
     errors = [one for one in readings.diagnostics if one.severity == "error"]
     if not errors:
         return _text(head, columns), ()
@@ -60,12 +74,12 @@ def fixed_log(readings: Readings) -> tuple[str, tuple[str, ...]]:
     wrong = {one.line for one in errors}
     lines = [line for at, line in enumerate(readings.source_text.splitlines(), 1) if at in wrong and line[:1] == "#"]
     left += [f"the line {line}" for line in lines]
-    left += [f'the column "{header}": its name, or its unit' for header, _ in readings.unread]
+    unread = [header for header, _ in readings.unread if TEXTS.isdisjoint(parse_header(header).roles)]
+    left += [f'the column "{header}": its name, or its unit' for header in unread]
     for role, column in readings.columns.items():
         for run, text in enumerate(_without_repeats([one.text for one in column.readings], column.spots)):
             if text and column.readings[run].value is None:
                 left.append(f'{role} of run {readings.runs[run]}, written "{text}"')
-    columns += [(header, _without_repeats(texts, readings.lines)) for header, texts in readings.unread]
     return _text([*head, *lines], columns), tuple(left or [one.message for one in errors])
 
 
@@ -79,6 +93,11 @@ def _text(head: list[str], columns: _Columns) -> str:
 def _without_repeats(texts: Sequence[str], cells: Sequence[int]) -> list[str]:
     """Replace a text by a blank one if it is from the same cell as the text above."""
     return ["" if cell == above else text for text, (above, cell) in zip(texts, pairwise([None, *cells]), strict=True)]
+
+
+def _unread(readings: Readings) -> _Columns:
+    """Return the columns that were not understood, as in the file."""
+    return [(header, _without_repeats(texts, readings.lines)) for header, texts in readings.unread]
 
 
 def _parts(readings: Readings) -> tuple[list[str], _Columns]:

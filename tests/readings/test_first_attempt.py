@@ -62,7 +62,7 @@ HEADERS = (
     "m (g);x (cm);rpm;T (s);turns",
     "m (g);x (cm);rpm;time of one precession turn [s];trial",
     "m (g);x (cm);rpm;time per revolution (s);trial",
-    "A (g);B (cm);C (rpm);D (s);turns",
+    "A (gram);B (cm);C (rpm);D (sec);turns",
     "m (g);d (cm) from centre of sphere;rpm;Stopwatch [s] (1 rev);trial",
     "m/g;l/cm (Mitte);n/(U/min);t(1 Umdr.)/s;Nr",
     "m (g);Dist from ctr [cm];how fast it spins [rpm];period s;nr",

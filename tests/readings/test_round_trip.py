@@ -1,9 +1,14 @@
 """What the tool writes of a log is read as the log itself."""
 
+import csv
+import io
 import math
 
 import pytest
+from typer.testing import CliRunner
 
+import gyrodata
+from gyrodata.cli import app
 from gyrodata.readings import read_log, write_log
 
 HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
@@ -62,3 +67,61 @@ def test_decimal_commas_become_points_that_part_no_thousands():
     again = read_log(write_log(read_log(log)))
     assert not again.diagnostics
     assert again.columns["spin"].values[0] == pytest.approx(389.665 * math.pi / 30)
+
+
+UNKNOWN = '''\
+run;mass [g];battery [V];position [cm];spin [rpm];"a; b";time_1 [s];time_2 [s];turns;note;remarks;"say ""x"""
+a;20;1,5;15,0;410;well, "quite";7,06;7,10;1/3;first, with a comma;"a; b";#1
+b;;1.6;;610;;10,01;;1/3;;;
+c;0;?;;405;n/a;160,2;;1/3;;z;"one, ""two"""
+d;40;;-15,0;600;=1+1;6,9;;1/3;#4;;-
+'''
+
+
+def cells_of(text: str) -> dict[str, list[str]]:
+    """The columns of a written log."""
+    rows = list(csv.reader(line for line in text.splitlines() if line[0] != "#"))
+    return {header: [row[at] for row in rows[1:]] for at, header in enumerate(rows[0])}
+
+
+def test_columns_that_are_not_known_are_kept_as_they_are():
+    readings = read_log(UNKNOWN)
+    assert readings.ok
+    written = write_log(readings)
+    columns = cells_of(written)
+    assert columns["battery [V]"] == ["1,5", "", "1.6", "?", ""]
+    assert columns["a; b"] == ['well, "quite"', "", "", "n/a", "=1+1"]
+    assert columns["remarks"] == ["a; b", "", "", "z", ""]
+    assert columns['say "x"'] == ["#1", "", "", 'one, "two"', "-"]
+    assert columns["note"][0] == "first, with a comma"
+    again = read_log(written)
+    assert read_of(again) == read_of(readings)
+    assert again.notes == readings.notes
+    assert write_log(again) == written
+
+
+FIVE = """mass [g];position [cm];spin [rpm];time [s];turns
+20;15,0;206;7,06;1/3
+20;15,0;396;13,0;1/3
+40;15,0;209;7,0;2/3
+40;15,0;610;20,2;2/3
+60;15,0;600;19,9;1
+"""
+STRANGE = ("battery [V]", "comment", "P [bar]", "room [C]", "weather, today", "who?")
+
+
+@pytest.mark.parametrize("header", STRANGE)
+def test_fixed_log_has_the_same_answer_and_the_column(header, tmp_path):
+    cells = ["1.50", "", "two words", 'so "quoted"', "a;b,c"]
+    text = io.StringIO()
+    rows = [row.split(";") for row in FIVE.splitlines()]
+    writer = csv.writer(text, delimiter=";", lineterminator="\n")
+    writer.writerows([*row, cell] for row, cell in zip(rows, [header, *cells], strict=True))
+    log, fixed = tmp_path / "log.csv", tmp_path / "log-fixed.csv"
+    log.write_text(text.getvalue(), encoding="utf-8")
+    done = CliRunner().invoke(app, ["check", "--fix", str(log)])
+    assert done.exit_code in (0, 1), done.output
+    written = cells_of(fixed.read_text(encoding="utf-8"))
+    assert written["note" if header == "comment" else header] == cells
+    before, after = gyrodata.analyze(log), gyrodata.analyze(fixed)
+    assert (after.inertia.value, after.inertia.u) == (before.inertia.value, before.inertia.u)

@@ -261,7 +261,7 @@ READ = {
     "m, г;l, см;n, об/мин;T (1 оборот), с\n" + runs("{m};9.72;{s};{t}\n"),
     "the radius of the ball": "Kugel: R = 50,8 mm;;;\nx: Abstand Kugeloberfläche - Gewicht;;;\n"
     "m/g;x/cm;n/min^-1;t/s (1 Umlauf)\n" + runs("{m};9.72;{s};{t}\n"),
-    "a force that nobody knows": HEAD.replace("mass (g)", "Tyngdekraft på lod (N)") + "".join(
+    "a force that nobody knows": HEAD.replace("mass (g)", "Tyngdekraft på lod (newton)") + "".join(
         f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS),
     "turns in a cell above": "Voltas cronometradas;3\nmassa (g);posição (cm, a partir do centro);rotação (rpm);"
     "tempo (s)\n" + runs(SHORT, 3),

@@ -11,11 +11,9 @@ import io
 import os
 import re
 import sys
-import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -24,8 +22,9 @@ from msgspec.structs import replace
 
 from gyrodata import vocabulary
 from gyrodata.errors import printable
-from gyrodata.readings import roles
+from gyrodata.readings import roles, workbook
 from gyrodata.readings.lablog import Faults, Place, Text, listing, read_reported
+from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
@@ -34,10 +33,7 @@ if TYPE_CHECKING:
     Source = str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame
 
 MAX_BYTES = 10 * 1000 * 1000
-MAX_ROWS = 100_000
-MAX_COLUMNS = 200
 MAX_CELL = 10_000
-_MAX_UNPACKED = 100 * 1000 * 1000
 
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
@@ -74,7 +70,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if len(data) > MAX_BYTES:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        return _grid(digest, Faults(shown, *workbook_text(data, faults)), "\t")
+        return _grid(digest, _load_workbook(data, shown), "\t")
     is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b|\A\s*<(?:p|div)\b", data)
     is_table = is_page or re.match(_OTHER_FILES["JSON"], data)
     if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
@@ -209,109 +205,61 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
+def _load_workbook(data: bytes, shown: str) -> Faults:
+    """Read a workbook as text, with its faults so far; raise InputError if a formula has no value."""
+    sheets = _sheets_of(data, Faults(shown))
+    faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
+    hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
+    if hidden:
+        faults.add("hidden_cells", where="; ".join(hidden))
+    lacking = [(sheet, row, column) for sheet in sheets for row, column in sheet.without_value]
+    if not lacking:
+        return faults
+    sheet, row, column = lacking[0]
+    others = [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]
+    above, _ = faults.sheets[sheets.index(sheet)]
+    before = faults.lines[above + row - 1].split("\t")[: column - 1]
+    start = sum(len(cell) + 1 for cell in before)
+    more = ": the stored 0 is not its result" if sheet.without_value[row, column].value else ""
+    more += f" (also {listing(others)})" if others else ""
+    raise faults.refuse("formula_without_value", Place(above + row, start + 1), more=more)
+
+
 def workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
     """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
-    try:
-        rows = sheet_rows(data)
-    except ValueError as error:
-        raise faults.refuse("workbook", why=str(error)) from None
-    texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
-    filled = {title: text for title, text in texts.items() if text}
-    if not filled:
-        raise faults.refuse("workbook_empty")
-    lines: list[str] = []
-    sheets = []
-    for title, text in filled.items():
-        # The name of a sheet is a title of what is on it.
-        lines += [f"sheet {title}"] if len(filled) > 1 else []
-        sheets.append((len(lines), title if title.isalnum() else f"'{title}'"))
-        lines += text.split("\n")
-    return "\n".join(lines) + "\n", tuple(sheets)
+    return _text_of_sheets(_sheets_of(data, faults), faults)
 
 
 def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet of a workbook, with cells as they were typed; ValueError if it cannot be read."""
+    return {sheet.title: sheet.rows for sheet in workbook.read_sheets(data)}
+
+
+def _sheets_of(data: bytes, faults: Faults) -> list[workbook.Sheet]:
+    """Return the filled sheets of a workbook, with the formula in each cell that has no value."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
-                raise ValueError("it unpacks to more than 100 MB")
-            if "xl/workbook.xml" in archive.namelist():
-                return _excel_rows(data)
-            return _opendocument_rows(archive.read("content.xml"))
-    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
-        raise ValueError(f"{type(error).__name__}: {error}") from None
+        sheets = workbook.read_sheets(data)
+    except workbook.TooLargeError as error:
+        raise faults.refuse("workbook_too_large", why=str(error)) from None
+    except ValueError as error:
+        raise faults.refuse("workbook", why=str(error)) from None
+    for sheet in sheets:
+        workbook.write_formulas(sheet)
+    return [sheet for sheet in sheets if any(cell not in (None, "") for row in sheet.rows for cell in row)]
 
 
-def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
-    """Return the rows of each sheet, with cells as they were typed; a row that is struck out begins with #."""
-    import openpyxl
-
-    def typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
-        filled = [cell for cell in row if cell.value is not None]
-        if not filled:
-            return []
-        values: list[Any] = ["#"] if all(cell.font.strike for cell in filled) else []
-        for cell in row:
-            value = cell.value
-            if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
-                text = f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
-                value = text if float(text) == value else value  # digits that the sheet does not show were typed too
-            elif isinstance(value, time) and value.hour and not in_minutes:
-                value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
-            elif isinstance(value, time | timedelta):
-                # Excel stores 03:36.26 as a time of the day.
-                if isinstance(value, time):
-                    value = timedelta(0, value.second, value.microsecond, 0, value.minute, value.hour)
-                minutes, seconds = divmod(value.total_seconds(), 60)
-                hours, rest = divmod(int(minutes), 60)
-                value = f"{hours}:{rest:02d}" if in_minutes else f"{int(minutes):02d}:{seconds:05.2f}"
-            values.append(value)
-        while values[-1] is None:
-            values.pop()
-        return values
-
-    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-    most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
-    sheets = {}
-    for sheet in book.worksheets:
-        rows = list(sheet.iter_rows(**most))
-        times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
-        # Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
-        in_minutes = bool(times) and all(one.hour < 4 and not one.second and not one.microsecond for one in times)
-        sheets[sheet.title] = [typed(row, in_minutes) for row in rows]
-    return sheets
-
-
-_OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
-
-
-def _opendocument_rows(content: bytes) -> dict[str, list[list[Any]]]:
-    """Return the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
-    from xml.etree import ElementTree
-
-    if b"<!DOCTYPE" in content:
-        raise ValueError("it declares entities")
-    sheets: dict[str, list[list[Any]]] = {}
-    for sheet in ElementTree.fromstring(content).iter(_OPEN % ("table", "table")):
-        rows: list[list[Any]] = []
-        for row in sheet.iter(_OPEN % ("table", "table-row")):
-            cells: list[Any] = []
-            for cell in row:
-                shown = " ".join("".join(part.itertext()) for part in cell.iter(_OPEN % ("text", "p")))
-                if cell.get(_OPEN % ("office", "value-type")) == "float":
-                    number, shown = cell.get(_OPEN % ("office", "value"), ""), shown.replace(",", ".")
-                    is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
-                    shown = shown if is_plain and float(shown) == float(number) else number
-                # One element can mean "this cell 16,384 times".
-                times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
-                cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
-            if not any(cells):  # a sheet ends with a million blank rows
-                cells = []
-            times = int(row.get(_OPEN % ("table", "number-rows-repeated"), "1"))
-            rows += [cells] * min(times, MAX_ROWS + 10 - len(rows))
-        sheets[sheet.get(_OPEN % ("table", "name"), "")] = rows
-    return sheets
+def _text_of_sheets(sheets: list[workbook.Sheet], faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write sheets as tab-separated text; return the line above each and its name too."""
+    if not sheets:
+        raise faults.refuse("workbook_empty")
+    lines: list[str] = []
+    places = []
+    for sheet in sheets:
+        # The name of a sheet is a title of what is on it.
+        lines += [f"sheet {sheet.title}"] if len(sheets) > 1 else []
+        places.append((len(lines), workbook.quoted(sheet.title)))
+        lines += "\n".join(_table_lines(sheet.rows)).rstrip("\n").split("\n")
+    return "\n".join(lines) + "\n", tuple(places)
 
 
 # --- from text to rows of cells: delimiter, quotes, # lines and limits -------------------------------------------

@@ -85,6 +85,10 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
         try:
             text = program.table_of(text)
+        except program.KeyTwiceError as error:
+            raise faults.refuse("json_key_twice", key=str(error)) from None
+        except program.NoTableError as error:
+            raise faults.refuse("json_no_table", why=str(error)) from None
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration, IndexError):
             raise faults.refuse("other_kind", kind="JSON") from None
     faults = Faults(shown, text)

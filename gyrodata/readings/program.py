@@ -10,19 +10,19 @@ from typing import Any
 from gyrodata.readings.roles import parse_header, turns_in
 from gyrodata.units import kinds_of
 
-_NAME = r"(?m)(?:^|[{(,])\s*(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
+_NAME = r"(?m)(?:^[^\S\n]*|[{(,]\s*)(?P<name>\"[^\"\n]+\"|'[^'\n]+'|[^\W\d]\w*)\s*(?:=|:|<-)\s*"
 _SAID = r"[\])} \t;]*(?:,(?=[ \t]*[#%]))?[ \t]*(?:[#%]+[ \t]*(?P<said>[^\n]*))?"
 _LIST = rf"{_NAME}(?:[\w.]+\(|[\[(])+(?P<cells>[^\[\](){{}}=#%:]+)[\])]+{_SAID}"
 """A list, in Python, MATLAB or R: ``m = np.array([20.1, 40.2])  # g``, ``"mass_g": [20.1, 40.2]``."""
-_ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)[ \t]*[;,]?[ \t]*(?:$|[#%]+[ \t]*(?P<said>[^\n]*))"
+_ONE = rf"{_NAME}(?P<cells>[-+]?[0-9][0-9.e/+-]*)[ \t]*+(?:[;,][ \t]*+)?(?:$|[#%]+[ \t]*(?P<said>[^\n]*))"
 """A single number: ``x = 15.0  # cm``."""
 _CODE = (
     r"^\s*\w+\s*=\s*(?:[\w.]*\()*(?:\"\"\"|'''|[\[({]+)|\"\"\"|'''|^[\s\[(]*(?=[-+\d.])"
-    r"|(?<=[\d.])[\s\])]*[,;]?\s*$|^[\])};,\s]+$"
+    r"|(?<=[\d.])[\s\])]*+(?:[,;]\s*+)?$|^[\])};,\s]+$"
 )
 """What is around the rows of a table in a program."""
 _STATEMENT = (
-    r"\s*(?:(?:import|from|print|df)\b"
+    r"\s*+(?:(?:import|from|print|df)\b"
     r"|[\w, ]+=\s*(?![\w.]*[\"'\[({]*\s*(?:$|[-+\d.\"']))(?=.*(?:[*\[]|\w[(./]\w)))"
 )
 """A line that calculates: ``I = [m * x for m, x in rows]``; "d = distance in cm" does not."""

@@ -34,6 +34,14 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 10 * 1000 * 1000
 MAX_CELL = 10_000
+MAX_NOTE = 2_000
+"""Characters of a line that begins with #."""
+MAX_NOTES = 10_000
+"""Lines that begin with #."""
+MAX_TEXT_ROWS = 5_000
+"""Rows without a digit; a long log has one header, and a few captions."""
+MAX_PROSE = 300_000
+"""Characters in lines that begin with #, in rows without a digit and in cells that are longer than any header."""
 
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
@@ -155,15 +163,18 @@ def _known_letters(text: str) -> int:
 
 def _text_of_page(page: str) -> str:
     """Return the text that a web page shows, with tabs between the cells of a table."""
-    text = re.sub(r"(?is)<(script|style|head)\b.*?</\1>|<!--.*?-->|\s+", " ", page)
+    text = re.sub(r"(?is)<(script|style|head)\b.*?(?:</\1>|\Z)|<!--.*?(?:-->|\Z)|\s+", " ", page)
     rows = re.split(r"(?i)(?=<tr\b)", text)
+    left = MAX_ROWS
     for at, row in enumerate(rows):
-        for span in re.findall(r"(?i)<tr[^>]*>\s*<t[dh]\b[^>]*rowspan=\W?([0-9]{1,3})", row):
-            for below in range(at + 1, min(at + int(span), len(rows))):
-                rows[below] = re.sub(r"(?i)(<tr\b[^>]*>)", r"\1<td></td>", rows[below])  # merged cells at the left
+        for span in re.findall(r"(?i)<tr[^<>]*>\s*<t[dh]\b[^<>]*rowspan=\W?([0-9]{1,3})", row):
+            end = min(at + int(span), len(rows), at + 1 + left)
+            left -= max(end - at - 1, 0)
+            for below in range(at + 1, end):
+                rows[below] = re.sub(r"(?i)(<tr\b[^<>]*>)", r"\1<td></td>", rows[below])  # merged cells at the left
     text = "".join(rows)
-    text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^>]*>", "\n", text)
-    text = html.unescape(re.sub(r"<[^>]*>", "", re.sub(r"(?i)<t[dh]\b[^>]*>", "\t", text)))
+    text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^<>]*>", "\n", text)
+    text = html.unescape(re.sub(r"<[^<>]*>", "", re.sub(r"(?i)<t[dh]\b[^<>]*>", "\t", text)))
     return "\n".join(line.strip(" ").removeprefix("\t") for line in text.split("\n") if line.strip()) + "\n"
 
 
@@ -334,6 +345,9 @@ def _grid(
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
+        is_note = line[:100].lstrip(' "\t').startswith("#")
+        if is_note and len(line) > MAX_NOTE:
+            raise faults.refuse("note_too_long", Place(index + 1, 1), most=MAX_NOTE)
         if re.match(r'[ "\t]*#(?!\s*[;,\t|]|\s?of\b|\s{2,}\S.*?\S\s{2,})', line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
@@ -359,7 +373,22 @@ def _grid(
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     rows = _split_rows(grid, body, faults)
     grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
+    _check_prose(grid, faults)
     return grid, faults
+
+
+def _check_prose(grid: Grid, faults: Faults) -> None:
+    """Refuse a file with more text than a log has; the time to understand a sentence grows with its length."""
+    notes = [text.text for text in grid.comments] + [f"{key}: {text.text}" for key, text in grid.metadata]
+    if len(notes) > MAX_NOTES:
+        raise faults.refuse("too_many_notes", count=len(notes), most=MAX_NOTES)
+    rows = [row for row in grid.rows if not any(re.search("[0-9]", text) for text in row.texts)]
+    if len(rows) > MAX_TEXT_ROWS:
+        raise faults.refuse("too_many_text_rows", grid.cell(rows[-1], 0), count=len(rows), most=MAX_TEXT_ROWS)
+    cells = [text for row in grid.rows for text in row.texts if len(text) > roles.MAX_HEADER]
+    size = sum(map(len, (*notes, *cells, *(text for row in rows for text in row.texts))))
+    if size > MAX_PROSE:
+        raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
@@ -375,7 +404,11 @@ def _without_latex(lines: list[str], body: list[int]) -> list[int]:
         for way, usual in vocabulary.WAYS["latex"]:
             line = re.sub(way, usual, line)
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
-    return [index for index in body if "&" in lines[index] or re.search(r"(?:[^\W\d_]{2,}\W+){3}", lines[index])]
+    return [
+        index
+        for index in body
+        if "&" in lines[index] or re.search(r"(?:(?<![^\W\d_])[^\W\d_]{2,}+\W++){3}", lines[index])
+    ]
 
 
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
@@ -394,14 +427,18 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
                 row.texts.pop()
             return not row.texts
     filled = [text for text in row.texts if text]
-    match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled)) if len(filled) < 4 else None
+    match = (
+        re.fullmatch(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*([-+(]?[.\d].*)", "\t".join(filled))
+        if len(filled) < 4
+        else None
+    )
     key = re.sub(r"[\s_]+", "_", match[1]).lower() if match else ""
     if match is None or key not in (*roles.CONSTANTS, "ball_radius"):
         return False
     cell = grid.cell(row, row.texts.index(filled[0]))
     value = re.split(r"\.\s|\s\([^\d()]*\)$", match[2].replace("\t", " "))[0]
     # "9,81 m/s² verwendet."
-    value = re.sub(r"\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
+    value = re.sub(r"(?<!\s)\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
     grid.metadata.append((key, replace(cell, text=value)))
     faults.add("line_read_as_key", cell, line=[row.line], key=key, value=value)
     return True
@@ -417,7 +454,7 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
 
 def _find_delimiter(lines: list[str], body: list[int]) -> str:
     """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
-    bare = [re.sub(r'"[^"\t]*[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
+    bare = [re.sub(r'"(?:[^\S\t]|[,;|])*+[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     # A comma between digits separates cells only if no other sign does.
     found: list[dict[str, float]] = []
     for some in ([re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare], bare):
@@ -429,7 +466,11 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         rival = max(others.values())
         counts = Counter(len(re.split(gap, lines[i].strip())) for i in body if rival < 1)
         usual, often = counts.most_common(1)[0] if counts else (0, 0)
-        if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
+        if (
+            MAX_COLUMNS >= usual >= least
+            and often > rival * len(body)
+            and (least < 4 or (rival < 0.5 and often > 0.4 * len(body)))
+        ):
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
             counts = Counter(map(len, cells.values()))
             usual = max((count for count, often in counts.items() if often > 1), default=max(counts))
@@ -454,7 +495,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     """Split the lines of a table into cells."""
     until = -1  # last line of a quoted cell that goes over several lines
-    lone = re.compile(rf'((?:^|{re.escape(grid.delimiter)})\s*)"(?=\s*(?:{re.escape(grid.delimiter)}|$))')
+    mark = re.escape(grid.delimiter)
+    lone = re.compile(rf'((?:^|{mark})[^\S\t]*)"(?=[^\S\t]*(?:{mark}|$))')
     for index in body:
         if index <= until:
             continue

@@ -7,6 +7,7 @@ import re
 import shlex
 from pathlib import Path
 
+import openpyxl
 import pandas as pd
 import pytest
 from labs import analyze_briefly
@@ -107,6 +108,18 @@ NOT_A_LINE = {"G108", "G606", "G609"}
 TYPED = {code for code, entry in explanations().items() if entry.example.split(" ")[0] in COMMANDS} | {"G235"}
 
 
+def workbook_of(code: str, path: Path) -> None:
+    """Write a log as a workbook with a formula that was not calculated (G110), or with a hidden row."""
+    book = openpyxl.Workbook()
+    for line in SAMPLE.read_text("utf-8").splitlines():
+        book.active.append(line.split(","))
+    last = book.active.max_row
+    book.active.row_dimensions[last].hidden = code == "G111"
+    if code == "G110":
+        book.active.cell(last, 1).value = f"=A{last - 1}"
+    book.save(path)
+
+
 @pytest.mark.parametrize("code", sorted({code for code in TYPED if code < "G7"} - NOT_A_LINE))
 def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """An example that is a command; `test_explain.py` has those that are logs."""
@@ -121,6 +134,8 @@ def test_the_example_of_each_code_raises_it(code: str, tmp_path: Path, monkeypat
         Path("log.csv").write_text(LOG if code < "G6" else SAMPLE.read_text("utf-8"), "utf-8")
         if code == "G106":
             Path("eleven-megabytes.csv").write_bytes(b"1" * 11_000_000)
+        if code in ("G110", "G111"):
+            workbook_of(code, Path(example.split()[1]))
         if code == "G223":
             Path("hundred-thousand-rows.csv").write_text(LOG + "20,15,400,7,1\n" * 100_001)
         before, done = sorted(tmp_path.iterdir()), gyro(*shlex.split(example))

@@ -93,3 +93,30 @@ def test_a_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str
     text = watched(tmp_path / "log.csv", ("torque", lambda: None))
     part = next(block for block in text.split("\n\n") if block.startswith(title))
     assert words in " ".join(part.split())
+
+
+def test_pipe_in_the_place_of_the_log_does_not_block(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text(HEAD + LIGHT)
+
+    def replace_by_a_pipe() -> None:
+        log.unlink()
+        os.mkfifo(log)
+
+    def replace_by_a_file() -> None:
+        log.unlink()
+        log.write_text(HEAD + LIGHT + MIDDLE)
+
+    text = watched(
+        log,
+        ("3 runs, 1 torque", replace_by_a_pipe),
+        ("log.csv: cannot be read now", replace_by_a_file),
+        ("5 runs, 2 torques", lambda: None),
+    )
+    assert "Traceback" not in text
+
+
+def test_pipe_is_not_watched(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "log.csv")
+    done = CliRunner().invoke(app, ["analyze", str(tmp_path / "log.csv"), "--watch"])
+    assert (done.exit_code, "--watch" in done.output) == (2, True)

@@ -191,6 +191,8 @@ def _watch(path: Path, request: _Request) -> None:
 
     On a terminal each state replaces the last one; elsewhere a line separates them.
     """
+    if path.is_fifo():
+        terminal.refuse("watch_one_file")
     if not path.is_file():
         request.read(source=path)
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
@@ -216,8 +218,8 @@ def contents(path: Path) -> Iterator[bytes | None]:
     data = last = shown = None
     for look in range(sys.maxsize):
         try:
-            with path.open("rb") as file:
-                data = file.read(MAX_BYTES + 1)
+            # To open a pipe without a writer would wait for ever.
+            data = _content(path, MAX_BYTES + 1) if path.is_file() else None
         except OSError:
             data = None
         if look == 0 or (data == last and data != shown):
@@ -225,6 +227,13 @@ def contents(path: Path) -> Iterator[bytes | None]:
             yield data
         last = data
         time.sleep(PAUSE)
+
+
+def _content(path: Path, most: int) -> bytes:
+    """Return the first bytes of a file, or nothing of a pipe that took its place."""
+    number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    with os.fdopen(number, "rb") as file:
+        return file.read(most) or b""
 
 
 def _state(name: str, data: bytes, request: _Request) -> str:

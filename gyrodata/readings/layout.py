@@ -318,6 +318,8 @@ def _paragraphs(rows: list[Row]) -> list[Row]:
     return joined
 
 
+MAX_SENTENCES = 2_000
+"""Characters of a row that is read as sentences; the time grows with the square of its length."""
 _CLAUSE_END = r"[,;.،；，。()]\s+"
 SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
 
@@ -325,6 +327,8 @@ SENTENCE_END = r"[.!?;]\s+(?=[A-ZÀ-ÞΑ-ΩА-ЯІЇ]|\w\s*=)|。"
 def said_in(row: Row, with_time: bool = False) -> Given:
     """Read "Weight 1: 20.1 g at 14.8 cm": text and cell by role, without roles of two values."""
     filled = filled_at(row)
+    if sum(len(row.texts[at]) for at in filled) > MAX_SENTENCES:
+        return {}
     # "x = 15,5 cm" above a table with commas between the cells is one number.
     whole = "\0".join(row.texts[at] for at in filled)
     whole = whole.replace("**", "  ").replace("$", " ")

@@ -11,11 +11,9 @@ import io
 import os
 import re
 import sys
-import zipfile
 import zlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from datetime import time, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
 
@@ -24,8 +22,9 @@ from msgspec.structs import replace
 
 from gyrodata import vocabulary
 from gyrodata.errors import printable
-from gyrodata.readings import roles
+from gyrodata.readings import roles, workbook
 from gyrodata.readings.lablog import YES_OR_NO, Faults, Place, Text, listing, read_reported
+from gyrodata.readings.workbook import MAX_COLUMNS, MAX_ROWS
 from gyrodata.units import kinds_of
 
 if TYPE_CHECKING:
@@ -34,10 +33,15 @@ if TYPE_CHECKING:
     Source = str | os.PathLike[str] | bytes | BinaryIO | TextIO | pd.DataFrame
 
 MAX_BYTES = 10 * 1000 * 1000
-MAX_ROWS = 100_000
-MAX_COLUMNS = 200
 MAX_CELL = 10_000
-_MAX_UNPACKED = 100 * 1000 * 1000
+MAX_NOTE = 2_000
+"""Characters of a line that begins with #."""
+MAX_NOTES = 10_000
+"""Lines that begin with #."""
+MAX_TEXT_ROWS = 5_000
+"""Rows without a digit; a long log has one header, and a few captions."""
+MAX_PROSE = 300_000
+"""Characters in lines that begin with #, in rows without a digit and in cells that are longer than any header."""
 
 _OTHER_FILES = {
     "a picture": rb"\x89PNG|\xff\xd8\xff|GIF8",
@@ -74,7 +78,7 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
     if len(data) > MAX_BYTES:
         raise faults.refuse("file_too_large")
     if data.startswith(b"PK\x03\x04") and (b"xl/workbook.xml" in data or b"content.xml" in data):
-        return _grid(digest, Faults(shown, *workbook_text(data, faults)), "\t")
+        return _grid(digest, _load_workbook(data, shown), "\t")
     is_page = re.match(_OTHER_FILES["a web page"], data) and re.search(rb"(?i)<t[dh]\b|\A\s*<(?:p|div)\b", data)
     is_table = is_page or re.match(_OTHER_FILES["JSON"], data)
     if not is_table and (kind := next((kind for kind, start in _OTHER_FILES.items() if re.match(start, data)), "")):
@@ -89,6 +93,10 @@ def load(source: Source, name: str | None) -> tuple[Grid, Faults]:
 
         try:
             text = program.table_of(text)
+        except program.KeyTwiceError as error:
+            raise faults.refuse("json_key_twice", key=str(error)) from None
+        except program.NoTableError as error:
+            raise faults.refuse("json_no_table", why=str(error)) from None
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration, IndexError):
             raise faults.refuse("other_kind", kind="JSON") from None
     faults = Faults(shown, text)
@@ -155,15 +163,18 @@ def _known_letters(text: str) -> int:
 
 def _text_of_page(page: str) -> str:
     """Return the text that a web page shows, with tabs between the cells of a table."""
-    text = re.sub(r"(?is)<(script|style|head)\b.*?</\1>|<!--.*?-->|\s+", " ", page)
+    text = re.sub(r"(?is)<(script|style|head)\b.*?(?:</\1>|\Z)|<!--.*?(?:-->|\Z)|\s+", " ", page)
     rows = re.split(r"(?i)(?=<tr\b)", text)
+    left = MAX_ROWS
     for at, row in enumerate(rows):
-        for span in re.findall(r"(?i)<tr[^>]*>\s*<t[dh]\b[^>]*rowspan=\W?([0-9]{1,3})", row):
-            for below in range(at + 1, min(at + int(span), len(rows))):
-                rows[below] = re.sub(r"(?i)(<tr\b[^>]*>)", r"\1<td></td>", rows[below])  # merged cells at the left
+        for span in re.findall(r"(?i)<tr[^<>]*>\s*<t[dh]\b[^<>]*rowspan=\W?([0-9]{1,3})", row):
+            end = min(at + int(span), len(rows), at + 1 + left)
+            left -= max(end - at - 1, 0)
+            for below in range(at + 1, end):
+                rows[below] = re.sub(r"(?i)(<tr\b[^<>]*>)", r"\1<td></td>", rows[below])  # merged cells at the left
     text = "".join(rows)
-    text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^>]*>", "\n", text)
-    text = html.unescape(re.sub(r"<[^>]*>", "", re.sub(r"(?i)<t[dh]\b[^>]*>", "\t", text)))
+    text = re.sub(r"(?i)<(?:tr|table|caption|p|div|li|h[1-6]|br)\b[^<>]*>", "\n", text)
+    text = html.unescape(re.sub(r"<[^<>]*>", "", re.sub(r"(?i)<t[dh]\b[^<>]*>", "\t", text)))
     return "\n".join(line.strip(" ").removeprefix("\t") for line in text.split("\n") if line.strip()) + "\n"
 
 
@@ -209,109 +220,61 @@ def value_text(value: Any) -> str:
     return str(int(value)) if whole else str(value)
 
 
+def _load_workbook(data: bytes, shown: str) -> Faults:
+    """Read a workbook as text, with its faults so far; raise InputError if a formula has no value."""
+    sheets = _sheets_of(data, Faults(shown))
+    faults = Faults(shown, *_text_of_sheets(sheets, Faults(shown)))
+    hidden = [part for sheet in sheets for part in workbook.hidden_parts(sheet)]
+    if hidden:
+        faults.add("hidden_cells", where="; ".join(hidden))
+    lacking = [(sheet, row, column) for sheet in sheets for row, column in sheet.without_value]
+    if not lacking:
+        return faults
+    sheet, row, column = lacking[0]
+    others = [workbook.cell_name(*cell, within=sheet) for cell in lacking[1:]]
+    above, _ = faults.sheets[sheets.index(sheet)]
+    before = faults.lines[above + row - 1].split("\t")[: column - 1]
+    start = sum(len(cell) + 1 for cell in before)
+    more = ": the stored 0 is not its result" if sheet.without_value[row, column].value else ""
+    more += f" (also {listing(others)})" if others else ""
+    raise faults.refuse("formula_without_value", Place(above + row, start + 1), more=more)
+
+
 def workbook_text(data: bytes, faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
     """Write the filled sheets of a workbook as tab-separated text; return the line above each and its name too."""
-    try:
-        rows = sheet_rows(data)
-    except ValueError as error:
-        raise faults.refuse("workbook", why=str(error)) from None
-    texts = {title: "\n".join(_table_lines(of_one)).rstrip("\n") for title, of_one in rows.items()}
-    filled = {title: text for title, text in texts.items() if text}
-    if not filled:
-        raise faults.refuse("workbook_empty")
-    lines: list[str] = []
-    sheets = []
-    for title, text in filled.items():
-        # The name of a sheet is a title of what is on it.
-        lines += [f"sheet {title}"] if len(filled) > 1 else []
-        sheets.append((len(lines), title if title.isalnum() else f"'{title}'"))
-        lines += text.split("\n")
-    return "\n".join(lines) + "\n", tuple(sheets)
+    return _text_of_sheets(_sheets_of(data, faults), faults)
 
 
 def sheet_rows(data: bytes) -> dict[str, list[list[Any]]]:
     """Return the rows of each sheet of a workbook, with cells as they were typed; ValueError if it cannot be read."""
+    return {sheet.title: sheet.rows for sheet in workbook.read_sheets(data)}
+
+
+def _sheets_of(data: bytes, faults: Faults) -> list[workbook.Sheet]:
+    """Return the filled sheets of a workbook, with the formula in each cell that has no value."""
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
-                raise ValueError("it unpacks to more than 100 MB")
-            if "xl/workbook.xml" in archive.namelist():
-                return _excel_rows(data)
-            return _opendocument_rows(archive.read("content.xml"))
-    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
-        raise ValueError(f"{type(error).__name__}: {error}") from None
+        sheets = workbook.read_sheets(data)
+    except workbook.TooLargeError as error:
+        raise faults.refuse("workbook_too_large", why=str(error)) from None
+    except ValueError as error:
+        raise faults.refuse("workbook", why=str(error)) from None
+    for sheet in sheets:
+        workbook.write_formulas(sheet)
+    return [sheet for sheet in sheets if any(cell not in (None, "") for row in sheet.rows for cell in row)]
 
 
-def _excel_rows(data: bytes) -> dict[str, list[list[Any]]]:
-    """Return the rows of each sheet, with cells as they were typed; a row that is struck out begins with #."""
-    import openpyxl
-
-    def typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
-        filled = [cell for cell in row if cell.value is not None]
-        if not filled:
-            return []
-        values: list[Any] = ["#"] if all(cell.font.strike for cell in filled) else []
-        for cell in row:
-            value = cell.value
-            if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
-                text = f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
-                value = text if float(text) == value else value  # digits that the sheet does not show were typed too
-            elif isinstance(value, time) and value.hour and not in_minutes:
-                value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
-            elif isinstance(value, time | timedelta):
-                # Excel stores 03:36.26 as a time of the day.
-                if isinstance(value, time):
-                    value = timedelta(0, value.second, value.microsecond, 0, value.minute, value.hour)
-                minutes, seconds = divmod(value.total_seconds(), 60)
-                hours, rest = divmod(int(minutes), 60)
-                value = f"{hours}:{rest:02d}" if in_minutes else f"{int(minutes):02d}:{seconds:05.2f}"
-            values.append(value)
-        while values[-1] is None:
-            values.pop()
-        return values
-
-    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    # One stray cell at the far corner makes a sheet of 17 thousand million cells.
-    most = {"max_row": MAX_ROWS + 10, "max_col": MAX_COLUMNS + 10}
-    sheets = {}
-    for sheet in book.worksheets:
-        rows = list(sheet.iter_rows(**most))
-        times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
-        # Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
-        in_minutes = bool(times) and all(one.hour < 4 and not one.second and not one.microsecond for one in times)
-        sheets[sheet.title] = [typed(row, in_minutes) for row in rows]
-    return sheets
-
-
-_OPEN = "{urn:oasis:names:tc:opendocument:xmlns:%s:1.0}%s"
-
-
-def _opendocument_rows(content: bytes) -> dict[str, list[list[Any]]]:
-    """Return the rows of each sheet; a number is the text that the sheet shows, if this contains all its digits."""
-    from xml.etree import ElementTree
-
-    if b"<!DOCTYPE" in content:
-        raise ValueError("it declares entities")
-    sheets: dict[str, list[list[Any]]] = {}
-    for sheet in ElementTree.fromstring(content).iter(_OPEN % ("table", "table")):
-        rows: list[list[Any]] = []
-        for row in sheet.iter(_OPEN % ("table", "table-row")):
-            cells: list[Any] = []
-            for cell in row:
-                shown = " ".join("".join(part.itertext()) for part in cell.iter(_OPEN % ("text", "p")))
-                if cell.get(_OPEN % ("office", "value-type")) == "float":
-                    number, shown = cell.get(_OPEN % ("office", "value"), ""), shown.replace(",", ".")
-                    is_plain = re.fullmatch(r"-?[0-9]+\.?[0-9]*", shown)
-                    shown = shown if is_plain and float(shown) == float(number) else number
-                # One element can mean "this cell 16,384 times".
-                times = int(cell.get(_OPEN % ("table", "number-columns-repeated"), "1"))
-                cells += [shown] * min(times, MAX_COLUMNS + 10 - len(cells))
-            if not any(cells):  # a sheet ends with a million blank rows
-                cells = []
-            times = int(row.get(_OPEN % ("table", "number-rows-repeated"), "1"))
-            rows += [cells] * min(times, MAX_ROWS + 10 - len(rows))
-        sheets[sheet.get(_OPEN % ("table", "name"), "")] = rows
-    return sheets
+def _text_of_sheets(sheets: list[workbook.Sheet], faults: Faults) -> tuple[str, tuple[tuple[int, str], ...]]:
+    """Write sheets as tab-separated text; return the line above each and its name too."""
+    if not sheets:
+        raise faults.refuse("workbook_empty")
+    lines: list[str] = []
+    places = []
+    for sheet in sheets:
+        # The name of a sheet is a title of what is on it.
+        lines += [f"sheet {sheet.title}"] if len(sheets) > 1 else []
+        places.append((len(lines), workbook.quoted(sheet.title)))
+        lines += "\n".join(_table_lines(sheet.rows)).rstrip("\n").split("\n")
+    return "\n".join(lines) + "\n", tuple(places)
 
 
 # --- from text to rows of cells: delimiter, quotes, # lines and limits -------------------------------------------
@@ -389,6 +352,9 @@ def _grid(
     grid = Grid(lines, delimiter, [], [], [], floats, sha256)
     body: list[int] = []  # indices of the table's lines
     for index, line in enumerate(lines):
+        is_note = line[:100].lstrip(' "\t').startswith("#")
+        if is_note and len(line) > MAX_NOTE:
+            raise faults.refuse("note_too_long", Place(index + 1, 1), most=MAX_NOTE)
         if re.match(_COMMENT, line):
             # A spreadsheet may have put the line in quotes or added delimiters.
             start = line.index("#") + 1
@@ -414,7 +380,22 @@ def _grid(
         grid = replace(grid, delimiter=_find_delimiter(lines, body))
     rows = _split_rows(grid, body, faults)
     grid.rows.extend(row for row in rows if row.texts[0] == "#" or not _read_key(row, grid, faults))
+    _check_prose(grid, faults)
     return grid, faults
+
+
+def _check_prose(grid: Grid, faults: Faults) -> None:
+    """Refuse a file with more text than a log has; the time to understand a sentence grows with its length."""
+    notes = [text.text for text in grid.comments] + [f"{key}: {text.text}" for key, text in grid.metadata]
+    if len(notes) > MAX_NOTES:
+        raise faults.refuse("too_many_notes", count=len(notes), most=MAX_NOTES)
+    rows = [row for row in grid.rows if not any(re.search("[0-9]", text) for text in row.texts)]
+    if len(rows) > MAX_TEXT_ROWS:
+        raise faults.refuse("too_many_text_rows", grid.cell(rows[-1], 0), count=len(rows), most=MAX_TEXT_ROWS)
+    cells = [text for row in grid.rows for text in row.texts if len(text) > roles.MAX_HEADER]
+    size = sum(map(len, (*notes, *cells, *(text for row in rows for text in row.texts))))
+    if size > MAX_PROSE:
+        raise faults.refuse("too_much_text", count=size, most=MAX_PROSE)
 
 
 _LATEX = re.compile(r"\\\\.*$|\\([a-zA-Z]+)|\\[,;: %]|[${}~]")
@@ -430,7 +411,11 @@ def _without_latex(lines: list[str], body: list[int]) -> list[int]:
         for way, usual in vocabulary.WAYS["latex"]:
             line = re.sub(way, usual, line)
         lines[index] = _LATEX.sub(lambda sign: _WRITTEN.get(sign[0], sign[1] if kinds_of(sign[1] or "") else ""), line)
-    return [index for index in body if "&" in lines[index] or re.search(r"(?:[^\W\d_]{2,}\W+){3}", lines[index])]
+    return [
+        index
+        for index in body
+        if "&" in lines[index] or re.search(r"(?:(?<![^\W\d_])[^\W\d_]{2,}+\W++){3}", lines[index])
+    ]
 
 
 def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
@@ -461,8 +446,10 @@ def _read_key(row: Row, grid: Grid, faults: Faults) -> bool:
 
 def _stated(cells: list[str]) -> tuple[str, str] | None:
     """Return the key and the value that a row states of the whole log, such as "u_time", "0.2", "s"."""
-    match = re.fullmatch(r"([^\W\d][\w ]*?)\s*[:=\t]\s*(.+)", "\t".join(cells))
-    if match is None or len(cells) > 3:
+    if len(cells) > 3:
+        return None
+    match = re.fullmatch(r"([^\W\d]\w*+(?: ++\w++)*+)\s*[:=\t]\s*(.+)", "\t".join(cells))
+    if match is None:
         return None
     key, value = re.sub(r"[\s_]+", "_", match[1]).lower(), match[2]
     form = vocabulary.LINES.get(key, {})
@@ -475,7 +462,7 @@ def _stated(cells: list[str]) -> tuple[str, str] | None:
         return None
     value = re.split(r"\.\s|\s\([^\d()]*\)$", value.replace("\t", " "))[0]
     # "9,81 m/s² verwendet."
-    value = re.sub(r"\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
+    value = re.sub(r"(?<!\s)\s+([^\W\d]{4,})\.?$", lambda word: word[0] if kinds_of(word[1]) else "", value)
     return key, value
 
 
@@ -489,7 +476,7 @@ def decimal_signs(grid: Grid, by_delimiter: bool = True) -> set[str]:
 
 def _find_delimiter(lines: list[str], body: list[int]) -> str:
     """Return the delimiter that gives most lines the same number of cells; aligned blanks become a tab."""
-    bare = [re.sub(r'"[^"\t]*[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
+    bare = [re.sub(r'"(?:[^\S\t]|[,;|])*+[^"\s,;|][^"\t]*"', "", lines[i][: 4 * MAX_CELL]) for i in body[:30]]
     # A comma between digits separates cells only if no other sign does.
     found: list[dict[str, float]] = []
     for some in ([re.sub(r"(?<=[0-9]),(?=[0-9])", "", line) for line in bare], bare):
@@ -501,7 +488,11 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
         rival = max(others.values())
         counts = Counter(len(re.split(gap, lines[i].strip())) for i in body if rival < 1)
         usual, often = counts.most_common(1)[0] if counts else (0, 0)
-        if usual >= least and often > rival * len(body) and (least < 4 or (rival < 0.5 and often > 0.4 * len(body))):
+        if (
+            MAX_COLUMNS >= usual >= least
+            and often > rival * len(body)
+            and (least < 4 or (rival < 0.5 and often > 0.4 * len(body)))
+        ):
             cells = {i: list(re.finditer(r"\S+" if least == 4 else r"\S+(?: \S+)*", lines[i])) for i in body}
             counts = Counter(map(len, cells.values()))
             usual = max((count for count, often in counts.items() if often > 1), default=max(counts))
@@ -526,7 +517,8 @@ def _find_delimiter(lines: list[str], body: list[int]) -> str:
 def _split_rows(grid: Grid, body: list[int], faults: Faults) -> Iterator[Row]:
     """Split the lines of a table into cells."""
     until = -1  # last line of a quoted cell that goes over several lines
-    lone = re.compile(rf'((?:^|{re.escape(grid.delimiter)})\s*)"(?=\s*(?:{re.escape(grid.delimiter)}|$))')
+    mark = re.escape(grid.delimiter)
+    lone = re.compile(rf'((?:^|{mark})[^\S\t]*)"(?=[^\S\t]*(?:{mark}|$))')
     for index in body:
         if index <= until:
             continue

@@ -1,0 +1,225 @@
+"""Files over a limit: `gyro analyze` and `gyro check` name the limit, with little time and memory."""
+
+from __future__ import annotations
+
+import functools
+import io
+import os
+import re
+import resource
+import subprocess
+import sys
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+from gyrodata.readings import read_log
+
+ROOT = Path(__file__).parents[2]
+HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
+ROW = "20,15.0,406,13.06,1/3\n"
+LOG = HEAD + ROW
+SPACES = " ".join(
+    f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"' for name in ("office", "table", "text")
+)
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="limits of a process are another thing there")
+
+
+def packed(name: str, text: str) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(name, text)
+    return stream.getvalue()
+
+
+def ods(rows: str) -> bytes:
+    body = f'<office:body><office:spreadsheet><table:table table:name="S">{rows}</table:table>'
+    whole = f"<office:document-content {SPACES}>{body}</office:spreadsheet></office:body></office:document-content>"
+    return packed("content.xml", whole)
+
+
+def ods_row(cells: str, times: int = 1) -> str:
+    return f'<table:table-row table:number-rows-repeated="{times}">{cells}</table:table-row>'
+
+
+def ods_cell(text: str, times: int = 1) -> str:
+    shown = f"<text:p>{text}</text:p>" if text else ""
+    return f'<table:table-cell table:number-columns-repeated="{times}">{shown}</table:table-cell>'
+
+
+def ods_log(more: str = "") -> bytes:
+    lines = ("".join(map(ods_cell, line.split(","))) for line in LOG.splitlines())
+    return ods("".join(map(ods_row, lines)) + more)
+
+
+def xlsx(part: str, at: str, text: str) -> bytes:
+    """Write a workbook with a text more in one of its parts, in front of `at`."""
+    book = openpyxl.Workbook()
+    for line in LOG.splitlines():
+        book.active.append(line.split(","))
+    book.save(saved := io.BytesIO())
+    stream = io.BytesIO()
+    with zipfile.ZipFile(saved) as old, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            content = old.read(name)
+            new.writestr(name, content.replace(at.encode(), (text + at).encode()) if name == part else content)
+    return stream.getvalue()
+
+
+def long_strings() -> bytes:
+    """Write a workbook with cells that all show one long text."""
+    cells = '<c t="inlineStr"><is><t>' + "x" * 9_000 + "</t></is></c>"
+    return xlsx("xl/worksheets/sheet1.xml", "</sheetData>", f"<row>{cells * 180}</row>" * 8)
+
+
+def nested_paragraphs() -> bytes:
+    return ods(ods_row("<table:table-cell>" + "<text:p>a" * 3000 + "</text:p>" * 3000 + "</table:table-cell>"))
+
+
+SHEET, END = "xl/worksheets/sheet1.xml", "</sheetData>"
+WORKBOOKS: dict[str, tuple[str, Callable[[], bytes], str]] = {
+    "a cell repeated over the whole sheet": (
+        "a.ods", lambda: ods_log(ods_row(ods_cell("1", 16_384), 1_048_576)), "more than 200 000 filled cells",
+    ),
+    "a cell repeated down one column": (
+        "a.ods", lambda: ods_log(ods_row(ods_cell("0"), 1_048_576)), "at most 100 000 are read",
+    ),
+    "long texts that are repeated": (
+        "a.ods", lambda: ods_log(ods_row(ods_cell("x" * 1000), 20_000)), "more than 10 MB of text",
+    ),
+    "a large content.xml": ("a.ods", lambda: ods_log("<a/>" * 3_000_000), "content.xml unpacks to 12.0 MB"),
+    "styles": (
+        "a.xlsx", lambda: xlsx("xl/styles.xml", "</cellXfs>", "<xf/>" * 3_000_000), "xl/styles.xml unpacks to 15.0 MB",
+    ),
+    "a large sheet": ("a.xlsx", lambda: xlsx(SHEET, END, "<row/>" * 3_000_000), "sheet1.xml unpacks to 18.0 MB"),
+    "blank cells": (
+        "a.xlsx", lambda: xlsx(SHEET, END, "<row>" + "<c/>" * 1_000_000 + "</row>"), "at most 200 000 cells",
+    ),
+    "merged cells": (
+        "a.xlsx", lambda: xlsx(SHEET, "<pageMargins", '<mergeCell ref="A1"/>' * 400_000), "its sheets are too large",
+    ),
+    "a part of 120 MB": ("a.xlsx", lambda: packed("xl/workbook.xml", "0" * 120_000_000), "unpacks to more than 100 MB"),
+    "long texts in cells": ("a.xlsx", long_strings, "more than 10 MB of text"),
+}  # fmt: skip
+
+
+def shared_strings() -> bytes:
+    """Write a workbook whose part of texts is large."""
+    texts = '<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">' + "<si><t>a</t></si>" * 300_000
+    kind = "application/vnd.openxmlformats-officedocument.spreadsheetml.sharedStrings+xml"
+    part = f'<Override PartName="/xl/texts.bin" ContentType="{kind}"/>'
+    data = io.BytesIO(xlsx("[Content_Types].xml", "</Types>", part))
+    with zipfile.ZipFile(data, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/texts.bin", texts + "</sst>")
+    return data.getvalue()
+
+
+WORKBOOKS["shared texts"] = ("a.xlsx", shared_strings, "xl/texts.bin unpacks to 5.1 MB; at most 1 MB")
+
+TEXTS: dict[str, tuple[str, Callable[[], bytes], str]] = {
+    "a line of #": ("a.csv", lambda: ("#" * 3_000_000 + "\n" + LOG).encode(), "a line with # of more than 2000"),
+    "rows of LaTeX": ("a.csv", lambda: (HEAD + "a & b \\\\\n" * 50_000).encode(), "50001 rows without a number"),
+    "lines with a key": ("a.csv", lambda: ("# a: b\n" * 300_000 + LOG).encode(), "300000 lines that begin with #"),
+    "long notes": (
+        "a.csv", lambda: (f"# {'a b ' * 480}\n" * 200 + LOG).encode(), "the notes and long cells contain",
+    ),
+    "long cells": (
+        "a.csv", lambda: (HEAD.replace("\n", ",note\n") + ROW.replace("\n", f",{'a' * 9000}\n") * 99).encode(),
+        "the notes and long cells contain",
+    ),
+    "a quote that is open": ("a.csv", lambda: (('"' + "a" * 39_000 + "\n") * 30 + LOG).encode(), "a cell of more than 10 000 characters"),
+    "blanks in a program": ("a.py", lambda: ("x = [\n" + ("1" + " " * 90_000 + "z\n") * 20).encode(), "error G"),
+    "a web page with open tags": ("a.html", lambda: ("<html><td>" + "<td " * 600_000).encode(), "error G"),
+    "a web page with open heads": ("a.html", lambda: ("<html><td>" + "<head " * 600_000).encode(), "error G"),
+}  # fmt: skip
+HOSTILE = WORKBOOKS | TEXTS
+
+
+def limited(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run the command with at most 10 s of the processor and 1.5 GB of memory."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (10, 10))
+        resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000, 1_500_000_000))
+
+    ours = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "gyrodata", *words]
+    return subprocess.run(command, cwd=folder, env=ours, preexec_fn=limit, capture_output=True, text=True, check=False)
+
+
+COMMANDS = [("analyze", name) for name in HOSTILE] + [("check", "styles"), ("check", "a line of #")]
+
+
+@pytest.mark.parametrize(("command", "name"), COMMANDS)
+def test_file_over_a_limit_is_refused_in_words(command: str, name: str, tmp_path: Path) -> None:
+    file, make, words = HOSTILE[name]
+    (tmp_path / file).write_bytes(make())
+    done = limited(tmp_path, command, file, *(["--no-report"] if command == "analyze" else []))
+    said = done.stdout + done.stderr
+    assert done.returncode in (1, 2), said[-300:]
+    assert re.search(rf"{re.escape(file)}.*error G", said)
+    assert words in said
+    assert not re.search("Traceback|G901", said)
+
+
+def test_blank_cells_that_are_repeated_are_free() -> None:
+    blank = ods_row(ods_cell("", 16_384), 1_048_000) + ods_row(ods_cell("", 1024))
+    readings = read_log(ods_log(blank))
+    assert (readings.ok, len(readings.runs)) == (True, 1)
+
+
+def test_paragraphs_inside_of_paragraphs_are_read_once() -> None:
+    assert read_log(nested_paragraphs()).source_text == "a" * 3000 + "\n"
+
+
+def test_remark_of_a_cell_is_not_its_text() -> None:
+    remark = "<office:annotation><text:p>check!</text:p></office:annotation>"
+    cells = "".join(
+        f"<table:table-cell>{remark}<text:p>{text}</text:p></table:table-cell>" for text in ROW[:-1].split(",")
+    )
+    readings = read_log(ods_log(ods_row(cells)))
+    assert (readings.ok, len(readings.runs)) == (True, 2)
+
+
+PIECES = ["(", "]", "9", "a", "'", ";", "+-", " ", "= ", "%", "<p", "1.", "20 g ", "x = 1 cm "]
+ENTRIES: dict[str, Callable[[str], str]] = {
+    "header": lambda text: HEAD.replace("\n", f',"{text}"\n') + ROW,
+    "unit": lambda text: HEAD.replace("[g]", f"[{text}]") + ROW,
+    "cell": lambda text: HEAD + ROW.replace("406", f'"406{text}"'),
+    "note in a cell": lambda text: HEAD.replace("\n", ",note\n") + ROW.replace("\n", f',"{text}"\n'),
+    "caption": lambda text: f'"{text}"\n{LOG}',
+    "key": lambda text: f"# g{text[:1900]}: 9.81 m/s^2\n{LOG}",
+    "value": lambda text: f"# u_time: 0.1{text[:1900]}\n{LOG}",
+    "note": lambda text: f"# {text[:1900]}\n{LOG}",
+    "program": lambda text: f"x = [1, 2, 3]{text}\ny = [1, 2, 3]\n",
+    "web page": lambda text: f"<html><table><tr><td>{text}</td></tr></table>",
+}
+
+
+@functools.cache
+def all_entries() -> bytes:
+    """Write a program that reads each entry with 9,000 characters of each piece."""
+    logs = [make(piece * (9000 // len(piece))) for make in ENTRIES.values() for piece in PIECES]
+    return repr(logs).encode()
+
+
+def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
+    """A pattern that takes time with the square of the length needs minutes for these logs."""
+    (tmp_path / "logs.txt").write_bytes(all_entries())
+    code = (
+        "import ast, pathlib\nfrom gyrodata.errors import GyroError\nfrom gyrodata.readings import read_log\n"
+        "for log in ast.literal_eval(pathlib.Path('logs.txt').read_text()):\n"
+        "    try:\n        read_log(log.encode())\n    except GyroError:\n        pass\nprint('all read')\n"
+    )
+    ours = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (120, 120))
+
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=ours, preexec_fn=limit, capture_output=True, text=True
+    )
+    assert done.stdout == "all read\n", done.stderr[-500:]

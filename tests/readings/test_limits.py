@@ -130,7 +130,9 @@ TEXTS: dict[str, tuple[str, Callable[[], bytes], str]] = {
         "a.csv", lambda: (HEAD.replace("\n", ",note\n") + ROW.replace("\n", f",{'a' * 9000}\n") * 99).encode(),
         "the notes and long cells contain",
     ),
-    "a quote that is open": ("a.csv", lambda: (('"' + "a" * 39_000 + "\n") * 30 + LOG).encode(), "a cell of more than 10 000 characters"),
+    "a quote that is open": (
+        "a.csv", lambda: (('"' + "a" * 39_000 + "\n") * 30 + LOG).encode(), "a cell of more than 10 000 characters",
+    ),
     "blanks in a program": ("a.py", lambda: ("x = [\n" + ("1" + " " * 90_000 + "z\n") * 20).encode(), "error G"),
     "a web page with open tags": ("a.html", lambda: ("<html><td>" + "<td " * 600_000).encode(), "error G"),
     "a web page with open heads": ("a.html", lambda: ("<html><td>" + "<head " * 600_000).encode(), "error G"),

@@ -326,7 +326,7 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == _OF_TURNS and not kept and _names_motion(found) and not is_of_the_spin(name):
+    elif kinds == _OF_TURNS and len(name) > 1 and not kept and _names_motion(found) and not is_of_the_spin(name):
         kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"

@@ -315,7 +315,8 @@ class TableReader:
             if _CONSTANT in used.spots or layout.is_of_means(other.header):
                 continue
             header = roles.parse_header(other.header)
-            if choices.may_number(header) or (header.unit is None and roles.parse_header(used.header).unit):
+            by_clock = other.role == "time" and header.unit is None and roles.parse_header(used.header).unit
+            if choices.may_number(header) or by_clock:
                 continue  # "n" may number the runs, and "Time" next to "time [s]" may be that of the day
             pairs = zip(used.readings, other.readings, strict=True)
             run = next((run for run, pair in enumerate(pairs) if _differ(*pair)), None)

@@ -56,7 +56,7 @@ UNITS = [*vocabulary.UNITS, *SYMBOLS.split()]
 HEADERS = [
     f"{NAMES[at % len(NAMES)]} {'[{}]' if at % 2 else '({})'}".format(UNITS[at % len(UNITS)]) for at in range(240)
 ]
-VALUES = {"constant": ("1.5",) * 9, "varying": ("2", "3.1", "1", "12", "0.5", "7", "21.4", "1", "90")}
+VALUES = {"constant": ("1.5",) * 9, "varying": ("2", "3.1", "1", "12", "0.5", "7", "21.4", "1", "9")}
 
 
 def with_column(log: str, header: str, cells: Sequence[str], place: int) -> str:

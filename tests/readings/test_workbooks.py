@@ -263,19 +263,27 @@ def test_formulas_with_values_are_read(write: Callable[[Rows], bytes]) -> None:
 LEGITIMATE = {
     "difference of equal cells": "=A3-A3",
     "difference in the last bit": "=B2*3-3*B2+0.1+0.2-0.3",
-    "no input": "=F9*2",
     "product with a zero": "=B2*0",
-    "function that is not calculated here": '=IF(B2>20,"",0)',
+    "choice": '=IF(B2>20,"",0)',
 }
 
 
 @pytest.mark.parametrize("formula", LEGITIMATE.values(), ids=list(LEGITIMATE))
 @pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
-def test_zero_that_is_the_result_is_read(write: Callable[[Rows], bytes], formula: str) -> None:
-    table = rows(lambda row: 14.8)
+def test_zeros_among_other_results_are_read(write: Callable[[Rows], bytes], formula: str) -> None:
+    # A program that calculates no formula stores a 0 for all of them.
+    table = rows(lambda row: 14.8 if row == 2 else Written("=B$2", "14.8"))
     extra = [["check"], *[[Written(formula, "0")] for _ in TIMES]]
     joined = [left + right for left, right in zip(table, extra, strict=True)]
     inertia = analyze_briefly(write(joined)).inertia
+    assert abs(inertia.value - TRUTH) < 2 * inertia.u
+
+
+def test_zeros_of_blank_inputs_are_read() -> None:
+    table = rows(lambda row: 14.8)
+    extra = [["check"], *[[Written("=F9*2", "0")] for _ in TIMES]]
+    joined = [left + right for left, right in zip(table, extra, strict=True)]
+    inertia = analyze_briefly(xlsx(joined)).inertia
     assert abs(inertia.value - TRUTH) < 2 * inertia.u
 
 

@@ -306,10 +306,8 @@ def _looks(evidence: Evidence) -> list[str]:
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
     elif any("+" in slip.kind for slip in evidence.slips):
         found.append(f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}")
-    elif evidence.slips and not _is_exact(evidence):
-        found.append(f"a mistake explains the reported I_zz, but not to its digits: {evidence.slips[0].words}")
-    elif evidence.slips and _is_rare(evidence):
-        found.append(f"only a rare mistake explains the reported I_zz: {evidence.slips[0].words}")
+    elif evidence.slips:
+        found += _doubts_of_slip(evidence)
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
@@ -324,23 +322,26 @@ SAME_VALUE, SAME_U = 0.001, 0.1
 shares of them. Of answers at random, one in thirty is near a fit with some mistake, but one in 200 is so near."""
 
 
-def _is_exact(evidence: Evidence) -> bool:
-    """Return whether the value and the uncertainty that are reported are those of a fit with the mistake."""
-    slip, (reported, value, _) = evidence.slips[0], evidence.given
-    # The distance is over the u of the runs, not over that of the value.
-    if slip.distance * evidence.own.yardstick > SAME_VALUE:
+def _doubts_of_slip(evidence: Evidence) -> list[str]:
+    """Ask about a mistake that may agree with the report by chance."""
+    slip, log = evidence.slips[0], evidence.analysis
+    known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
+    fits = yardsticks.with_mistake(known[slip.kind], evidence.own)
+    if not any(_is_exactly(evidence, one) for one in fits):
+        return [f"a mistake explains the reported I_zz, but not to its digits: {slip.words}"]
+    if all(known[one.kind].rank > 0 for one in evidence.slips):
+        return [f"only a rare mistake explains the reported I_zz: {slip.words}"]
+    return []
+
+
+def _is_exactly(evidence: Evidence, fit: yardsticks.OwnValue) -> bool:
+    """Return whether the value and the uncertainty that are reported are those of a fit."""
+    reported, value, _ = evidence.given
+    if abs(value - fit.value) > SAME_VALUE * abs(fit.value) + (reported.step or 0.0) / 2:
         return False
-    if reported.u is None or value == 0:
+    if reported.u is None:
         return True
-    rounding = (reported.u_step or 0.0) / 2
-    return slip.u is not None and abs(reported.u - slip.u) <= SAME_U * slip.u + rounding
-
-
-def _is_rare(evidence: Evidence) -> bool:
-    """Return whether no common mistake explains the report: a rare one agrees by chance as easily."""
-    log, inertia = evidence.analysis, evidence.own.recommended.value
-    rare = yardsticks.rare_slips(log.readings, log.measurements, inertia)
-    return all(slip.kind in rare for slip in evidence.slips)
+    return fit.u is not None and abs(reported.u - fit.u) <= SAME_U * fit.u + (reported.u_step or 0.0) / 2
 
 
 def station_of(readings: Readings) -> str | None:

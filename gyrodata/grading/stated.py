@@ -15,10 +15,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.error_sources import SOURCES, TRANSVERSE_U
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Faults, Reading, Readings, as_u_of, kind_of_role, u_keys
+from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Faults, Reading, Readings, as_u_of, to_display, u_keys
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import ORIGIN_LENGTHS
-from gyrodata.readings.writing import uncertainty_text
 from gyrodata.units import Uncertainty
 
 OVER_USUAL, OVER_BENCH = 5.0, 2.0
@@ -67,8 +66,10 @@ def with_usual(readings: Readings, bench: Mapping[str, str]) -> tuple[Readings, 
     for role, column in readings.columns.items():
         wide = _too_wide(column, _usual_of_role(role, known), _counts(readings, role))
         for u in dict.fromkeys(wide.values()):
+            key = _line_of(readings, role, u)
+            words = readings.uncertainties[key] if key else u
+            told.setdefault(key or f"u_{role}", _in_words(key or role, words, _usual_of_role(role, known)))
             readings = _without(readings, role, u, known)
-            told.setdefault(f"u_{role}", _in_words(role, u, _usual_of_role(role, known)))
     for key in [key for key in readings.uncertainties if key in SHARED_UNCERTAINTIES]:
         source = key.removeprefix("u_")
         if source not in SOURCES:
@@ -87,7 +88,15 @@ def with_usual(readings: Readings, bench: Mapping[str, str]) -> tuple[Readings, 
 
 def _in_words(key: str, u: Uncertainty, usual: Usual) -> str:
     name = key if key.startswith("u_") else f"u_{key}"
-    return f"{name} {uncertainty_text(u, kind_of_role(key))} ({usual.words})"
+    return f"{name} {_words_of(u, key)} ({usual.words})"
+
+
+def _words_of(u: Uncertainty, key: str) -> str:
+    """Write an uncertainty with three digits, in the unit in which its quantity is usually shown."""
+    size, unit = to_display(u.absolute, key)
+    parts = [f"{100 * u.relative:.3g} %"] if u.relative else []
+    parts += [f"{size:.3g} {unit}".rstrip()] if u.absolute else []
+    return " + ".join(parts)
 
 
 def _of_bench(lines: Mapping[str, str]) -> dict[str, Uncertainty]:
@@ -116,7 +125,7 @@ def _usual_of_source(source: str, key: str, bench: Mapping[str, Uncertainty]) ->
 def _usual_words(usual: str, stated: Uncertainty | None, key: str) -> str:
     if stated is None:
         return f"usual: {usual}"
-    return f"that of the bench: {uncertainty_text(stated, kind_of_role(key))}"
+    return f"that of the bench: {_words_of(stated, key)}"
 
 
 def _counts(readings: Readings, role: str) -> list[float]:
@@ -148,10 +157,15 @@ def _without(readings: Readings, role: str, u: Uncertainty, bench: Mapping[str, 
 
     columns = {**readings.columns, role: replace(column, readings=tuple(map(usual, column.readings)))}
     readings = replace(readings, columns=columns)
-    for key in u_keys(role):
-        if key in readings.uncertainties and as_u_of(role, key, readings.uncertainties[key]) == u:
-            readings = _with_shared(readings, key, None)
+    while key := _line_of(readings, role, u):
+        readings = _with_shared(readings, key, None)
     return readings
+
+
+def _line_of(readings: Readings, role: str, u: Uncertainty) -> str:
+    """Return the key of the line that states an uncertainty for all readings of a role; "" if none does."""
+    known = readings.uncertainties
+    return next((key for key in u_keys(role) if key in known and as_u_of(role, key, known[key]) == u), "")
 
 
 def _with_shared(readings: Readings, key: str, u: Uncertainty | None) -> Readings:

@@ -204,14 +204,11 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     plain, margin = {value.name: value.value for value in own.values}, FROM * own.yardstick
     yardstick = min(own.yardstick, SLIP_U)
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
-    singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
-    singles.append(known_mistakes()["inverse_slope"])
+    singles = list(possible_mistakes(own, readings, measured).values())
     found: list[tuple[int, Slip]] = []
     for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
         for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
-            inverse = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
-            values = inverse if kind.kind == "inverse_slope" else own.fits(kind.product, kind.torque)
-            for one in sorted(values, key=lambda one: abs(one.value - reported)):
+            for one in sorted(with_mistake(kind, own), key=lambda one: abs(one.value - reported)):
                 away = distance(reported, one.value, step, yardstick) if one.value else math.inf
                 if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
                     continue
@@ -229,9 +226,17 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     return named[:MOST]
 
 
-def rare_slips(readings: Readings, measured: Measurements, inertia: float) -> frozenset[str]:
-    """Return the kinds of mistakes that are rare in a log with these units, with its I_zz [kg*m^2]."""
-    return frozenset(one.kind for one in list_mistakes(readings, measured, inertia) if one.rank > 0)
+def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
+    """Compute the accepted fits of runs with a mistake."""
+    if kind.kind == "inverse_slope":
+        return [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+    return own.fits(kind.product, kind.torque)
+
+
+def possible_mistakes(own: OwnRuns, readings: Readings, measured: Measurements) -> dict[str, Mistake]:
+    """List every mistake that the arithmetic can contain for a log, by its kind."""
+    possible = [one for one in list_mistakes(readings, measured, own.recommended.value) if one.words]
+    return {one.kind: one for one in (*possible, known_mistakes()["inverse_slope"])}
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:

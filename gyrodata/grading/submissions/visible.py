@@ -31,7 +31,8 @@ FAINTEST = 1.2  # smallest contrast of text that can be read; black on white has
 SMALLEST = 3.0  # smallest height of letters that can be read [pt]
 FAR_OUT = -500.0  # a shift of so many pixels leads out of the screen
 
-_PALE = frozenset("white snow ivory ghostwhite whitesmoke floralwhite mintcream azure seashell transparent".split())
+_PALE_NAMES = "white snow ivory ghostwhite whitesmoke floralwhite mintcream azure seashell transparent"
+_PALE = frozenset(_PALE_NAMES.split())
 _LENGTH = re.compile(r"\s*(-?[\d.]+)\s*(px|pt|em|rem|%|cm|mm|)")
 _POINTS = {"px": 0.75, "pt": 1.0, "em": 12.0, "rem": 12.0, "%": 0.12, "cm": 28.3, "mm": 2.83, "": 0.75}
 """Length of each unit [pt], if the letters around are of 12 pt."""
@@ -59,8 +60,13 @@ class Look(Struct, frozen=True):
 
 def contrast(one: Color, other: Color) -> float:
     """Return the contrast of two colours by the formula of WCAG, from 1 to 21."""
-    low, high = sorted(sum(w * part**2.2 for w, part in zip((0.21, 0.72, 0.07), c, strict=True)) for c in (one, other))
+    low, high = sorted(map(_brightness, (one, other)))
     return (high + 0.05) / (low + 0.05)
+
+
+def _brightness(color: Color) -> float:
+    red, green, blue = color
+    return float(0.21 * red**2.2 + 0.72 * green**2.2 + 0.07 * blue**2.2)
 
 
 def color_of(text: str) -> Color | None:
@@ -144,6 +150,7 @@ def declarations(text: str) -> Style:
 def rules_of(sheet: str) -> Rules:
     """Read the rules of a style sheet for elements by name, class, id, and those around them."""
     found: Rules = []
+    selectors: list[list[frozenset[str]]] = []
     before, skipped = "", 0
     for part in re.findall(r"[{}]|[^{}]+", re.sub(r"(?s)/\*.*?(?:\*/|\Z)", "", sheet)):
         if skipped:
@@ -180,18 +187,18 @@ def _fits(selector: Sequence[frozenset[str]], names: frozenset[str], around: Seq
 
 # --- pages and texts of word processors ---------------------------------------------------------------------------
 
-_EMPTY = frozenset("area base br col embed hr img input link meta param source track wbr".split())
-_UNSEEN = frozenset(
-    """script style template title noscript noframes iframe datalist canvas audio video desc metadata defs
-    text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom w:instrtext
-    """.split()
+_EMPTY = frozenset(
+    ["area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "param", "source", "track", "wbr"]
 )
+_OF_PAGES = "script style template title noscript noframes iframe datalist canvas audio video desc metadata defs"
+_OF_DOCUMENTS = "text:tracked-changes text:hidden-text text:hidden-paragraph w:del w:movefrom w:instrtext"
+_UNSEEN = frozenset(f"{_OF_PAGES} {_OF_DOCUMENTS}".split())
 """Elements whose text nobody sees."""
+_BLOCKS = "p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote"
+_CELLS, _TERMS = frozenset(["td", "th", "tr"]), frozenset(["dt", "dd"])
 _ENDED_BY: Mapping[str, frozenset[str]] = {
-    "p": frozenset("p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote".split()),
-    "li": frozenset(["li"]), "td": frozenset(["td", "th", "tr"]), "th": frozenset(["td", "th", "tr"]),
-    "tr": frozenset(["tr"]), "option": frozenset(["option"]), "dt": frozenset(["dt", "dd"]),
-    "dd": frozenset(["dt", "dd"]),
+    "p": frozenset(_BLOCKS.split()), "td": _CELLS, "th": _CELLS, "dt": _TERMS, "dd": _TERMS,
+    **{name: frozenset([name]) for name in ("li", "tr", "option")},
 }  # fmt: skip
 """Elements that end where another one begins, if their own end is left out."""
 
@@ -479,8 +486,7 @@ _MOST_XML = 10_000_000  # bytes
 # --- LaTeX, Markdown and plain lines ----------------------------------------------------------------------------
 
 _NOT_TYPESET = frozenset(
-    """phantom hphantom vphantom invisible hypersetup pdfinfo label index typeout message sbox savebox sout st xout
-    cancel bcancel xcancel""".split()
+    ["phantom", "hphantom", "vphantom", "invisible", "hypersetup", "pdfinfo", "label", "index", "typeout", "message"]
 )
 _COMMAND = re.compile(r"\\([a-zA-Z]+)\*?|\\.|[{}]")
 _IN_WHITE = re.compile(r"\s*(?:\[(?P<model>\w*)\])?\s*\{\s*(?P<color>[^{}]*)\}")

@@ -33,11 +33,11 @@ def texts() -> Iterator[tuple[str, bytes]]:
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for block in re.finditer(r"(?ms)^```(\w*)\n(.*?)^```", text):
-            place = f"{page.name}, line {text.count(chr(10), 0, block.start()) + 1}"
             if block[1] != "console":
-                yield place, block[2].encode()
+                yield page.name, block[2].encode()
             for command in re.findall(r"(?m)^\$ gyro (simulate [^|>\n]*)", block[2]):
-                yield f"{place}, {command.strip()}", CliRunner().invoke(app, command.split()).stdout.encode()
+                log = CliRunner().invoke(app, command.split()).stdout
+                yield f"{page.name}, gyro {command.strip()}", log.encode()
 
 
 def prints() -> dict[str, Fingerprint]:
@@ -53,7 +53,9 @@ def prints() -> dict[str, Fingerprint]:
         one = fingerprint(readings, measure(readings))
         rows = {(each.torque, each.spin, each.time) for each in found.values()}
         if (one.torque, one.spin, one.time) not in rows:
-            found[name] = one
+            # A second log of one page has a number behind the name of the page.
+            count = sum(key.partition(" (")[0] == name for key in found)
+            found[f"{name} ({count + 1})" if count else name] = one
     return found
 
 

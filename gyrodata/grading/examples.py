@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from msgspec import Struct, json
@@ -130,7 +129,7 @@ def _matches(student: str, log: Fingerprint) -> Iterator[_Match]:
 def _alike(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:
     """Return which values are the same to the last digit of the coarser one, shape (n, m)."""
     coarser = np.maximum.outer(step, other_step)
-    return cast("NDArray[np.bool_]", np.abs(np.subtract.outer(one, other)) <= 0.5 * coarser + 1e-9 * one[:, None])
+    return np.abs(np.subtract.outer(one, other)) <= 0.5 * coarser + 1e-9 * one[:, None]
 
 
 def _chances(log: Fingerprint, rows: _Rows) -> Floats:

@@ -50,7 +50,7 @@ class Usual(Struct, frozen=True):
 
     def allows(self, stated: Uncertainty, value: float, rounding: float = 0.0) -> bool:
         """Return whether a stated uncertainty of a value, rounded with this uncertainty, is not far larger."""
-        usual = math.hypot(self.u.at(value), rounding)
+        usual = self.u.at(value) + rounding
         if self.of_bench is None:
             return stated.at(value) <= OVER_USUAL * usual
         return stated.at(value) <= max(OVER_BENCH * self.of_bench.at(value), usual)

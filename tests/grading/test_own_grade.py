@@ -13,7 +13,7 @@ import numpy as np
 import openpyxl
 import pytest
 from classes.cells import grade, gyro
-from classes.drawn import FITS, USUAL, draw
+from classes.drawn import FITS, TITLES, USUAL, draw
 from grading.reports import reported_line
 from msgspec.structs import replace
 
@@ -21,6 +21,9 @@ from gyrodata.error_sources import SOURCES
 from gyrodata.grading.rubric import default_rubric_text
 
 STUDENT = draw(3, 21, replace(USUAL, hand=0.08))
+OWN = STUDENT.answer()[0]
+OFF = reported_line(1.17 * OWN, 0.012 * OWN)
+ROWS = STUDENT.log().splitlines()[2:]
 WRONG = "I_zz = 5.20e-3 ± 0.06e-3 kg m^2"
 RIGHT = f"Final result: I_zz = {STUDENT.answer()[0]:.6f} ± 0.00006 kg m^2"
 FLAT = (
@@ -162,6 +165,29 @@ def test_unseen_text_is_no_answer(way: str, hidden: dict[str, Any]) -> None:
         assert hidden[f"alone{number}"]["status"] == "not graded"
 
 
+def test_unseen_answer_in_the_log_is_none() -> None:
+    book = openpyxl.Workbook()
+    for row in ROWS:
+        book.active.append([*map(float, row.split(",")[:4]), row.split(",")[4]])
+    book.active.insert_rows(1)
+    for at, title in enumerate(TITLES.split(","), 1):
+        book.active.cell(1, at, title)
+    other = book.create_sheet("answer")
+    other.append([f"# reported_inertia: {RIGHT.split('= ')[1]}"])
+    logs: dict[str, str | bytes] = {
+        "blanks/lab.csv": f"{' ' * 900}# reported_inertia: {OWN:.6f} kg m^2\n{STUDENT.log()}"
+    }
+    for state in ("visible", "hidden", "veryHidden"):
+        other.sheet_state = state
+        data = io.BytesIO()
+        book.save(data)
+        logs[f"{state}/lab.xlsx"] = data.getvalue()
+    found = grade(logs, "--lms", "folder")["students"]
+    assert {key: one["status"] for key, one in found.items()} == {
+        "blanks": "not graded", "visible": "graded", "hidden": "not graded", "veryHidden": "not graded"
+    }  # fmt: skip
+
+
 SEEN = {
     "white on black": ("report.html", page(f'<p style="background:#111"><b style="color:white">{RIGHT}</b></p>')),
     "white on a picture": ("report.html", page(f'<p style="background:url(a.png);color:#fff">{RIGHT}</p>')),
@@ -196,6 +222,7 @@ TWICE: dict[str, Callable[[], dict[str, Any]]] = {
     "below": lambda: alone(
         "a.png", "", STUDENT.log(f"# reported_inertia: {RIGHT.split('= ')[1]}", foot=f"# {WRONG}\n")
     ),
+    "without u": lambda: alone("report.txt", f"{WRONG.replace(' ± 0.06e-3', '')}\n{RIGHT}\n"),
     "final": lambda: grade_with({"ann/report.txt": WRONG, "ann/final_v99.txt": RIGHT}, STUDENT.log()),
 }
 
@@ -217,10 +244,6 @@ def test_answers_that_agree_are_no_question() -> None:
 
 
 # --- statements of the log ---------------------------------------------------------------------------------------
-
-OWN = STUDENT.answer()[0]
-OFF = reported_line(1.17 * OWN, 0.012 * OWN)
-ROWS = STUDENT.log().splitlines()[2:]
 
 
 def with_columns(titles: str, cells: Callable[[list[str]], list[str]]) -> str:

@@ -119,15 +119,26 @@ def _remarks(log: readings.Readings) -> list[str]:
 
 
 def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
-    """Describe another value with a name and an uncertainty that differs by more than both uncertainties."""
+    """Describe another value with a name that differs by more than both uncertainties."""
     for one in found:
         elsewhere = one.place.rpartition(", line ")[0] != file
         if elsewhere and (version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place)):
             continue  # a draft or an earlier log may have another answer
-        apart = abs((one.read.value or 0.0) - (read.value or 0.0))
-        if one.rank[:2] == (True, True) and apart > (one.read.u or 0.0) + (read.u or 0.0):
+        if one.rank[0] and _differ(read, one.read):
             return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
     return ""
+
+
+WITHOUT_U = 0.05  # the uncertainty of another value that is reported without one, as a share of it
+SMALL = 0.2  # a smaller share of the answer, without an uncertainty, may be the uncertainty of the answer
+
+
+def _differ(read: Reported, other: Reported) -> bool:
+    """Return whether two values are farther from each other than their uncertainties allow."""
+    value, another = read.value or 0.0, other.value or 0.0
+    if other.u is None and abs(another) < SMALL * abs(value):
+        return False
+    return abs(value - another) > (read.u or 0.0) + (WITHOUT_U * abs(another) if other.u is None else other.u)
 
 
 _RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0

@@ -8,8 +8,7 @@ logs of earlier years, but by itself: the examples are no honest class, and must
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +41,6 @@ MISSED = 0.02
 class _Match(Struct, frozen=True):
     """A log with rows of an example."""
 
-    student: str
     example: str
     lines: tuple[int, ...]  # of the log, with a row of the example
     rows: int  # number of rows of the log
@@ -57,13 +55,12 @@ def flag_examples(prints: Prints) -> tuple[Flag, ...]:
         if one.simulated
     ]
     pairs = len(prints) * len(examples())
-    found = [one for student in sorted(prints) for one in _matches(student, prints[student])]
-    likely = [one for one in found if one.p * pairs <= ALLOWED]
-    of_class = [one for one in likely if one.example.startswith(CLASS)]
-    students = {one.student for one in of_class}
+    found = [(student, one) for student in sorted(prints) for one in _matches(prints[student])]
+    likely = [(student, one) for student, one in found if one.p * pairs <= ALLOWED]
+    students = {student for student, one in likely if one.example.startswith(CLASS)}
     if len(students) >= CLASS_SIZE and 2 * len(students) > len(prints):
-        likely = [one for one in likely if one not in of_class]
-    for student, some in grouped((one.student, one) for one in likely).items():
+        likely = [(student, one) for student, one in likely if not one.example.startswith(CLASS)]
+    for student, some in grouped(likely).items():
         best = min(some, key=lambda one: (one.p, one.example))
         told = f"{len(best.lines)} of {best.rows} rows of {student} (lines {', '.join(map(str, best.lines))}) are in"
         told += f" {best.example}, an example of gyro, with the same spin and the same precession period"
@@ -109,21 +106,23 @@ def _example_rows() -> _Rows:
     return _rows(*examples().values())
 
 
-def _matches(student: str, log: Fingerprint) -> Iterator[_Match]:
-    """Compare a log with each example."""
+@lru_cache(maxsize=100)
+def _matches(log: Fingerprint) -> tuple[_Match, ...]:
+    """Compare a log with each example; a class may have many equal logs."""
     mine, theirs = _rows(log), _example_rows()
     torques = np.maximum.outer(mine.torque, theirs.torque)
     same = np.abs(np.subtract.outer(mine.torque, theirs.torque)) <= SAME_TORQUE * torques
     same &= _alike(mine.spin, theirs.spin, mine.spin_step, theirs.spin_step)
     same &= _alike(mine.period, theirs.period, mine.period_step, theirs.period_step)
     if not same.any():
-        return
-    chances = _chances(log, mine)
+        return ()
+    chances, found = _chances(log, mine), list[_Match]()
     for number, name in enumerate(examples()):
         shared = same[:, theirs.log == number].any(axis=1)
         if shared.sum() >= max(FEWEST, len(chances) / 2):
             lines = tuple(sorted(np.array(log.lines)[shared].tolist()))
-            yield _Match(student, name, lines, len(chances), _tail(chances, int(shared.sum())))
+            found.append(_Match(name, lines, len(chances), _tail(chances, int(shared.sum()))))
+    return tuple(found)
 
 
 def _alike(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:

@@ -31,7 +31,7 @@ from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
 from gyrodata.quantities import to_float
 from gyrodata.readings import Reported, read_reported
-from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
+from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 from gyrodata.units import kinds_of
 
@@ -113,9 +113,13 @@ def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
 
 
 def _remarks(log: readings.Readings) -> list[str]:
-    """Return the lines of a log, with nothing in the place of those that are not remarks."""
-    lines = map(visible.line_seen, readings.lablog.split_lines(log.source_text))
-    return [line.strip("#%, \t") if line.lstrip(' "').startswith(("#", "%")) else "" for line in lines]
+    """Return the lines of a log, with nothing in place of those that are no remarks, or are understood by the reader."""
+    found: list[str] = []
+    for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
+        remark = visible.line_seen(line).strip('#%," \t')
+        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(re.split("[:=]", remark)[0].strip())
+        found.append(remark if is_remark else "")
+    return found if any(re.search(r"\d", remark) for remark in found) else []
 
 
 def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
@@ -274,7 +278,7 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
     found, plain = [], [line[:_LONGEST_LINE] for line in lines[:_MOST_LINES]]
     for pattern, text in _PLAIN:
-        plain = [re.sub(pattern, text, line) for line in plain]
+        plain = [line and re.sub(pattern, text, line) for line in plain]
     for number, line in enumerate(_with_titles(plain), 1):
         found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
     return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]

@@ -281,6 +281,11 @@ _AS_STYLE = {"color": "color", "bgcolor": "background-color"}
 """Attributes that say the same as a declaration."""
 
 
+_DATA = re.compile(r"""(["'])data:[^"'<>]*\1""")
+"""A picture in an attribute, as text."""
+_NO_TAG = re.compile(r"""<(?![!?]|/?[a-zA-Z](?:[^<>"']|"[^"]{0,5000}"|'[^']{0,5000}')*+>)""")
+"""A "<" that does not begin a tag."""
+
 Parser = TypeVar("Parser", bound=HTMLParser)
 
 
@@ -290,7 +295,8 @@ def _parsed(parser: Parser, text: str) -> Parser:
     comment = text.find("<!--", text.rfind("-->") + 1)
     if comment >= 0 and "</script" not in text[comment:].lower():
         text = text[:comment]
-    # The parser stops at a declaration that it does not know.
+    # The parser looks for the end of each "<" again and again, and stops at a declaration that it does not know.
+    text = _NO_TAG.sub("&lt;", _DATA.sub('""', text))
     parser.feed(re.sub(r"<!\[(?!CDATA\[)", "&lt;![", text))
     parser.close()
     return parser

@@ -113,7 +113,7 @@ def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
 
 
 def _remarks(log: readings.Readings) -> list[str]:
-    """Return the lines of a log, with nothing in place of those that are no remarks, or are understood by the reader."""
+    """Return the lines of a log, with nothing in place of those that are no remarks, or that the reader reads."""
     found: list[str] = []
     for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
         remark = visible.line_seen(line).strip('#%," \t')

@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from gyrodata import __version__, disk
 from gyrodata.errors import insist_on_type
 from gyrodata.grading import exports, yardsticks
+from gyrodata.grading.examples import flag_examples
 from gyrodata.grading.exports.pages import environment
-from gyrodata.grading.forensics import Fingerprint, Flag, flag_class
+from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
 from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle
 from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
@@ -138,7 +139,7 @@ def grade_class(
     ]
     partners, looks = partners_of(grades, roster, meant)
     grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
-    flags = flag_class(prints, [*partners, *desk.partners], previous)
+    flags = in_order([*flag_class(prints, [*partners, *desk.partners], previous), *flag_examples(prints)])
     return ClassGrades(
         source=items[0].source.resolve().name, submissions=replace(submissions, items=items), rubric=rubric,
         grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades), references=references,

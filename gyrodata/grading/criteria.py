@@ -178,15 +178,21 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
 # --- the report ---------------------------------------------------------------------------------------------
 
 
+def _away(criterion: Criterion, evidence: Evidence) -> float:
+    """Return the distance of the report from the student's own runs, as a condition of the rubric states it."""
+    _, value, matched = evidence.given
+    return 100 * abs(value / matched.value - 1) if criterion.curve.variable == "percent" else evidence.d
+
+
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, matched = evidence.given
     said = f"you report {inertia_text(value, reported.u)}"
     own = f"{inertia_text(matched.value, matched.u)} ({fit_words(matched.name)})"
     times = factor_text(value / matched.value)
     d = evidence.slips[0].distance if evidence.slips else evidence.d
-    number, carried = evidence.d, d
+    number, carried = _away(criterion, evidence), d
     if criterion.curve.variable == "percent":
-        number, carried = (100 * abs(one / matched.value - 1) for one in (value, value / evidence.factor))
+        carried = 100 * abs(value / evidence.factor / matched.value - 1)
     detail: dict[str, float | str | None] = {"d": evidence.d, "d_carried": d, "own": matched.value}
     detail |= {"matched": matched.name, criterion.curve.variable: number}
     share = criterion.curve.share(number)
@@ -207,12 +213,17 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
 def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     _, reported, matched = evidence.given
     # The corrected value is judged if own_data charges for the mistake.
-    factor = evidence.factor if any(one.check == "own_data" for one in evidence.rubric.criteria) else 1.0
+    charging = [one for one in evidence.rubric.criteria if one.check == "own_data"]
+    factor = evidence.factor if charging else 1.0
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
     # that say nothing about I_zz would agree with any value.
     u = min(max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value))
-    return mark(criterion, "the reference is not known yet", {"value": value, "u": u, "slip": factor}, None)
+    detail: dict[str, float | str | None] = {"value": value, "u": u, "slip": factor}
+    if not evidence.slips and any(one.curve.share(_away(one, evidence)) < 1 for one in charging):
+        # A mistake without a name costs the points of own_data alone: the measurement may still be right.
+        detail["own"] = matched.value
+    return mark(criterion, "the reference is not known yet", detail, None)
 
 
 def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
@@ -223,8 +234,11 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if reference is None:
         reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
         return mark(criterion, reason, pending.detail, None)
-    zeta = reference.zeta(value, u)
     undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
+    own = pending.detail.get("own")
+    if isinstance(own, float) and reference.zeta(own, u) < reference.zeta(value, u):
+        value, undone = own, ", which your runs give,"
+    zeta = reference.zeta(value, u)
     detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
     far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
     if criterion.curve.variable == "percent":
@@ -273,6 +287,8 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, _ = evidence.given
+    if not value:
+        return mark(criterion, f'"{reported.text}" rounds the value to zero: it has no digit', {"faults": 2.0}, 0.0)
     faults = [reported.problem] if reported.problem else []
     u_digits = reported.u_digits or 0
     if reported.u and reported.u_step:

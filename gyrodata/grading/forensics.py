@@ -13,6 +13,7 @@ students. Each flag contains the number of equally strong flags that are expecte
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from itertools import combinations
 from typing import Literal, get_args
@@ -26,9 +27,11 @@ from gyrodata.grading.yardsticks import grouped
 from gyrodata.measurements import Measurements, spin_columns
 from gyrodata.physics import RPM, Floats, Integers
 from gyrodata.readings import Column, Readings
+from gyrodata.readings.lablog import split_lines
 from gyrodata.readings.roles import TIMINGS
+from gyrodata.simulation import SIMULATED
 
-Kind = Literal["shared rows", "same spins", "similar spins", "scatter"]
+Kind = Literal["shared rows", "same spins", "similar spins", "scatter", "simulated"]
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """All kinds, in the order in which they are listed."""
@@ -73,6 +76,11 @@ def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous
         rows = {pair: p for pair, p in rows.items() if p <= spins.get(pair, 1.0)}
         for kind, pairs in zip(KINDS, (rows, spins, similar(logs)), strict=False):
             flags += flag_pairs(kind, pairs, logs, flags)
+    return in_order(flags)
+
+
+def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
+    """Sort flags by kind, in the order of `KINDS`, then by students."""
     return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))
 
 
@@ -99,6 +107,7 @@ class Fingerprint(Struct, frozen=True):
     turns: tuple[float, ...]  # revolutions of precession in that time [1]
     spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 if it is exact
     time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 if it is exact
+    simulated: int = 0  # line of the file that says that the log is simulated; 0 if none does
 
 
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
@@ -115,7 +124,20 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     # Ten digits are more than anyone types, and short in a journal.
     kept = {name: tuple([float(f"{one:.10g}") for one in values[order].tolist()]) for name, values in rows.items()}
     lines = tuple([measured.lines[i] for i in order.tolist()])
-    return Fingerprint(sha256=readings.sha256, by_hand=timing.role == "time", lines=lines, **kept)
+    return Fingerprint(
+        sha256=readings.sha256, by_hand=timing.role == "time", lines=lines, simulated=_simulated(readings), **kept
+    )  # fmt: skip
+
+
+def _simulated(readings: Readings) -> int:
+    """Return the line that ``gyro simulate`` writes into every log, or 0."""
+    said = _words(SIMULATED)
+    lines = map(_words, split_lines(readings.source_text))
+    return next((number for number, line in enumerate(lines, 1) if said in line), 0)
+
+
+def _words(text: str) -> str:
+    return " ".join(re.findall("[a-z]+", text.lower()))
 
 
 def weights(torque: Floats) -> Integers:

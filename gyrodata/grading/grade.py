@@ -31,6 +31,8 @@ from gyrodata.results import HandIn
 
 FAR = 3.0  # a report farther than this from every accepted fit [u], without a common mistake, needs a look
 
+TOO_WIDE = "the log states an uncertainty far over the usual, so the usual one is used"
+
 WILD = 0.3  # a larger scatter of φ̇ψ̇ within a torque, as a share, is not that of measured times
 
 Status = Literal["graded", "so far", "on hold", "excused", "not graded"]
@@ -147,14 +149,17 @@ def grade_submission(
 
     if submission.problem is not None:
         return not_graded(submission, rubric, submission.problem)
+    wide = ""
     try:
-        readings, answers, bench = yardsticks.at_bench(submission, rubric.bench)
+        readings, answers, bench, too_wide = yardsticks.at_bench(submission, rubric.bench)
+        wide = f"{TOO_WIDE}: {', '.join(too_wide)}" if too_wide else ""
         answer = answers.inertia if reported is None else read_reported("inertia", reported)
         analysis = analyze_readings(yardsticks.corrected(readings, mistake) if mistake else readings, whole=False)
         asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
         lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
     except (GyroError, ArithmeticError, ValueError) as error:
-        return not_graded(submission, rubric, _why_not(error), getattr(error, "diagnostics", ()))
+        why = "; ".join(filter(None, [_why_not(error), wide]))
+        return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
     blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
@@ -168,10 +173,10 @@ def grade_submission(
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
         cells = reported is None and ending(answers.file) in WORKBOOKS
         evidence = replace(evidence, matched=matched, d=d, slips=slips, from_cells=cells)
-    two = [answers.other] * (bool(answers.other) and reported is None)
+    doubts = filter(None, [answers.other if reported is None else "", wide])
     grade = replace(
         blank, marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
-        slips=evidence.slips, look=(*blank.look, *_looks(evidence), *two), station=station_of(readings),
+        slips=evidence.slips, look=(*blank.look, *_looks(evidence), *doubts), station=station_of(readings),
         partner=partners_in(readings, submission.reports()),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
         own={one.name: {"value": one.value, "u": one.u} for one in own.values}, inertia=analysis.inertia.value,
@@ -301,6 +306,8 @@ def _looks(evidence: Evidence) -> list[str]:
         found.append(f"several mistakes explain the reported I_zz equally well: {words}")
     elif any("+" in slip.kind for slip in evidence.slips):
         found.append(f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}")
+    elif evidence.slips:
+        found += _doubts_of_slip(evidence)
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
         found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
@@ -308,6 +315,33 @@ def _looks(evidence: Evidence) -> list[str]:
         told = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
         found.append(f"{told}, and no common mistake explains it")
     return found
+
+
+SAME_VALUE, SAME_U = 0.001, 0.1
+"""An answer with a mistake has the value and the uncertainty of a fit with this mistake, but for rounding and these
+shares of them. Of answers at random, one in thirty is near a fit with some mistake, but one in 200 is so near."""
+
+
+def _doubts_of_slip(evidence: Evidence) -> list[str]:
+    """Ask about a mistake that may agree with the report by chance."""
+    slip, log = evidence.slips[0], evidence.analysis
+    known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
+    fits = yardsticks.with_mistake(known[slip.kind], evidence.own)
+    if not any(_is_exactly(evidence, one) for one in fits):
+        return [f"a mistake explains the reported I_zz, but not to its digits: {slip.words}"]
+    if all(known[one.kind].rank > 0 for one in evidence.slips):
+        return [f"only a rare mistake explains the reported I_zz: {slip.words}"]
+    return []
+
+
+def _is_exactly(evidence: Evidence, fit: yardsticks.OwnValue) -> bool:
+    """Return whether the value and the uncertainty that are reported are those of a fit."""
+    reported, value, _ = evidence.given
+    if abs(value - fit.value) > SAME_VALUE * abs(fit.value) + (reported.step or 0.0) / 2:
+        return False
+    if reported.u is None:
+        return True
+    return fit.u is not None and abs(reported.u - fit.u) <= SAME_U * fit.u + (reported.u_step or 0.0) / 2
 
 
 def station_of(readings: Readings) -> str | None:

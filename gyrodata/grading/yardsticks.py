@@ -16,7 +16,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from gyrodata import fitting
 from gyrodata.errors import Diagnostic, InputError
+from gyrodata.grading.stated import with_usual
 from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
 from gyrodata.mistakes import Mistake, known_mistakes, list_mistakes
@@ -49,6 +50,11 @@ FINEST, COARSEST = 0.005, 0.05
 """Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
 results to three digits differ by up to 0.5 %; and if the runs hardly determine I_zz, the arithmetic can still be
 correct."""
+
+
+MOST_ROUNDING = 0.02
+"""Largest error by rounding an answer that is forgiven, as a share of it: with fewer digits, nobody can see whether the
+arithmetic is right."""
 
 
 class OwnValue(Struct, frozen=True):
@@ -125,11 +131,15 @@ def distance(reported: float, own: float, step: float, yardstick: float) -> floa
     """Return the distance of a reported value from a fit of the student's own runs, in units of u.
 
     `reported`, `own` [kg*m^2]. `step`: One step of the last digit reported [kg*m^2]; half of it may be rounding, and is
-    subtracted. `yardstick`: u as a share of the value [1].
+    subtracted, but `MOST_ROUNDING` of the value at most. `yardstick`: u as a share of the value [1].
     """
+    apart, size = abs(reported - own), max(abs(reported), abs(own))
     # A value that rounds to zero is not a value.
-    rounding = step / 2 * (1 + 1e-9) if reported else 0.0
-    return max(0.0, abs(reported - own) - rounding) / (yardstick * abs(own))
+    rounding = min(step / 2 * (1 + 1e-9), MOST_ROUNDING * size) if reported else 0.0
+    if rounding > FINEST * size:
+        # Rounding does not explain an answer that is much farther off, however few digits it has.
+        rounding *= min(1.0, max(0.0, 3.0 - apart / (MOST_ROUNDING * size)))
+    return max(0.0, apart - rounding) / (yardstick * abs(own))
 
 
 # --- known slips: a reported I_zz that would be right without one common mistake ------------------------------------
@@ -146,6 +156,9 @@ WITHIN, BOTH_WITHIN = 2.0, 1.0
 one of them agrees by chance more easily."""
 
 CLEAR = 0.5  # largest u of a fit with two mistakes, as a share of its value: a fit that says nothing agrees by chance
+
+SLIP_U = 0.01
+"""Largest u, as a share, for the distance from a slip: with a larger one, many answers agree by chance."""
 
 NEAREST = 0.015  # largest relative distance, even if u is larger: 60 instead of 57.3 are two slips
 
@@ -189,21 +202,19 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     if min(distance(reported, value.value, step, own.yardstick) for value in own.values) <= FROM:
         return []
     plain, margin = {value.name: value.value for value in own.values}, FROM * own.yardstick
+    yardstick = min(own.yardstick, SLIP_U)
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
-    singles = [kind for kind in list_mistakes(readings, measured, own.recommended.value) if kind.words]
-    singles.append(known_mistakes()["inverse_slope"])
+    singles = list(possible_mistakes(own, readings, measured).values())
     found: list[tuple[int, Slip]] = []
     for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
         for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
-            inverse = [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
-            values = inverse if kind.kind == "inverse_slope" else own.fits(kind.product, kind.torque)
-            for one in sorted(values, key=lambda one: abs(one.value - reported)):
-                away = distance(reported, one.value, step, own.yardstick) if one.value else math.inf
+            for one in sorted(with_mistake(kind, own), key=lambda one: abs(one.value - reported)):
+                away = distance(reported, one.value, step, yardstick) if one.value else math.inf
                 if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
                     continue
                 # A value among honest answers cannot be separated from them.
-                if away <= min(within, NEAREST / own.yardstick) and one.name in plain and not low <= one.value <= high:
-                    factor = one.value / plain[one.name]
+                if away <= min(within, NEAREST / yardstick) and one.name in plain and not low <= one.value <= high:
+                    factor, away = one.value / plain[one.name], away * yardstick / own.yardstick
                     found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
                     break
     least = min((slip.distance for _, slip in found), default=0.0)
@@ -213,6 +224,19 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     likely = [slip.factor for rank, slip in found if rank == 0]
     named = [slip for rank, slip in found if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)]
     return named[:MOST]
+
+
+def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
+    """Compute the accepted fits of runs with a mistake."""
+    if kind.kind == "inverse_slope":
+        return [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+    return own.fits(kind.product, kind.torque)
+
+
+def possible_mistakes(own: OwnRuns, readings: Readings, measured: Measurements) -> dict[str, Mistake]:
+    """List every mistake that the arithmetic can contain for a log, by its kind."""
+    possible = [one for one in list_mistakes(readings, measured, own.recommended.value) if one.words]
+    return {one.kind: one for one in (*possible, known_mistakes()["inverse_slope"])}
 
 
 def corrected(readings: Readings, kind: Mistake) -> Readings:
@@ -369,8 +393,17 @@ def check_bench(lines: Mapping[str, str]) -> None:
             raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=("bench", key)) from None
 
 
-def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings, Answers, tuple[str, ...]]:
-    """Read a log, with the `lines` of ``[bench]`` for what it does not state; return these too: "u_time 0.3 s"."""
+class AtBench(NamedTuple):
+    """A log with what the rubric says of its bench."""
+
+    readings: Readings
+    answers: Answers
+    added: tuple[str, ...]  # lines of ``[bench]`` for what the log does not state: "u_time 0.3 s"
+    too_wide: tuple[str, ...]  # uncertainties that the log states far over the usual; the usual ones are used
+
+
+def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
+    """Read a log, with the `lines` of ``[bench]`` for what it does not state, or states far over the usual."""
     readings, answers = submission.read()
     known = {*APPARATUS, *SHARED_UNCERTAINTIES, *(key for role in readings.columns for key in u_keys(role))}
     balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
@@ -382,7 +415,8 @@ def at_bench(submission: Submission, lines: Mapping[str, str]) -> tuple[Readings
     missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
-    return readings, answers, tuple(f"{key} {text}" for key, text in missing.items())
+    readings, too_wide = with_usual(readings, lines)
+    return AtBench(readings, answers, tuple(f"{key} {text}" for key, text in missing.items()), too_wide)
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated

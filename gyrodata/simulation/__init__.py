@@ -6,4 +6,4 @@ of each run, `noise` adds the errors of the readings, and `typed_log` writes the
 
 from gyrodata.simulation.noise import EXACT, TYPICAL, read_noise
 from gyrodata.simulation.truth import Decay, Design, Runs, Truth
-from gyrodata.simulation.typed_log import Simulation, simulate
+from gyrodata.simulation.typed_log import SIMULATED, Simulation, simulate

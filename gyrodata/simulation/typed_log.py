@@ -23,6 +23,9 @@ from gyrodata.simulation.noise import EXACT, NOISE_KEYS, TYPICAL, put_errors
 from gyrodata.simulation.truth import Design, Runs, Truth, happen
 from gyrodata.units import DISPLAY, Uncertainty, from_si
 
+SIMULATED = "Simulated, not measured"
+"""What the first line of every simulated log says."""
+
 UNKNOWN_BIAS_U = 30.0
 """Uncertainty of the timing bias [s] that the log states if the truth has a bias and the noise does not contain one."""
 
@@ -175,7 +178,7 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
         columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
     if runs.sense.min() < 0 or not runs.mass.all():
         columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
-    head = {"Simulated, not measured": _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
+    head = {SIMULATED: _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
     head |= {key: uncertainty_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
     across = columns.get("transverse_inertia", [])
     if len(set(across)) == 1:

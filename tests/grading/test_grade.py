@@ -134,11 +134,12 @@ def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
 
 def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     found = grade(ROWS.log(reported_line(3.7e5 * VALUE, 3.7e5 * U)))
-    assert points(found) == {**ALL, "inertia": 0, "reference": 0, "uncertainty": 0}
+    assert points(found) == {**ALL, "inertia": 0, "uncertainty": 0}
+    assert "which your runs give" in mark_of(found, "reference")[1]
     inverse = grade(ROWS.log(reported_line(1 / VALUE, U / VALUE**2)))
     assert "inver" in inverse.slips[0].words
     odd = grade(report(ROWS, Formula(answer=1.3)))
-    assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0, "reference": 0})
+    assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0})
     assert "no common mistake explains it" in odd.look[0]
     with_constant = report(ROWS, replace(SLIPS["turns_forgotten"], spin=1.0), "with_constant")
     assert grade(with_constant).slips == (), "such a fit says nothing: two mistakes at once explain it by chance"
@@ -170,7 +171,14 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
     whole = grade(report(), rubric, members=("lab.csv", "Plot.PNG"))
     assert points(whole) == {"own": 4, "reference": 3, "u": 2, "plot": 1}
     found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), rubric, members=("lab.csv",))
-    assert points(found) == {"own": 0, "reference": 1.5, "u": 0, "plot": 0}
+    # The arithmetic costs points once.
+    assert points(found) == {"own": 0, "reference": 3, "u": 0, "plot": 0}
+    by_hand = PLAIN.replace(
+        '"own_data", points = 4, full = "percent <= 2", zero = "percent >= 6"', '"manual", points = 4'
+    )
+    alone = read_rubric(by_hand.encode())
+    found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), alone, members=("lab.csv",))
+    assert points(found) == {"own": None, "reference": 1.5, "u": 0, "plot": 0}
     assert "10 % from" in mark_of(found, "reference")[1]
 
 

@@ -14,10 +14,11 @@ import re
 import tomllib
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import filterfalse, islice, takewhile, zip_longest
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import msgspec
 from msgspec import Struct
@@ -26,10 +27,11 @@ from msgspec.structs import replace
 from gyrodata import readings
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.fitting import K_95
+from gyrodata.grading.submissions import visible
 from gyrodata.grading.submissions.archives import TABLES, WORKBOOKS, ending
 from gyrodata.quantities import to_float
 from gyrodata.readings import Reported, read_reported
-from gyrodata.readings.roles import UNSURE_WORDS, name_roles, squeezed_words
+from gyrodata.readings.roles import UNSURE_WORDS, is_key, name_roles, squeezed_words
 from gyrodata.readings.source import sheet_rows
 from gyrodata.units import kinds_of
 
@@ -39,6 +41,7 @@ SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items(
 _MOST_LINES, _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 1000, 100, 7, 100
 _PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
 """The part of a file of a word processor that contains its text."""
+_STYLES = "word/styles.xml"
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 
@@ -48,7 +51,7 @@ class Answers(Struct, frozen=True):
     inertia: Reported | None = None  # I_zz [kg*m^2]; None if nothing is reported
     diagnostics: tuple[Diagnostic, ...] = ()  # notes on how it was read
     file: str = ""  # name of the file with I_zz
-    other: str = ""  # in words, a value in another file that disagrees; or ""
+    other: str = ""  # in words, another value that disagrees; or ""
 
 
 class _Candidate(Struct, frozen=True):
@@ -59,13 +62,18 @@ class _Candidate(Struct, frozen=True):
     read: Reported
 
 
-def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, bytes]] = ()) -> Answers:
+def read_answers(
+    log: readings.Readings | None,
+    reports: Iterable[tuple[str, bytes]] = (),
+    unseen: Collection[str] = (),
+) -> Answers:
     """Find the value that the log reports, or another text if the log reports none.
 
-    `reports` are names and bytes of the other texts. Never raises: a value that cannot be read has a fault.
+    `reports` are names and bytes of the other texts, and `unseen` the hidden sheets of the log. Never raises: a value
+    that cannot be read has a fault.
     """
     found = [one for name, data in reports for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)]
-    if log is not None and "inertia" in log.reported:
+    if log is not None and "inertia" in log.reported and _is_seen(log, unseen):
         read = log.reported["inertia"]
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
         top = max(0, (read.line or 0) - 1)
@@ -73,6 +81,7 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
         more = _candidates("", lines) if read.u is None or read.fault else ()
         same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
         read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
+        found = [*islice(_candidates(log.name, _remarks(log)), _MOST_VALUES), *found]
         return Answers(read, (), log.name, _disagrees(read, log.name, found))
     if not found:
         return Answers()
@@ -93,16 +102,47 @@ def read_answers(log: readings.Readings | None, reports: Iterable[tuple[str, byt
     return Answers(read, (note,), file, "" if others else _disagrees(read, file, found))
 
 
+def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
+    """Return whether a person who opens the log sees the answer in it."""
+    line = log.reported["inertia"].line
+    if line is None:
+        return True
+    above = [title.strip("'") for before, title in log.sheets if before < line]
+    text = readings.lablog.split_lines(log.source_text)[line - 1]
+    return above[-1:] not in [[one] for one in unseen] and visible.line_seen(text) == text
+
+
+def _remarks(log: readings.Readings) -> list[str]:
+    """Return the lines of a log, with nothing in place of those that are no remarks, or that the reader reads."""
+    found: list[str] = []
+    for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
+        remark = visible.line_seen(line).strip('#%," \t')
+        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(re.split("[:=]", remark)[0].strip())
+        found.append(remark if is_remark else "")
+    return found if any(re.search(r"\d", remark) for remark in found) else []
+
+
 def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
-    """Describe a value with a name and an uncertainty in another file that differs by more than both uncertainties."""
+    """Describe another value with a name that differs by more than both uncertainties."""
     for one in found:
-        if version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place):
-            continue  # a draft or an earlier log may have another answer
-        apart = abs((one.read.value or 0.0) - (read.value or 0.0))
         elsewhere = one.place.rpartition(", line ")[0] != file
-        if elsewhere and one.rank[:2] == (True, True) and apart > (one.read.u or 0.0) + (read.u or 0.0):
+        if elsewhere and (version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place)):
+            continue  # a draft or an earlier log may have another answer
+        if one.rank[0] and _differ(read, one.read):
             return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
     return ""
+
+
+WITHOUT_U = 0.05  # the uncertainty of another value that is reported without one, as a share of it
+SMALL = 0.2  # a smaller share of the answer, without an uncertainty, may be the uncertainty of the answer
+
+
+def _differ(read: Reported, other: Reported) -> bool:
+    """Return whether two values are farther from each other than their uncertainties allow."""
+    value, another = read.value or 0.0, other.value or 0.0
+    if other.u is None and abs(another) < SMALL * abs(value):
+        return False
+    return abs(value - another) > (read.u or 0.0) + (WITHOUT_U * abs(another) if other.u is None else other.u)
 
 
 _RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
@@ -127,40 +167,86 @@ def _agree(rounded: Reported, other: Reported) -> bool:
 
 def lines_of(name: str, data: bytes) -> list[str]:
     """Read a file as lines of plain text; none if it cannot be read."""
-    with suppress(GyroError, zipfile.BadZipFile, zlib.error, csv.Error, KeyError, OSError, RuntimeError, ValueError):
+    with suppress(*_UNREADABLE):
         return _read_lines(name, data)
     return []
+
+
+_UNREADABLE = (
+    GyroError, zipfile.BadZipFile, zlib.error, csv.Error, KeyError, OSError, RuntimeError, ValueError,
+    AttributeError, TypeError,  # JSON that is not a notebook
+)  # fmt: skip
 
 
 def _read_lines(name: str, data: bytes) -> list[str]:
     """Read a file as lines of plain text; the cells of a table are separated by ``|``."""
     kind = ending(name)
     if kind in WORKBOOKS:
-        rows = (row[:30] for sheet in sheet_rows(data).values() for row in sheet[:_MOST_LINES])
+        unseen = visible.hidden_sheets(data)
+        sheets = (sheet for title, sheet in sheet_rows(data).items() if title not in unseen)
+        rows = (row[:30] for sheet in sheets for row in sheet[:_MOST_LINES])
         return [" | ".join("" if cell is None else str(cell) for cell in row) for row in rows]
     if kind in _PACKED and zipfile.is_zipfile(io.BytesIO(data)):
-        with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(_PACKED[kind]) as file:
-            text = re.sub(r">\s+<", "><", file.read(readings.MAX_BYTES).decode("utf-8", "replace"))
+        text = _packed_text(data, kind)
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
         text = re.sub(r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text)
         text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
-        cells = msgspec.json.decode(text)["cells"]
-        printed = [["\n", *one.get("text", [])] for cell in cells for one in cell.get("outputs", [])]
-        text = "\n".join("".join(part) for part in (*(cell["source"] for cell in cells), *printed))
+        text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
     # In LaTeX, the rest of a line behind % is a comment; in a table, a line behind % is a remark.
     comment = r"(?<!\\)%.*" if kind == ".tex" else r"(?m)^[ \t]*%.*"
     for pattern in [*_STRUCK, *([comment] if kind not in TABLES else [])]:
         text = re.sub(pattern, lambda found: "\n" * found[0].count("\n"), text)
+    text = text.partition(r"\end{document}")[0] if kind == ".tex" else text
+    text = text if kind in TABLES else visible.latex_seen(text)
+    text = visible.markdown_seen(text) if kind == ".md" else text
+    is_page = kind in (".html", ".htm") or (kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text))
+    text = visible.page_seen(text) if is_page and kind not in _PACKED else text
     if kind in (".html", ".htm", ".docx", ".odt") or re.search(r"(?i)</p>|<(?:br|sup)\b", text):
         for pattern, plain in _MARKUP:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
         text = re.sub(r"\s*\n\s*", "\n", html.unescape(text)).strip()
-    lines = readings.lablog.split_lines(text)
+    lines = [visible.line_seen(line) for line in readings.lablog.split_lines(text)]
     return _in_cells(lines) if kind in TABLES else lines
+
+
+def hidden_sheets_of(name: str, data: bytes) -> Collection[str]:
+    """Return the hidden sheets of a workbook; none of another file, or of one that cannot be read."""
+    if ending(name) in WORKBOOKS:
+        with suppress(zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
+            return visible.hidden_sheets(data)
+    return ()
+
+
+def _packed_text(data: bytes, kind: str) -> str:
+    """Return the XML of a word processor, without the text in it that is hidden."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        parts = dict.fromkeys([_PACKED[kind], *({_STYLES} & set(archive.namelist()))], "")
+        for part in parts:
+            with archive.open(part) as file:
+                text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
+            parts[part] = re.sub(r">\s+<", "><", text)
+    if kind == ".docx":
+        return visible.word_seen(parts[_PACKED[kind]], parts.get(_STYLES, ""))
+    return visible.open_text_seen(parts[_PACKED[kind]])
+
+
+def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
+    """Give the texts of a notebook: what its cells contain, and then what they printed."""
+    printed: list[str] = []
+    for cell in cells:
+        hidden = (cell.get("metadata") or {}).get("jupyter") or {}
+        source = "".join(cell["source"])
+        if cell.get("cell_type") == "markdown":
+            source = visible.markdown_seen(source)
+        if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
+            yield source
+        if not hidden.get("outputs_hidden"):
+            printed += ["".join(["\n", *one.get("text", [])]) for one in cell.get("outputs", [])]
+    yield from printed
 
 
 def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
@@ -192,7 +278,7 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     """Split lines into sentences without markup, each with the number of its line."""
     found, plain = [], [line[:_LONGEST_LINE] for line in lines[:_MOST_LINES]]
     for pattern, text in _PLAIN:
-        plain = [re.sub(pattern, text, line) for line in plain]
+        plain = [line and re.sub(pattern, text, line) for line in plain]
     for number, line in enumerate(_with_titles(plain), 1):
         found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
     return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]

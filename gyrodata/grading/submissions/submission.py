@@ -17,7 +17,14 @@ from msgspec.structs import replace
 
 from gyrodata import fitting, readings
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
-from gyrodata.grading.submissions.answers import Answers, as_log, lines_of, read_answers, version_of
+from gyrodata.grading.submissions.answers import (
+    Answers,
+    as_log,
+    hidden_sheets_of,
+    lines_of,
+    read_answers,
+    version_of,
+)
 from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
 from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
@@ -94,7 +101,7 @@ class Submission(Struct, frozen=True, dict=True):
             if log.ok or again.ok or errors[0] < errors[1]:
                 data, log = more, again
                 notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
-        answers = read_answers(log, self.reports())
+        answers = read_answers(log, self.reports(), hidden_sheets_of(name, data))
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         if not log.ok and "time" in log.columns and answers.inertia and answers.inertia.value:

@@ -15,6 +15,7 @@ import stat
 import struct
 import zipfile
 import zlib
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -113,6 +114,15 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
         why = f"it is damaged in the zip ({error})"
     name = inner.rpartition("/")[2]
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
+
+
+def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
+    """Return the names of files of a class with their sizes [byte], without opening them; 0 for a file that is gone."""
+    if root.is_file():
+        members = _opened(root)[1]
+        return [(name, members[name].file_size if name in members else 0) for name in names]
+    paths = [(name, root / name) for name in names]
+    return [(name, path.lstat().st_size if path.exists() else 0) for name, path in paths]
 
 
 def _list_folder(root: Path) -> Listing:

@@ -276,7 +276,8 @@ def _entries(
 ) -> tuple[dict[str, Entry], dict[str, str], int]:
     """Read the entry of each student from the journal, or make it.
 
-    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, and the number of damaged lines.
+    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, and the number of
+    damaged lines.
     """
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""

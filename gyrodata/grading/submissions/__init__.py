@@ -20,6 +20,7 @@ from gyrodata.grading.submissions import names, submission
 from gyrodata.grading.submissions.archives import TEXTS, Listing, ending, list_files, list_inner, read_file, sizes_of
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
+from gyrodata.workers import reads_file
 
 __all__ = ["Submission", "Submissions", "choose", "find_submissions", "list_submissions", "submission_of", "unread"]
 
@@ -178,6 +179,7 @@ def _choose(item: Submission) -> tuple[Submission, str]:
     damaged = ""
     for name, file in list(own.items()):
         if ending(file) == ".zip":
+            reads_file(submission.place_of(name))
             try:
                 inner = list_inner(root, name)
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}

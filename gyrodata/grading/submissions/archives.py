@@ -86,6 +86,15 @@ _FIRST = 65_536  # bytes of a file that are read first; few have more
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
+    data = read_start(root, name, most + 1)
+    if len(data) <= most:
+        return data
+    name = name.rpartition("/")[2]
+    raise Faults(name).refuse("file_of_class_unreadable", name=name, why=f"it is larger than {size_text(most)}")
+
+
+def read_start(root: Path, name: str, count: int) -> bytes:
+    """Read the first `count` bytes of a file of a class; the name as in `read_file`. Raises InputError."""
     outer, _, inner = name.rpartition("//")
     plain = root / name
     file: IO[bytes] | None = None
@@ -103,11 +112,8 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
             raise FileNotFoundError("it is no longer there")
         with file:
             # To ask for the most at once takes memory for it.
-            data = file.read(_FIRST)
-            data += file.read(most + 1 - _FIRST) if len(data) == _FIRST else b""
-        if len(data) <= most:
-            return data
-        why = f"it is larger than {size_text(most)}"
+            data = file.read(min(_FIRST, count))
+            return data + (file.read(count - _FIRST) if len(data) == _FIRST else b"")
     except OSError as error:
         why = error.strerror or str(error)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
@@ -170,6 +176,8 @@ def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
     for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
         packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
         found += list_inner(root, whole, depth + 1) if packed else [whole]
+        if len(found) > MOST_FILES:
+            raise _refusal(Path(name), "class_too_large", most=str(MOST_FILES))
     return found
 
 

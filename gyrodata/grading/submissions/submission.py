@@ -64,7 +64,7 @@ class Submission(Struct, frozen=True, dict=True):
         found: dict[str, bytes | InputError] = {}
         for name in filter(None, (*self.report_names, self.log_name)):
             most = readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
-            reads_file(base_name(name))
+            reads_file(place_of(name))
             try:
                 found[name] = read_file(self.source, name, most)
             except InputError as error:
@@ -77,13 +77,16 @@ class Submission(Struct, frozen=True, dict=True):
             raise InputError.named("nothing_handed_in", why=f"{self.name}: {self.problem}")
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
-        reads_file(base_name(self.log_file or self.log_name))
+        reads_file(place_of(self.log_name))
         return as_log(self.log_file or self.log_name, data)
 
     def reports(self) -> Iterator[tuple[str, bytes]]:
         """Give the other texts that may contain the answer, with names to show."""
-        texts = ((base_name(name), self.texts[name]) for name in self.report_names)
-        return _named((name, data) for name, data in texts if isinstance(data, bytes))
+        for name in self.report_names:
+            if isinstance(data := self.texts[name], bytes):
+                reads_file(place_of(name))
+                yield shown(name.rpartition("/")[2]), data
+        reads_file("")
 
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
@@ -93,9 +96,9 @@ class Submission(Struct, frozen=True, dict=True):
         name, notes = PurePosixPath(self.log_file or self.log_name or "").name, list[Diagnostic]()
         log = readings.read_log(data := self.log(), name=name, settings=settings)
         # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
-        lines = [line for one in self.reports() for line in lines_of(*one)] if log.columns else []
+        lines = (line for one in self.reports() for line in lines_of(*one)) if log.columns else ()
         said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line) == "surface"]
-        reads_file(shown(name))
+        reads_file(place_of(self.log_name or ""))
         if said:
             text = (workbook_text if data[:2] == b"PK" else readings.decode)(data, readings.Faults(name))[0]
             more = (text + "".join(f"\n# {line}" for line in said)).encode()
@@ -107,7 +110,7 @@ class Submission(Struct, frozen=True, dict=True):
                 notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
         answers = read_answers(log, self.reports())
         # All that follows is about the log, also when it is analysed.
-        reads_file(shown(name))
+        reads_file(place_of(self.log_name or ""))
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         if not log.ok and "time" in log.columns and answers.inertia and answers.inertia.value:
@@ -153,9 +156,10 @@ class Submissions(Struct, frozen=True):
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out or cannot be read
 
 
-def base_name(name: str) -> str:
-    """Return the name of a file without its folders and zips, to be shown."""
-    return shown(name.rpartition("/")[2])
+def place_of(name: str) -> str:
+    """Describe a file by its name below the class: "lab.csv", or "lab.csv in lab.zip"."""
+    parts = [shown(part.rpartition("/")[2])[:100] for part in name.split("//")]
+    return " in ".join(reversed(parts))
 
 
 # --- the log among the files of a student --------------------------------------------------------------------
@@ -199,7 +203,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
         nearly: list[str] = []  # with columns of a log
         for name, own in logs.items():
-            reads_file(base_name(own))
+            reads_file(place_of(name))
             with suppress(GyroError):
                 texts.append((own.rpartition("/")[2], read(name)))
                 log = readings.read_log(data := as_log(*texts[-1]), name=texts[-1][0])
@@ -233,7 +237,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
 def _named(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
     """Give texts one by one, and note the name of each while it is read."""
     for name, data in texts:
-        reads_file(shown(name))
+        reads_file(shown(name)[:100])
         yield name, data
     reads_file("")
 

@@ -16,7 +16,7 @@ from contextlib import closing
 from functools import cached_property, partial
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from msgspec import Struct, ValidationError
 from msgspec.structs import replace
@@ -41,6 +41,7 @@ from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
 from gyrodata.grading.submissions import Submission, Submissions, choose, list_submissions, unread
 from gyrodata.grading.yardsticks import grouped
+from gyrodata.readings import listing
 from gyrodata.results import decode, encode
 from gyrodata.workers import Failed, in_workers
 
@@ -139,10 +140,13 @@ def grade_class(
     options = options or GradingOptions()
     listed = [desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student)]
     items, notes, lost = _chosen(listed, options)
-    submissions = replace(submissions, items=items, diagnostics=(*submissions.diagnostics, *notes))
     left = tuple(one for one in roster.absent if one.student not in absent)
-    roster, meant = Roster({**roster.people, **absent}, left, roster.unclear), roster.who_is_meant(submissions)
-    made, again, damaged = _entries(items, rubric, options, desk, lost)
+    present = tuple(one for one in items if one.student not in absent)
+    meant = roster.who_is_meant(replace(submissions, items=present))
+    roster = Roster({**roster.people, **absent}, left, roster.unclear)
+    made, again, damaged, undrawn = _entries(items, rubric, options, desk, lost)
+    diagnostics = (*submissions.diagnostics, *notes, *undrawn)
+    submissions = replace(submissions, items=items, diagnostics=diagnostics)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     plain = (replace(one.grade, fingerprint=None) for one in made.values())
     grades: Sequence[Grade] = [roster.named(one, desk.value(one.student, "station")) for one in plain]
@@ -273,16 +277,17 @@ def _why_again(known: Entry | None, item: Submission, rubric: Rubric, reported: 
 
 def _entries(
     items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk, unopened: Mapping[str, Failed]
-) -> tuple[dict[str, Entry], dict[str, str], int]:
+) -> tuple[dict[str, Entry], dict[str, str], int, list[Diagnostic]]:
     """Read the entry of each student from the journal, or make it.
 
-    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, and the number of
-    damaged lines.
+    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, the number of
+    damaged lines, and warnings about figures.
     """
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
     known, damaged = read_journal(written)
     entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
+    undrawn: dict[str, list[str]] = {}  # students by the reason
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
         why = _why_again(before, item, rubric, reported)
@@ -305,15 +310,17 @@ def _entries(
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
                 lost = str(answer)
-                answer = {}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {}
+                answer = _Answer({}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {})
             # Through JSON at once, so that a grade from the journal is the same to the last digit.
-            inputs, grade, drawn = answer[0], decode(answer[1], Grade), answer[2]
-            figures = {name: words for name, (_, words) in drawn.items()}
+            grade = decode(answer.grade, Grade)
+            if answer.undrawn:
+                undrawn.setdefault(answer.undrawn, []).append(item.name)
+            figures = {name: words for name, (_, words) in answer.figures.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
-            one = Entry(inputs=inputs, grade=grade, lost=lost, figures=figures, seen=seen)
+            one = Entry(inputs=answer.inputs, grade=grade, lost=lost, figures=figures, seen=seen)
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
-            for name, (data, _) in drawn.items():
+            for name, (data, _) in answer.figures.items():
                 disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
@@ -324,22 +331,37 @@ def _entries(
     lines = [encode(one) + b"\n" for one in entries.values()]
     if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
-    return entries, again, damaged
+    notes = [
+        Diagnostic.named("figure_not_drawn", what=f"the figures of {listing(sorted(some), 5)}", why=why)
+        for why, some in sorted(undrawn.items())
+    ]
+    return entries, again, damaged, notes
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[dict[str, str], bytes, Figures]:
-    """Grade one submission, in a worker; return its inputs, its grade as JSON, and its figures."""
+class _Answer(NamedTuple):
+    """What a worker returns for one submission."""
+
+    inputs: dict[str, str]
+    grade: bytes  # JSON
+    figures: Figures
+    undrawn: str = ""  # why a figure cannot be drawn
+
+
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
+    """Grade one submission, in a worker."""
     # A copy, because a submission keeps the texts that it reads; the inputs are those that are graded.
     submission = replace(task[0], known_digest="")
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
-        return inputs, encode(grade), {}
+        return _Answer(inputs, encode(grade), {})
     from gyrodata import analysis, plotting
 
     found = analysis.analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-    drawn = plotting.render(found, "png").items()
-    return inputs, encode(grade), {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
+    faults: dict[str, str] = {}
+    drawn = plotting.render(found, "png", faults=faults).items()
+    figures = {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
+    return _Answer(inputs, encode(grade), figures, next(iter(faults.values()), ""))
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

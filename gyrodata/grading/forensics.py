@@ -441,7 +441,9 @@ def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
     order = np.argsort(square, axis=1)
     others = copies - np.eye(len(copies), dtype=int)
     enough = np.take_along_axis(others, order, axis=1).cumsum(axis=1) >= count
-    return square[np.arange(len(order)), order[np.arange(len(order)), enough.argmax(axis=1)]]
+    at = np.take_along_axis(order, enough.argmax(axis=1)[:, None], axis=1)
+    distances: Floats = np.take_along_axis(square, at, axis=1)[:, 0]
+    return distances
 
 
 # --- flags of logs that are too similar ---------------------------------------------------------------------

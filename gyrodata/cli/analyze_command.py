@@ -8,6 +8,7 @@ import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -308,7 +309,8 @@ def _report_of(
     from gyrodata.plotting import omit_docstrings
     from gyrodata.reporting.page import report_files
 
-    omit_docstrings()
+    with suppress(ImportError, ValueError):  # the figures say why
+        omit_docstrings()
     faults: dict[str, str] = {}
     files = report_files(analysis, request.figures, request.style, document, faults)
     reasons = {why: [figure for figure in faults if faults[figure] == why] for why in faults.values()}

@@ -412,7 +412,15 @@ def render(
         The files of the figures that can be drawn, by name.
     """
     scene = gather(analysis)
-    files = {}
+    files: dict[str, bytes] = {}
+    try:
+        load_matplotlib()
+    except (ImportError, ValueError) as error:
+        # A damaged installation, or a matplotlibrc that is not UTF-8.
+        if faults is None:
+            raise
+        faults |= dict.fromkeys(names, _reason(error))
+        return files
     with own_style(STYLE), warnings.catch_warnings():
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
@@ -423,8 +431,13 @@ def render(
                 # The answer does not depend on a figure, nor on the state of matplotlib.
                 if faults is None:
                     raise
-                faults[name] = f"{type(error).__name__}: {str(error)[:200]}"
+                faults[name] = _reason(error)
     return files
+
+
+def _reason(error: Exception) -> str:
+    """Say in one line why a figure cannot be drawn."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
 
 
 def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
@@ -438,15 +451,12 @@ def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
 
 
 def load_matplotlib() -> ModuleType:
-    """Import matplotlib also if MPLBACKEND names no backend, or if no matplotlibrc can be read.
-
-    A figure in a file needs neither of them.
-    """
+    """Import matplotlib also if MPLBACKEND names no backend: a figure in a file needs no window."""
     if "matplotlib" in sys.modules:
         return sys.modules["matplotlib"]
     backend = os.environ.pop("MPLBACKEND", None)
     try:
-        matplotlib = _import_matplotlib()
+        matplotlib = import_module("matplotlib")
     finally:
         if backend is not None:
             os.environ["MPLBACKEND"] = backend
@@ -454,21 +464,6 @@ def load_matplotlib() -> ModuleType:
         with suppress(ValueError):
             matplotlib.rcParams["backend"] = backend
     return matplotlib
-
-
-def _import_matplotlib() -> ModuleType:
-    """Import matplotlib with the user's matplotlibrc, or without it if it is not UTF-8."""
-    try:
-        return import_module("matplotlib")
-    except UnicodeDecodeError:
-        before = os.environ.get("MATPLOTLIBRC")
-        os.environ["MATPLOTLIBRC"] = str(STYLE)
-        try:
-            return import_module("matplotlib")
-        finally:
-            del os.environ["MATPLOTLIBRC"]
-            if before is not None:
-                os.environ["MATPLOTLIBRC"] = before
 
 
 @contextmanager

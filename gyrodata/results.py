@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from base64 import b64encode
 from collections.abc import Mapping
 from importlib import import_module
@@ -344,10 +345,13 @@ class Analysis(Struct, frozen=True, eq=False):
     def _repr_html_(self) -> str:
         from html import escape
 
-        figure = b64encode(_above("plotting").render(self, "png", names=("torque",))["torque"]).decode()
+        drawn = _above("plotting").render(self, "png", names=("torque",), faults={})
         found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
         words = escape(_above("plotting").alt_text(self, "torque"))
-        picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
+        picture = f"<p>{words}</p>"
+        if "torque" in drawn:
+            figure = b64encode(drawn["torque"]).decode()
+            picture = f'<img src="data:image/png;base64,{figure}" alt="{words}" style="max-width: 36em">'
         listed = f"<ul>{found}</ul>" if found else ""
         return f'<pre style="white-space: pre-wrap">{escape(str(self))}</pre>{picture}{listed}'
 
@@ -521,10 +525,22 @@ class CheckDocument(Struct, eq=False, kw_only=True):
     """null without --hand-in."""
 
 
+# U+007F to U+009F, U+061C, U+200E, U+200F, U+202A to U+202E, and U+2066 to U+2069, in UTF-8.
+_CONTROLS = re.compile(rb"\x7f|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8e\x8f\xaa-\xae]|\xe2\x81[\xa6-\xa9]")
+
+
+def escape_controls(text: bytes) -> bytes:
+    r"""Write the characters of JSON that a terminal obeys, or that turn a line around, as ``\uXXXX``.
+
+    They can only be in the texts of JSON, whose content stays the same.
+    """
+    return _CONTROLS.sub(lambda found: b"\\u%04x" % ord(found[0].decode()), text)
+
+
 def encode(record: Any) -> bytes:
     """Write a record as JSON on one line; a NaN becomes null."""
     try:
-        return msgspec.json.encode(record)
+        return escape_controls(msgspec.json.encode(record))
     except UnicodeEncodeError:
         # The name of a file in another encoding can contain half of a surrogate pair, which has to be escaped.
         return json.dumps(msgspec.to_builtins(record), allow_nan=False).encode()

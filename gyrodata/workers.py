@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
@@ -23,10 +24,22 @@ Answer = TypeVar("Answer")
 MEMORY = 2_000_000_000  # address space of a worker [byte]; to grade one log takes a tenth of it
 
 
+_file: ContextVar[str] = ContextVar("_file", default="")
+
+
+def reads_file(name: str) -> None:
+    """Note the file that a task reads from now on, so that a failure can name it; "" for none."""
+    _file.set(name)
+
+
 class Failed(Struct, frozen=True):
     """A task that was not finished."""
 
     why: str  # in words
+    file: str = ""  # name of the file that was read, if the task said so
+
+    def __str__(self) -> str:
+        return f"the file {self.file}: {self.why}" if self.file else self.why
 
 
 class _TookTooLong(BaseException):
@@ -135,6 +148,7 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
     def ring(*_: object) -> None:
         raise _TookTooLong
 
+    reads_file("")
     # A worker of a cluster has threads, which no signal reaches.
     alarm = limit and hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
     try:
@@ -143,11 +157,12 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
             signal.setitimer(signal.ITIMER_REAL, limit)
         return work(task)
     except _TookTooLong:
-        return Failed(f"it took over {limit:g} s")
+        why = f"it took over {limit:g} s"
     except MemoryError:
-        return Failed(f"it needs more memory than {MEMORY / 1e9:g} GB")
+        why = f"it needs more memory than {MEMORY / 1e9:g} GB"
     except Exception as error:
-        return Failed(f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})")
+        why = f"the tool broke on it ({type(error).__name__}: {str(error)[:200]})"
     finally:
         if alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
+    return Failed(why, _file.get())

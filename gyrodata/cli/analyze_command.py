@@ -8,6 +8,7 @@ import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -19,6 +20,7 @@ from gyrodata.cli import terminal
 from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
 from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
+from gyrodata.readings import listing
 
 if TYPE_CHECKING:
     from gyrodata.readings import Readings
@@ -290,13 +292,6 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
     try:
         readings = request.read(**terminal.source_of(log, name))
         analysis = analyze_readings(readings, request.options)
-        files = {}
-        if folder is not None:
-            from gyrodata.plotting import omit_docstrings
-            from gyrodata.reporting.page import report_files
-
-            omit_docstrings()
-            files = report_files(analysis, request.figures, request.style, document)
         text = _formatted(analysis, request, below, folder is not None)
     except GyroError as error:
         return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
@@ -305,11 +300,32 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
     if folder is None:
         return _Outcome(0, text, analysis.diagnostics)
     try:
+        files, undrawn = _report_of(analysis, name, request, document)
         with telling(folder):
             write_folder(folder, files)
     except GyroError as error:
         return _Outcome(error.exit_code, text, (*analysis.diagnostics, *error.diagnostics))
-    return _Outcome(0, text, analysis.diagnostics, report=folder / (document or "report.html"))
+    except Exception as error:
+        # The answer is right also if its report cannot be made.
+        return _Outcome(terminal.FAULT, text, (*analysis.diagnostics, terminal.fault(error, name)))
+    return _Outcome(0, text, (*analysis.diagnostics, *undrawn), report=folder / (document or "report.html"))
+
+
+def _report_of(
+    analysis: Analysis, name: str, request: _Request, document: str
+) -> tuple[dict[str, bytes], list[Diagnostic]]:
+    """Make the files of a report; also return a warning about each reason why figures cannot be drawn."""
+    from gyrodata.plotting import omit_docstrings
+    from gyrodata.reporting.page import report_files
+
+    with suppress(ImportError, ValueError):  # the figures say why
+        omit_docstrings()
+    faults: dict[str, str] = {}
+    files = report_files(analysis, request.figures, request.style, document, faults)
+    reasons = {why: [figure for figure in faults if faults[figure] == why] for why in faults.values()}
+    return files, [
+        Diagnostic.named("figure_not_drawn", name, what=listing(figures), why=why) for why, figures in reasons.items()
+    ]
 
 
 def _without_answer(

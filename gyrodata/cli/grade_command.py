@@ -77,7 +77,7 @@ def grade(
     from gyrodata.workers import count_workers
 
     judged = read_rubric(*_rubric(rubric))
-    found = submissions.find_submissions(path.absolute(), lms, pattern, attempts)
+    found = submissions.list_submissions(path.absolute(), lms, pattern, attempts)
     first = found.items[0]
     filled: Filled | None = None
     book = None if gradebook is None else (_read(gradebook), gradebook.name)
@@ -110,6 +110,7 @@ def grade(
             at_work.enter_context(alone_in(target, private=True))
         try:
             grades = classroom.grade_class(found, judged, options, years, desk, people)
+            complain(grades.submissions.diagnostics[len(found.diagnostics) :], quiet)
             before = folder / output.TABLE if folder is not None else Path()
             # A table without a line, and no table, are not compared.
             old = before.read_bytes() if before.is_file() else b""

@@ -14,28 +14,41 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing
 from functools import cached_property, partial
+from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from msgspec import Struct, ValidationError
 from msgspec.structs import replace
 
 from gyrodata import __version__, disk
-from gyrodata.errors import insist_on_type
+from gyrodata.errors import Diagnostic, insist_on_type
 from gyrodata.grading import exports, yardsticks
 from gyrodata.grading.examples import flag_examples
 from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.forensics import Fingerprint, Flag, flag_class, in_order
-from gyrodata.grading.grade import Grade, grade_submission, not_graded, reconsider, settle
+from gyrodata.grading.grade import (
+    Grade,
+    References,
+    Scatters,
+    grade_submission,
+    is_doubtful,
+    not_graded,
+    reconsider,
+    settle,
+)
 from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
-from gyrodata.grading.submissions import Submission, Submissions, find_submissions
+from gyrodata.grading.submissions import Submission, Submissions, choose, list_submissions, unread
 from gyrodata.grading.yardsticks import grouped
+from gyrodata.readings import listing
 from gyrodata.results import decode, encode
 from gyrodata.workers import Failed, in_workers
 
 JOURNAL = "journal.ndjson"  # in the folder of the grades
+
+LOOK = "a person must look"  # what is to be done with a submission that gyro could not open or grade
 
 EVERYBODY = Roster()
 
@@ -89,7 +102,7 @@ def grade(
     text, name = default_rubric_text().encode(), "built-in rubric"
     if rubric is not None:
         text, name = Path(rubric).read_bytes(), Path(rubric).name
-    return grade_class(find_submissions(Path(source)), read_rubric(text, name), GradingOptions(workers=workers))
+    return grade_class(list_submissions(Path(source)), read_rubric(text, name), GradingOptions(workers=workers))
 
 
 def grade_class(
@@ -125,27 +138,95 @@ def grade_class(
     extra = [
         Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
     ]
-    items = tuple(desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student))
+    options = options or GradingOptions()
+    listed = [desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student)]
+    items, notes, lost = _chosen(listed, options)
     left = tuple(one for one in roster.absent if one.student not in absent)
-    roster, meant = Roster({**roster.people, **absent}, left, roster.unclear), roster.who_is_meant(submissions)
-    made, again, damaged = _entries(items, rubric, options or GradingOptions(), desk)
+    present = tuple(one for one in items if one.student not in absent)
+    meant = roster.who_is_meant(replace(submissions, items=present))
+    roster = Roster({**roster.people, **absent}, left, roster.unclear)
+    made, again, damaged, undrawn = _entries(items, rubric, options, desk, lost)
+    diagnostics = (*submissions.diagnostics, *notes, *undrawn)
+    submissions = replace(submissions, items=items, diagnostics=diagnostics)
     prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
     plain = (replace(one.grade, fingerprint=None) for one in made.values())
     grades: Sequence[Grade] = [roster.named(one, desk.value(one.student, "station")) for one in plain]
     grades, references, scatters = settle(grades, rubric)
-    grades = [
-        reconsider(one, replace(item), rubric, references, scatters, desk.value(item.student, "reported"))
-        for one, item in zip(grades, items, strict=True)
-    ]
+    typed = {item.student: desk.value(item.student, "reported") for item in items}
+    doubts = [(one, item, typed[item.student]) for one, item in zip(grades, items, strict=True)]
+    grades = _reconsidered(doubts, rubric, references, scatters, options)
     partners, looks = partners_of(grades, roster, meant)
     grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
     flags = in_order([*flag_class(prints, [*partners, *desk.partners], previous), *flag_examples(prints)])
     return ClassGrades(
-        source=items[0].source.resolve().name, submissions=replace(submissions, items=items), rubric=rubric,
+        source=items[0].source.resolve().name, submissions=submissions, rubric=rubric,
         grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades), references=references,
         scatters=scatters, flags=flags, again=again, damaged=damaged, desk=desk, roster=roster, partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
     )  # fmt: skip
+
+
+# --- the work that needs the files of a submission: it is done in workers, where time and memory are limited --------
+
+
+def _chosen(
+    listed: Sequence[Submission], options: GradingOptions
+) -> tuple[tuple[Submission, ...], list[Diagnostic], dict[str, Failed]]:
+    """Choose the log of each submission.
+
+    Also returns notes on the choices, and why submissions could not be opened, by student.
+    """
+    chosen, notes, lost = dict[str, Submission](), dict[str, list[Diagnostic]](), dict[str, Failed]()
+    with closing(in_workers(_choose_one, listed, options.workers, options.limit, options.cluster)) as answers:
+        for item, answer in answers:
+            if isinstance(answer, Failed):
+                lost[item.student] = answer
+                answer = unread(item, f"{answer}; {LOOK}"), []
+            chosen[item.student], notes[item.student] = answer
+    students = [item.student for item in listed]
+    told = [note for student in students for note in notes[student]]
+    return tuple(chosen[student] for student in students), told, lost
+
+
+def _choose_one(item: Submission) -> tuple[Submission, list[Diagnostic]]:
+    """Choose the log of one submission, and compute the digest of what its grade depends on."""
+    made, notes = choose(item)
+    return replace(made, known_digest=made.digest), notes
+
+
+def _load_analysis() -> None:
+    """Load code that the workers need: each process that is forked from this one has it already."""
+    import uncertainties  # noqa: F401
+
+    from gyrodata import analysis, procedure  # noqa: F401
+
+
+Doubt = tuple[Grade, Submission, str | None]
+"""A grade as `settle` returned it, its submission, and I_zz typed in by a person."""
+
+
+def _reconsidered(
+    doubts: Sequence[Doubt], rubric: Rubric, references: References, scatters: Scatters, options: GradingOptions
+) -> list[Grade]:
+    """Look for mistakes in logs that are far from the reference; return all grades in the same order."""
+    grades = {one.student: one for one, _, _ in doubts}
+    waiting = [doubt for doubt in doubts if is_doubtful(doubt[0], references)]
+    if waiting:
+        _load_analysis()
+    work = partial(_reconsider_one, rubric, references, scatters)
+    with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
+        for (grade, _, _), answer in answers:
+            if isinstance(answer, Failed):
+                look = f"gyro could not look for a mistake in the log: {answer}"
+                answer = replace(grade, look=(*grade.look, look))
+            grades[grade.student] = answer
+    return list(grades.values())
+
+
+def _reconsider_one(rubric: Rubric, references: References, scatters: Scatters, doubt: Doubt) -> Grade:
+    """Look for a mistake in one log."""
+    grade, submission, typed = doubt
+    return reconsider(grade, replace(submission, known_digest=""), rubric, references, scatters, typed)
 
 
 # --- the journal: a line for each grade, with its inputs ------------------------------------------------------
@@ -189,23 +270,25 @@ def _why_again(known: Entry | None, item: Submission, rubric: Rubric, reported: 
     """Say why a submission is graded again; "" if the known grade is still right."""
     if known is None or known.lost:
         return f"lost last time: {known.lost}" if known else "new"
-    for name, value in _inputs_of(replace(item), rubric, reported).items():
+    for name, value in _inputs_of(item, rubric, reported).items():
         if (before := known.inputs.get(name)) != value:
             return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
     return ""
 
 
 def _entries(
-    items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk
-) -> tuple[dict[str, Entry], dict[str, str], int]:
+    items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk, unopened: Mapping[str, Failed]
+) -> tuple[dict[str, Entry], dict[str, str], int, list[Diagnostic]]:
     """Read the entry of each student from the journal, or make it.
 
-    Also returns why entries are made, and the number of damaged lines.
+    `unopened`: Why submissions could not be opened, by student. Also returns why entries are made, the number of
+    damaged lines, and warnings about figures.
     """
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
     known, damaged = read_journal(written)
     entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
+    undrawn: dict[str, list[str]] = {}  # students by the reason
     for item in items:
         reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
         why = _why_again(before, item, rubric, reported)
@@ -217,27 +300,28 @@ def _entries(
         else:
             again[item.student] = why
             waiting.append((item, reported))
+    lost_before = [(task, unopened[task[0].student]) for task in waiting if task[0].student in unopened]
+    waiting = [task for task in waiting if task[0].student not in unopened]
     if waiting:
-        # Loaded here, they need not be loaded by each process that is forked from this one.
-        import uncertainties  # noqa: F401
-
-        from gyrodata import analysis, procedure  # noqa: F401
+        _load_analysis()
     work = partial(_grade_one, rubric, options.figures is not None)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
     with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
-        for (item, _), answer in answers:
+        for (item, _), answer in chain(lost_before, answers):
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
-                lost = answer.why
-                answer = {}, encode(not_graded(item, rubric, f"{lost}; a person must look")), {}
+                lost = str(answer)
+                answer = _Answer({}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {})
             # Through JSON at once, so that a grade from the journal is the same to the last digit.
-            inputs, grade, drawn = answer[0], decode(answer[1], Grade), answer[2]
-            figures = {name: words for name, (_, words) in drawn.items()}
+            grade = decode(answer.grade, Grade)
+            if answer.undrawn:
+                undrawn.setdefault(answer.undrawn, []).append(item.name)
+            figures = {name: words for name, (_, words) in answer.figures.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
-            one = Entry(inputs=inputs, grade=grade, lost=lost, figures=figures, seen=seen)
+            one = Entry(inputs=answer.inputs, grade=grade, lost=lost, figures=figures, seen=seen)
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
-            for name, (data, _) in drawn.items():
+            for name, (data, _) in answer.figures.items():
                 disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
@@ -248,22 +332,37 @@ def _entries(
     lines = [encode(one) + b"\n" for one in entries.values()]
     if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
-    return entries, again, damaged
+    notes = [
+        Diagnostic.named("figure_not_drawn", what=f"the figures of {listing(sorted(some), 5)}", why=why)
+        for why, some in sorted(undrawn.items())
+    ]
+    return entries, again, damaged, notes
 
 
-def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> tuple[dict[str, str], bytes, Figures]:
-    """Grade one submission, in a worker; return its inputs, its grade as JSON, and its figures."""
+class _Answer(NamedTuple):
+    """What a worker returns for one submission."""
+
+    inputs: dict[str, str]
+    grade: bytes  # JSON
+    figures: Figures
+    undrawn: str = ""  # why a figure cannot be drawn
+
+
+def _grade_one(rubric: Rubric, draws: bool, task: tuple[Submission, str]) -> _Answer:
+    """Grade one submission, in a worker."""
     # A copy, because a submission keeps the texts that it reads; the inputs are those that are graded.
-    submission = replace(task[0])
+    submission = replace(task[0], known_digest="")
     inputs = _inputs_of(submission, rubric, task[1])
     grade = grade_submission(submission, rubric, task[1] or None)
     if not draws or not grade.own:
-        return inputs, encode(grade), {}
+        return _Answer(inputs, encode(grade), {})
     from gyrodata import analysis, plotting
 
     found = analysis.analyze_readings(yardsticks.at_bench(submission, rubric.bench)[0])
-    drawn = plotting.render(found, "png").items()
-    return inputs, encode(grade), {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
+    faults: dict[str, str] = {}
+    drawn = plotting.render(found, "png", faults=faults).items()
+    figures = {name: (data, plotting.alt_text(found, name)) for name, data in drawn}
+    return _Answer(inputs, encode(grade), figures, next(iter(faults.values()), ""))
 
 
 def figure_path(folder: Path, item: Submission, name: str) -> Path:

@@ -12,14 +12,16 @@ students. Each flag contains the number of equally strong flags that are expecte
 
 from __future__ import annotations
 
+import heapq
 import math
 import re
-from collections.abc import Iterable, Mapping
-from itertools import combinations
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
 from typing import Literal, get_args
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from gyrodata.fitting import chi2_lower_tail
@@ -45,7 +47,7 @@ Prints = Mapping[str, "Fingerprint"]
 """Logs by their keys."""
 NOTHING: Prints = {}
 Pairs = dict[tuple[int, int], float]
-"""Probability that two honest logs are so similar, by the numbers of the two logs."""
+"""Probability that two honest logs are so similar, by the numbers of their tables, the smaller one first."""
 
 
 class Flag(Struct, frozen=True):
@@ -187,51 +189,89 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
 
 
 class Logs:
-    """N logs with R rows in total: those of the class in the order of their keys, and then the earlier logs.
+    """N logs: those of the class in the order of their keys, and then the earlier logs.
 
-    `partners`: Students whose logs may be alike. `previous`: Earlier logs.
+    Logs with the same rows share one of U tables, so that many copies of a log take the time of one. The tables have R
+    rows in total. `partners`: Students whose logs may be alike. `previous`: Earlier logs.
     """
 
     def __init__(self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints) -> None:
         students, self.current = sorted(prints), len(prints)  # number of logs of this class
         self.keys = [*students, *sorted(previous)]
         self.prints = [*(prints[key] for key in students), *(previous[key] for key in sorted(previous))]
-        together = [sorted(students.index(key) for key in group if key in prints) for group in partners]
-        self.exempt = {pair for group in together for pair in combinations(group, 2)}  # pairs that may be alike
+        self.exempt = self._exempt(partners)
         # Number of pairs to compare: within the class, and with the earlier logs.
-        self.pairs = self.current * (self.current - 1) // 2 + self.current * len(previous) - len(self.exempt)
-        counts = [len(one.time) for one in self.prints]
-        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)  # first row of each log, shape (N + 1,)
-        self.log = np.repeat(np.arange(len(counts)), counts)  # log of each row, shape (R,)
+        self.pairs = self.current * (self.current - 1) // 2 + self.current * len(previous)
+        self.pairs -= sum(some.bit_count() for some in self.exempt.values()) // 2
+        same = grouped((replace(one, sha256="", lines=()), log) for log, one in enumerate(self.prints))
+        self.tables = list(same)
+        self.members = list(same.values())  # the logs of each table
+        self.copies = np.array([len(logs) for logs in self.members], dtype=int)  # shape (U,)
+        self.table_of = {log: table for table, logs in enumerate(self.members) for log in logs}
+        counts = [len(one.time) for one in self.tables]
+        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)  # first row of each table, shape (U + 1,)
+        self.table = np.repeat(np.arange(len(counts)), counts)  # table of each row, shape (R,)
         turns, self.torque = self._rows("turns"), np.abs(self._rows("torque"))  # torque [N*m], shape (R,)
         self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
         self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
-        self.grid = np.repeat([_grid(one) for one in self.prints], counts)  # [rad/s], shape (R,)
+        self.grid = np.repeat([_grid(one) for one in self.tables], counts)  # [rad/s], shape (R,)
         self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
         self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
-        self.scatters = [measure_scatter(one) for one in self.prints]
+        self.scatters = [measure_scatter(one) for one in self.tables]
         # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
         # error, which two logs can share: then the median of all logs is used.
         sizes = [size for _, size in self.scatters]
-        least = np.maximum(np.minimum(sizes, np.median(sizes or [0.0])), [HAND * one.by_hand for one in self.prints])
+        usual = np.median(np.repeat(sizes or [0.0], self.copies if sizes else 1))
+        least = np.maximum(np.minimum(sizes, usual), [HAND * one.by_hand for one in self.tables])
         self.noise = np.repeat(least, counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin
-        self.useful[1:] &= (np.diff(self.log) != 0) | (np.diff(self.torque) != 0) | (np.diff(self.spin) != 0)
-        self.known = np.add.reduceat(self.useful, self.starts[:-1], dtype=int)  # number of these, shape (N,)
+        self.useful[1:] &= (np.diff(self.table) != 0) | (np.diff(self.torque) != 0) | (np.diff(self.spin) != 0)
+        self.known = np.add.reduceat(self.useful, self.starts[:-1], dtype=int)  # number of these, shape (U,)
+
+    def _exempt(self, partners: Iterable[frozenset[str]]) -> dict[int, int]:
+        """Return the logs that each log may be like, as a mask with a bit for each log."""
+        number = {key: log for log, key in enumerate(self.keys[: self.current])}
+        exempt: dict[int, int] = {}
+        for group in partners:
+            logs = [number[key] for key in group if key in number]
+            for log in logs:
+                exempt[log] = exempt.get(log, 0) | (mask_of(logs) & ~(1 << log))
+        return exempt
+
+    def compared_with(self, log: int) -> int:
+        """Return the logs that a log is compared with, as a mask: earlier logs are not compared with each other."""
+        every = (1 << (len(self.keys) if log < self.current else self.current)) - 1
+        return every & ~self.exempt.get(log, 0) & ~(1 << log)
+
+    def rows_of(self, log: int) -> Integers:
+        """Return the numbers of the n rows of a log, shape (n,)."""
+        table = self.table_of[log]
+        return np.arange(self.starts[table], self.starts[table + 1])
 
     def _rows(self, name: str) -> Floats:
-        return np.array([value for one in self.prints for value in getattr(one, name)], dtype=float)
+        return np.array([value for one in self.tables for value in getattr(one, name)], dtype=float)
 
     def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
         """Return which rows have the same "spin" or "period", to the last digit of the coarser one."""
         values, steps = getattr(self, name), getattr(self, f"{name}_step")
         return _same_number(values[one], values[other], steps[one], steps[other])
 
-    def compared(self, first: int, second: int) -> bool:
-        """Return whether two logs are compared, and in this order."""
-        return first < min(second, self.current) and (first, second) not in self.exempt
+
+def mask_of(logs: Iterable[int]) -> int:
+    """Return an integer with a bit for each of some logs: of thousands of logs, it is small and fast."""
+    mask = bytearray()
+    for log in logs:
+        mask.extend(bytes(max(0, log // 8 + 1 - len(mask))))
+        mask[log // 8] |= 1 << log % 8
+    return int.from_bytes(mask, "little")
+
+
+def logs_of(mask: int) -> Iterator[int]:
+    """Give the logs of a mask, in order."""
+    data = np.frombuffer(mask.to_bytes((mask.bit_length() + 7) // 8, "little"), dtype=np.uint8)
+    yield from np.flatnonzero(np.unpackbits(data, bitorder="little")).tolist()
 
 
 def _grid(log: Fingerprint) -> float:
@@ -246,14 +286,15 @@ def _grid(log: Fingerprint) -> float:
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times are closer to straight lines than a hand can stop them."""
-    everyone = zip(logs.keys[: logs.current], logs.prints, logs.scatters, strict=False)
-    timed = [(key, log, *scatter) for key, log, scatter in everyone if log.by_hand and scatter[0] > 0]
+    everyone = [(key, logs.table_of[number]) for number, key in enumerate(logs.keys[: logs.current])]
+    tables = [(key, logs.tables[table], *logs.scatters[table]) for key, table in everyone]
+    timed = [(key, log, dof, size) for key, log, dof, size in tables if log.by_hand and dof > 0]
     flags = []
     for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
         p = chi2_lower_tail(dof * (size / HAND) ** 2, dof) if size < HAND else 1.0
         if p * len(timed) <= ALLOWED:
-            told = f"its {len(log.lines)} times are within {size:.2g} s of straight lines in the spin, one for each"
+            told = f"its {len(log.time)} times are within {size:.2g} s of straight lines in the spin, one for each"
             told = f"{told} torque ({dof} degrees of freedom); a hand on a stopwatch scatters by {HAND:g} s or more"
             flags.append(Flag("scatter", (key,), told, p, p * len(timed)))
     return flags
@@ -286,12 +327,11 @@ HABIT, HABIT_SHARE = 5, 0.02
 def shared(logs: Logs) -> tuple[Pairs, Pairs]:
     """Find the pairs of logs with more rows in common than expected by chance, and those with more spins."""
     found: tuple[Pairs, Pairs] = {}, {}
-    for log in range(len(logs.keys)):
-        for pairs, chances in zip(found, _shared_with(logs, log), strict=True):
-            pairs |= {(log, other): p for other, p in chances if p <= ALLOWED / logs.pairs}
+    for table in range(len(logs.tables)):
+        for pairs, chances in zip(found, _shared_with(logs, table), strict=True):
+            pairs |= {(table, other): p for other, p in chances if p <= ALLOWED / logs.pairs}
     rows, spins = (
-        {(i, j): max(p, pairs[j, i]) for (i, j), p in pairs.items() if logs.compared(i, j) and (j, i) in pairs}
-        for pairs in found
+        {(i, j): max(p, pairs[j, i]) for (i, j), p in pairs.items() if i <= j and (j, i) in pairs} for pairs in found
     )
     return rows, spins
 
@@ -315,47 +355,51 @@ def _tails(chances: Floats) -> Floats:
     return numbers[:, ::-1].cumsum(axis=1)[:, ::-1].clip(LEAST)
 
 
-def _shared_with(logs: Logs, log: int) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
-    """Compare a log with K others that have one of its spins.
+def _shared_with(logs: Logs, table: int) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
+    """Compare a log with K tables of other logs that have one of its spins; with its own table if that has copies.
 
-    Returns these logs with the probability that an honest log has as many of its rows, and of its spins; only those
+    Returns these tables with the probability that an honest log has as many of its rows, and of its spins; only those
     with enough of them.
     """
-    number, rows = len(logs.keys), np.arange(logs.starts[log], logs.starts[log + 1])
+    number, rows = len(logs.keys), np.arange(logs.starts[table], logs.starts[table + 1])
     # Each row with each row of another log that has its weight and its spin, to the step of the tachometer.
     reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
     low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
     high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
     mine = np.repeat(rows, high - low)
     other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
-    same = _same_weight(logs.torque[mine], logs.torque[other]) & (logs.log[other] != log)
+    same = (logs.table[other] != table) | (logs.copies[table] > 1)
+    same &= _same_weight(logs.torque[mine], logs.torque[other])
     same &= _same_number(logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other])
     mine, other = mine[same], other[same]
-    others = np.flatnonzero(np.bincount(logs.log[other]))
-    at = np.searchsorted(others, logs.log[other])
+    others = np.flatnonzero(np.bincount(logs.table[other]))
+    at = np.searchsorted(others, logs.table[other])
+    # Number of other logs with each table, shape (K,).
+    weight = logs.copies[others] - (others == table)
 
-    def table(which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
-        """Return which of the K logs has which row, shape (K, n)."""
+    def which_have(which: NDArray[np.bool_] | slice) -> NDArray[np.bool_]:
+        """Return which of the K tables has which row, shape (K, n)."""
         found = np.zeros((len(others), len(rows)), dtype=bool)
         found[at[which], mine[which] - rows[0]] = True
         return found
 
     spin = logs.same("spin", mine, other)
-    agree, useful = table(spin & logs.same("period", mine, other)), logs.useful[rows]
-    same_rows, same_spins = agree.sum(axis=1), (table(spin) & useful).sum(axis=1)
-    enough = np.maximum(MOST_SPINS * np.minimum(logs.known[log], logs.known[others]), FEWEST)
+    agree, useful = which_have(spin & logs.same("period", mine, other)), logs.useful[rows]
+    same_rows, same_spins = agree.sum(axis=1), (which_have(spin) & useful).sum(axis=1)
+    enough = np.maximum(MOST_SPINS * np.minimum(logs.known[table], logs.known[others]), FEWEST)
     by_rows, by_spins = same_rows >= FEWEST, same_spins > enough
     if not (by_rows | by_spins).any():
         return (), ()
     # A value that n logs have is seen in the other log of a pair in n of N cases.
-    common = (1 + table(slice(None)).sum(axis=0)) / number
-    habit = np.sum(same_spins > MOST_SPINS * logs.known[log]) > max(HABIT, HABIT_SHARE * number)
+    common = (1 + weight @ which_have(slice(None))) / number
+    habit = np.sum(weight[same_spins > MOST_SPINS * logs.known[table]]) > max(HABIT, HABIT_SHARE * number)
     common[~useful | habit] = 1.0
     # No interval of this width contains more of a normal distribution.
     step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
     chance = step / np.maximum(math.sqrt(4 * math.pi) * logs.noise[rows], step)
     # An example that everybody left in the log is in many logs that are not alike otherwise.
-    crowd = np.maximum(agree[2 * same_rows < len(rows)].sum(axis=0) - 1, 0) / max(number - 2, 1)
+    unlike = 2 * same_rows < len(rows)
+    crowd = np.maximum(weight[unlike] @ agree[unlike] - 1, 0) / max(number - 2, 1)
     tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
     of_rows = zip(others[by_rows].tolist(), tails[0, same_rows[by_rows]].tolist(), strict=True)
     return of_rows, zip(others[by_spins].tolist(), tails[1, same_spins[by_spins]].tolist(), strict=True)
@@ -385,27 +429,43 @@ def similar(logs: Logs) -> Pairs:
     to the middle of the class.
     """
     found: Pairs = {}
-    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.prints]
+    patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.tables]
     for pattern, members in grouped(zip(patterns, range(len(patterns)), strict=True)).items():
-        if len(pattern) < NEAR_ROWS or not NEIGHBOURS < len(members) <= NEAR_LOGS:
+        copies = logs.copies[members]
+        if len(pattern) < NEAR_ROWS or not NEIGHBOURS < copies.sum() <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
         spin = np.log(logs.spin[rows])
-        spin -= np.median(spin, axis=0)
+        spin -= np.median(np.repeat(spin, copies, axis=0), axis=0)
         size, counts = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12, logs.useful[rows].astype(float)
         number = counts @ counts.T
         # The sum of (a - b)² over the spins that count in both logs.
         square = (counts * size) @ counts.T
         square = np.abs(square + square.T - 2 * (counts * spin) @ (counts * spin).T) / np.maximum(number, 1)
-        square[(number < NEAR_ROWS) | np.eye(len(members), dtype=bool)] = np.inf
-        nearest = np.sort(square, axis=1)
-        usual = np.minimum(nearest[:, NEIGHBOURS - 1], np.minimum(2 * np.mean(size, axis=1), np.median(nearest[:, 0])))
+        # A log has no distance from itself, but one from its copies.
+        square[(number < NEAR_ROWS) | (np.eye(len(members), dtype=bool) & (copies == 1))] = np.inf
+        first, last = (_nearest(square, copies, count) for count in (1, NEIGHBOURS))
+        usual = np.minimum(2 * np.mean(size, axis=1), np.median(np.repeat(first, copies)))
+        usual = np.minimum(last, usual)
         chance = np.where(square < NEAR_SPINS**2, NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
-        chance = np.maximum(np.maximum(chance, chance.T) / len(members), LEAST)
+        chance = np.maximum(np.maximum(chance, chance.T) / copies.sum(), LEAST)
         for i, j in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
-            if logs.compared(members[i], members[j]):
+            if i <= j:
                 found[members[i], members[j]] = float(chance[i, j])
     return found
+
+
+def _nearest(square: Floats, copies: Integers, count: int) -> Floats:
+    """Return the distance of each table from the `count`-th nearest other log, shape (U,).
+
+    `square`: Distances between the tables, shape (U, U). `copies`: Number of logs of each table, shape (U,).
+    """
+    order = np.argsort(square, axis=1)
+    others = copies - np.eye(len(copies), dtype=int)
+    enough = np.take_along_axis(others, order, axis=1).cumsum(axis=1) >= count
+    at = np.take_along_axis(order, enough.argmax(axis=1)[:, None], axis=1)
+    distances: Floats = np.take_along_axis(square, at, axis=1)[:, 0]
+    return distances
 
 
 # --- flags of logs that are too similar ---------------------------------------------------------------------
@@ -413,32 +473,88 @@ def similar(logs: Logs) -> Pairs:
 PAIRS_TOLD = 3  # number of pairs of a group whose evidence is written
 
 
+Links = dict[int, int]
+"""For each log, the logs that it is paired with, as a mask."""
+
+
 def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> list[Flag]:
     """Make one flag of all pairs that are connected: five copies of one log are one finding, not ten.
 
     `before`: Flags of other kinds; pairs that these join already are left out.
     """
-    joined = [{*flag.students, *flag.previous} for flag in before]
-    named = [(p, i, j) for (i, j), p in pairs.items() if not any({logs.keys[i], logs.keys[j]} <= one for one in joined)]
-    group, ordered = list(range(len(logs.keys))), sorted(named)  # the number of one log of the group, for each log
-    for _, first, second in ordered:
-        group = [group[first] if one == group[second] else one for one in group]
+    free = _not_joined(pairs, logs, before)
+    links = {pair: _links_of(pair, logs, free) for pair in pairs}
+    group_of = _groups_of(links.values())
+    parts: dict[int, list[tuple[float, Links]]] = {}
+    for pair, some in links.items():
+        for group, inner in grouped((group_of[log], log) for log in sorted(some)).items():
+            parts.setdefault(group, []).append((pairs[pair], {log: some[log] for log in inner}))
+    members = grouped((group, log) for log, group in sorted(group_of.items()))
     flags = []
-    for head in dict.fromkeys(group[first] for _, first, _ in ordered):
-        found = [pair for pair in ordered if group[pair[1]] == head]
-        told = [tell(kind, logs, first, second) for _, first, second in found[:PAIRS_TOLD]]
-        told += [f"and {len(found) - PAIRS_TOLD} more like these"] if len(found) > PAIRS_TOLD else []
-        members = [key for key, one in zip(logs.keys, group, strict=True) if one == head]
-        students = tuple(key for key in members if key in logs.keys[: logs.current])
-        p, previous = found[0][0], tuple(members[len(students) :])
+    for group, found in parts.items():
+        # Each pair is counted from both of its logs.
+        count = sum(mask.bit_count() for _, some in found for mask in some.values()) // 2
+        strongest = heapq.nsmallest(PAIRS_TOLD, (one for p, some in found for one in _first_pairs(p, some)))
+        told = [tell(kind, logs, first, second) for _, first, second in strongest]
+        told += [f"and {count - PAIRS_TOLD} more like these"] if count > PAIRS_TOLD else []
+        students = tuple(logs.keys[log] for log in members[group] if log < logs.current)
+        p, previous = strongest[0][0], tuple(logs.keys[log] for log in members[group] if log >= logs.current)
         flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous))
     return flags
+
+
+def _not_joined(pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> Links:
+    """Return the logs that each log of some pairs is compared with, without those that an earlier flag joins to it."""
+    number = {key: log for log, key in enumerate(logs.keys)}
+    tables = {table for pair in pairs for table in pair}
+    free = {log: logs.compared_with(log) for table in tables for log in logs.members[table]}
+    for flag in before:
+        joined = {number[key] for key in (*flag.students, *flag.previous)}
+        others = ~mask_of(joined)
+        for log in joined & free.keys():
+            free[log] &= others
+    return free
+
+
+def _links_of(pair: tuple[int, int], logs: Logs, free: Links) -> Links:
+    """Return the pairs of logs with two tables, from both sides."""
+    one, other = (logs.members[table] for table in pair)
+    sides = [(one, mask_of(other)), (other, mask_of(one))]
+    links = {log: free[log] & mask for some, mask in sides for log in some}
+    return {log: mask for log, mask in links.items() if mask}
+
+
+def _groups_of(links: Iterable[Links]) -> dict[int, int]:
+    """Return the first log of the group of each log: all that are connected."""
+    every: Links = {}
+    for some in links:
+        for log, mask in some.items():
+            every[log] = every.get(log, 0) | mask
+    group_of: dict[int, int] = {}
+    for head in sorted(every):
+        if head in group_of:
+            continue
+        group, new = 0, 1 << head
+        while new:
+            group |= new
+            near = 0
+            for log in logs_of(new):
+                near |= every[log]
+            new = near & ~group
+        group_of |= dict.fromkeys(logs_of(group), head)
+    return group_of
+
+
+def _first_pairs(p: float, links: Links) -> Iterator[tuple[float, int, int]]:
+    """Give the first pairs of some links, as many as are told."""
+    pairs = ((p, log, other) for log, mask in links.items() for other in logs_of(mask) if log < other)
+    return islice(pairs, PAIRS_TOLD)
 
 
 def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
     """Describe what two logs have in common, with the lines in both files."""
     (one, mine), (other, theirs) = ((logs.prints[log], logs.keys[log]) for log in (first, second))
-    rows, others = (np.arange(logs.starts[log], logs.starts[log + 1]) for log in (first, second))
+    rows, others = logs.rows_of(first), logs.rows_of(second)
     if kind == "similar spins":
         ratios = logs.spin[rows] / logs.spin[others], logs.period[rows] / logs.period[others]
         spin, period = (f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios)

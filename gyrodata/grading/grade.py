@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal, TypedDict
+from typing import Annotated, Literal, NamedTuple, TypedDict
 
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
@@ -232,6 +232,36 @@ distance of the log is more than the second times that of the answer."""
 LOOKED_AT = 10.0  # a log whose I_zz is farther from the reference needs a look [standard uncertainties of both]
 
 
+class _Doubt(NamedTuple):
+    """How a log disagrees with the reference."""
+
+    reference: yardsticks.Reference
+    inertia: float  # that the log gives [kg*m^2]
+    value: float  # as reported [kg*m^2]; 0 without a number
+    far: float  # distance of the log from the reference [standard uncertainties of both]
+    wrong_log: bool  # the answer agrees with the reference, and the log does not
+
+
+def _doubt(grade: Grade, references: References) -> _Doubt | None:
+    """Compare the I_zz of a log with the reference; None if there is nothing to look for in the log."""
+    reference = yardsticks.of_station(references, grade.station)
+    if reference is None or not grade.own or not grade.inertia:
+        return None
+    inertia, value, disagree = grade.inertia, grade.reported_inertia or 0.0, (grade.d or 0.0) > FAR
+    share = (grade.inertia_u or 0.0) / abs(inertia)
+    far, away = reference.zeta(inertia, share * inertia), abs(inertia - reference.inertia)
+    near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
+    wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
+    if not wrong_log and (disagree or far <= LOOKED_AT):
+        return None
+    return _Doubt(reference, inertia, value, far, wrong_log)
+
+
+def is_doubtful(grade: Grade, references: References) -> bool:
+    """Return whether `reconsider` would look into the log."""
+    return _doubt(grade, references) is not None
+
+
 def reconsider(
     grade: Grade, submission: Submission, rubric: Rubric, references: References, scatters: Scatters, typed: str | None
 ) -> Grade:
@@ -243,16 +273,10 @@ def reconsider(
     """
     from gyrodata.analysis import analyze_readings
 
-    reference = yardsticks.of_station(references, grade.station)
-    if reference is None or not grade.own or not grade.inertia:
+    doubt = _doubt(grade, references)
+    if doubt is None:
         return grade
-    inertia, value, disagree = grade.inertia, grade.reported_inertia or 0.0, (grade.d or 0.0) > FAR
-    share = (grade.inertia_u or 0.0) / abs(inertia)
-    far, away = reference.zeta(inertia, share * inertia), abs(inertia - reference.inertia)
-    near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
-    wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
-    if not wrong_log and (disagree or far <= LOOKED_AT):
-        return grade
+    reference, inertia, value, far, wrong_log = doubt
     try:
         readings = yardsticks.at_bench(submission, rubric.bench)[0]
         measured = analyze_readings(readings, whole=False).measurements

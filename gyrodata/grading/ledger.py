@@ -12,7 +12,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from itertools import chain, combinations, permutations, zip_longest
+from itertools import chain, permutations, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -320,6 +320,7 @@ def in_general(why: str) -> str:
     """Return the part of a reason that other students share: the words before its numbers and details."""
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
+    why = re.sub(r"^the file [^:]*: ", "", why)
     return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
 
 
@@ -362,13 +363,21 @@ def _open_flags(found: ClassGrades) -> Iterator[Offer]:
     for flag in found.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs too.
         alone = flag.previous or len(flag.students) == 1
-        groups = {frozenset(flag.students)}.intersection(desk.settled) if alone else every
-        if not all(
-            graded.issuperset(part) or single.intersection(part) or any(group.issuperset(part) for group in groups)
-            for part in combinations(flag.students, 1 if alone else 2)
-        ):
+        students = set(flag.students) - single
+        if alone:
+            settled = students <= graded or frozenset(flag.students) in desk.settled
+        else:
+            # Student by student rather than pair by pair: thousands of logs may be copies of one.
+            groups = [*every, frozenset(graded)]
+            settled = all(students <= _with(one, groups) for one in students)
+        if not settled:
             words = f"flag: {flag.kind}"
             yield Offer(flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag)
+
+
+def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
+    """Return a student and all who are in a group with the student."""
+    return {student}.union(*(group for group in groups if student in group))
 
 
 def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:

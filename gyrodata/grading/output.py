@@ -52,13 +52,21 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
 
 
+MOST_LISTED = 50  # files in one cell: a spreadsheet program reads at most 32,767 letters
+
+
+def _listed(files: list[str]) -> str:
+    more = f" and {len(files) - MOST_LISTED} more" if len(files) > MOST_LISTED else ""
+    return ", ".join(files[:MOST_LISTED]) + more
+
+
 # --- what is written ---------------------------------------------------------------------------------------
 
 
 def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> Iterator[str]:
     """Write everything but the feedback, and keep a table that a person changed; say where to look."""
     names = feedback_names(found)
-    files = {one.student: ", ".join(map(basename, one.beside_log)) for one in found.submissions.items}
+    files = {one.student: _listed([basename(file) for file in one.beside_log]) for one in found.submissions.items}
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(found, filled.by_hand if filled else ())
     page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)

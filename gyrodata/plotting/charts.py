@@ -22,11 +22,8 @@ STYLES = figures.STYLE, Path(__file__).with_suffix(".mplstyle")
 
 def render_benchmark(benchmark: Benchmark) -> dict[str, bytes]:
     """Draw all charts, 9 inches wide; return the bytes of each file by its name, the same for the same benchmark."""
-    from matplotlib import rc_context, rc_params_from_file
-
     files: dict[str, bytes] = {}
-    first, second = (rc_params_from_file(path, use_default_template=False) for path in STYLES)
-    with rc_context(first | second):
+    with figures.own_style(*STYLES):
         drawn = {
             "motion": _draw_motion(benchmark.motion),
             "motion_order": _draw_orders(benchmark.orders),

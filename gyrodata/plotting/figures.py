@@ -8,9 +8,14 @@ from __future__ import annotations
 
 import io
 import math
+import os
+import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -363,6 +368,7 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
     ValueError, TypeError
         If the name is unknown, or if `ax` is not an ``Axes``.
     """
+    load_matplotlib()
     from matplotlib.axes import Axes
 
     insist_on_choice("name", name, FIGURES)
@@ -380,27 +386,100 @@ def plot_on(analysis: Analysis, name: str, ax: Axes | None = None) -> Axes:
 
 
 def render(
-    analysis: Analysis, form: Form = "png", style: str = "screen", names: Sequence[str] = tuple(FIGURES)
+    analysis: Analysis,
+    form: Form = "png",
+    style: str = "screen",
+    names: Sequence[str] = tuple(FIGURES),
+    faults: dict[str, str] | None = None,
 ) -> dict[str, bytes]:
-    """Draw figures as files; return their bytes by name."""
-    from matplotlib import rc_context, rc_params_from_file
-    from matplotlib.figure import Figure
+    """Draw figures as files.
 
+    Parameters
+    ----------
+    analysis : Analysis
+    form : {"png", "svg", "pdf"}
+        File type.
+    style : {"screen", "slides", "print"}
+        Size and resolution.
+    names : sequence of str
+        Which figures.
+    faults : dict, optional
+        Receives why figures cannot be drawn, by their names. Without it, the first error is raised.
+
+    Returns
+    -------
+    dict of str to bytes
+        The files of the figures that can be drawn, by name.
+    """
     scene = gather(analysis)
-    width, height, more, dpi = SIZES[style]
-    files = {}
-    with rc_context(rc_params_from_file(STYLE, use_default_template=False)), warnings.catch_warnings():
+    files: dict[str, bytes] = {}
+    try:
+        load_matplotlib()
+    except (ImportError, ValueError) as error:
+        # A damaged installation, or a matplotlibrc that is not UTF-8.
+        if faults is None:
+            raise
+        faults |= dict.fromkeys(names, _reason(error))
+        return files
+    with own_style(STYLE), warnings.catch_warnings():
         # The font may not contain the letters of a name; it then draws boxes.
         warnings.filterwarnings("ignore", message="(?s).*[Gg]lyph.* missing")
         for name in names:
-            figure = Figure((width, height + more * (len(FIGURES[name].panels) - 1)), dpi)
-            _fill(figure, scene, name)
-            files[name] = save(figure, form)
+            try:
+                files[name] = _draw(scene, name, form, style)
+            except Exception as error:
+                # The answer does not depend on a figure, nor on the state of matplotlib.
+                if faults is None:
+                    raise
+                faults[name] = _reason(error)
     return files
+
+
+def _reason(error: Exception) -> str:
+    """Say in one line why a figure cannot be drawn."""
+    return " ".join(f"{type(error).__name__}: {error}".split())[:200]
+
+
+def _draw(scene: Scene, name: str, form: Form, style: str) -> bytes:
+    """Draw one figure as a file."""
+    from matplotlib.figure import Figure
+
+    width, height, more, dpi = SIZES[style]
+    figure = Figure((width, height + more * (len(FIGURES[name].panels) - 1)), dpi)
+    _fill(figure, scene, name)
+    return save(figure, form)
+
+
+def load_matplotlib() -> ModuleType:
+    """Import matplotlib also if MPLBACKEND names no backend: a figure in a file needs no window."""
+    if "matplotlib" in sys.modules:
+        return sys.modules["matplotlib"]
+    backend = os.environ.pop("MPLBACKEND", None)
+    try:
+        matplotlib = import_module("matplotlib")
+    finally:
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
+    if backend:
+        with suppress(ValueError):
+            matplotlib.rcParams["backend"] = backend
+    return matplotlib
+
+
+@contextmanager
+def own_style(*styles: Path) -> Iterator[None]:
+    """Draw with the defaults of matplotlib and these styles, whatever the user's matplotlibrc says."""
+    matplotlib = load_matplotlib()
+    with matplotlib.rc_context():
+        for number, path in enumerate(styles):
+            style = matplotlib.rc_params_from_file(path, use_default_template=number == 0)
+            matplotlib.rcParams.update(style)
+        yield
 
 
 def omit_docstrings() -> None:
     """Load matplotlib without lists of all properties in docstrings and signatures: they take a tenth of a command."""
+    load_matplotlib()
     from matplotlib import artist
 
     vars(artist)["kwdoc"] = str

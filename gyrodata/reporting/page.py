@@ -156,7 +156,11 @@ def _draw(head: Head) -> list[Markup]:
 
 
 def report_files(
-    analysis: Analysis, figures: plotting.Form = "png", style: str = "screen", document: str = ""
+    analysis: Analysis,
+    figures: plotting.Form = "png",
+    style: str = "screen",
+    document: str = "",
+    faults: dict[str, str] | None = None,
 ) -> dict[str, bytes]:
     """Make every file of the report, so that an error leaves no half of it behind.
 
@@ -169,6 +173,8 @@ def report_files(
         Of the figures.
     document : str
         Name of a document that ends in .md or .tex, if there is one.
+    faults : dict, optional
+        Receives why figures cannot be drawn, by their names; words take their places. Without it, an error is raised.
 
     Returns
     -------
@@ -179,7 +185,7 @@ def report_files(
     if document:
         # Markdown shows no PDF, and LaTeX includes no SVG.
         kinds.add(shown if document.endswith(".md") else "pdf" if figures == "svg" else figures)
-    drawn = {one: plotting.render(analysis, one, style) for one in {shown, *kinds}}
+    drawn = {one: plotting.render(analysis, one, style, faults=faults) for one in {shown, *kinds}}
     alt = alternatives(analysis)
     texts = {
         "report.html": report_page(analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)),

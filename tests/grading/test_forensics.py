@@ -1,5 +1,7 @@
 """Copied, edited and invented logs are flagged with their evidence; honest ones hardly ever are."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from classes.disguises import rows_of
@@ -81,6 +83,36 @@ def test_old_logs_are_compared_but_not_with_each_other(logs: dict[str, Student],
     (flag,) = flag_class(dict(list(prints.items())[:20]), previous=old)
     assert (flag.kind, flag.students, flag.previous) == ("shared rows", ("1001",), ("2022/ben", "2023/anna"))
     assert flag_class({key: one for key, one in prints.items() if key != "1001"}, previous=old) == ()
+
+
+def test_thousands_of_equal_logs_are_one_flag_in_little_memory(logs: dict[str, Student], prints: Prints) -> None:
+    """Pair by pair they would be 4.5 million, and hundreds of megabytes."""
+    copy = print_of(logs["1004"].log())
+    others = {key: one for key, one in prints.items() if key != "1004"}
+    copies = {f"c{number:04}": copy for number in range(3000)}
+    tracemalloc.start()
+    flags = flag_class({**others, **copies}, [frozenset(copies)])
+    assert flags == (), "all of them are partners"
+    (flag,) = flag_class({**others, **copies}, previous={"2023/anna": copy})
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert (flag.students, flag.previous) == (tuple(copies), ("2023/anna",))
+    assert flag.evidence.endswith(f"; and {3001 * 3000 // 2 - 3} more like these")
+    assert peak < 100e6
+
+
+def test_copies_are_joined_but_for_partners(logs: dict[str, Student], prints: Prints) -> None:
+    """Three copies of a log, two of them by partners, and a log with some of its rows: one flag of five pairs."""
+    copy, part = print_of(logs["1004"].log()), print_of(changed(logs["1004"], 2, 5).log())
+    named = {"c0": replace(copy, sha256="another file"), "c1": copy, "part": part}
+    partners = [frozenset({"c0", "c1"})]
+    (flag,) = flag_class({**prints, **named}, partners)
+    assert (flag.kind, flag.students) == ("shared rows", ("1004", "c0", "c1", "part"))
+    assert flag.evidence.endswith("; and 2 more like these")
+    assert flag.evidence.count("the same byte for byte") == 1
+    apart = {key: one for key, one in prints.items() if key != "1004"} | {"c0": copy, "c1": copy}
+    assert flag_class(apart, partners) == ()
+    assert [one.students for one in flag_class(apart)] == [("c0", "c1")]
 
 
 def test_copy_with_every_number_changed_by_1_percent(logs: dict[str, Student], prints: Prints) -> None:

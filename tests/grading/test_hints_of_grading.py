@@ -364,3 +364,14 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     # The last had ten points.
     put({"rubric.toml": RUBRIC})
     assert_filled(f"{given} --rubric rubric.toml", ["10.00", "10.00", "9.00"])
+
+
+def test_a_figure_is_drawn_once_matplotlib_can_draw_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To install matplotlib again is not carried out: only its fault is planted, and taken away."""
+    (tmp_path / "log.csv").write_text(LOG, encoding="utf-8")
+    words = ("analyze", tmp_path / "log.csv", "--out", tmp_path / "report")
+    with monkeypatch.context() as damaged:
+        damaged.setattr("matplotlib.figure.Figure.savefig", lambda *_, **__: 1 / 0)
+        assert "pip install --force-reinstall matplotlib" in hint_of(gyro(*words), "G611")
+    assert "G611" not in gyro(*words).stderr
+    assert (tmp_path / "report" / "torque.png").is_file()

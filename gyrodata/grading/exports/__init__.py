@@ -6,7 +6,7 @@ JSON is "gyro.grades/1", one object for the class, or "gyro.grade/1", one for ea
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from msgspec import Struct, field
@@ -50,7 +50,7 @@ def grades_csv(found: ClassGrades) -> str:
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
     """Return the cells of one student by column."""
     others = {flag: [one for one in (*flag.students, *flag.previous) if one != grade.student] for flag in flags}
-    told = [f"{flag.kind} with {', '.join(some)}" if some else flag.kind for flag, some in others.items()]
+    told = [f"{flag.kind} with {_first_of(some)}" if some else flag.kind for flag, some in others.items()]
     return {
         "student": grade.student,
         "name": grade.name,
@@ -72,6 +72,14 @@ def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]
         "why_not_graded": grade.why,
         "section": grade.section,
     }
+
+
+MOST_NAMED = 50  # students in a cell of grades.csv; flags.csv names all
+
+
+def _first_of(students: Sequence[str]) -> str:
+    more = f" and {len(students) - MOST_NAMED} more" if len(students) > MOST_NAMED else ""
+    return ", ".join(students[:MOST_NAMED]) + more
 
 
 def flags_csv(flags: Iterable[Flag]) -> str:

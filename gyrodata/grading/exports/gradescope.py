@@ -23,6 +23,7 @@ from gyrodata.grading.exports.pages import environment
 from gyrodata.grading.grade import Grade, not_graded
 from gyrodata.grading.rubric import Rubric
 from gyrodata.grading.submissions import Submission, find_submissions
+from gyrodata.results import escape_controls
 
 # --- the autograder -----------------------------------------------------------------------------------------
 
@@ -76,7 +77,8 @@ def results_json(grade: Grade) -> str:
         "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
         "tests": [_test(mark) for mark in grade.marks],
     }
-    return json.dumps(results, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    text = json.dumps(results, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+    return escape_controls(text.encode("utf-8", "surrogatepass")).decode("utf-8", "surrogatepass")
 
 
 def _compares(mark: Mark) -> bool:

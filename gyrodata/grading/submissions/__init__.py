@@ -1,10 +1,12 @@
 """Read a folder or zip of a class into `Submission`s, one for each student or group.
 
-Only names and metadata are read here. A log is read when it is graded, directly from its place.
+`list_submissions` reads only names and the metadata of the platform. `choose` opens the files of one student, and can
+take any time and memory if they are made to: a class is graded in workers, where both are limited.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -15,17 +17,28 @@ from msgspec.structs import replace
 
 from gyrodata.errors import Diagnostic, GyroError, InputError, shown
 from gyrodata.grading.submissions import names, submission
-from gyrodata.grading.submissions.archives import TEXTS, Listing, ending, list_files, list_inner, read_file
+from gyrodata.grading.submissions.archives import TEXTS, Listing, ending, list_files, list_inner, read_file, sizes_of
 from gyrodata.grading.submissions.submission import Submission, Submissions
 from gyrodata.readings import Faults, listing
+from gyrodata.workers import reads_file
 
-__all__ = ["Submission", "Submissions", "find_submissions", "submission_of"]
+__all__ = ["Submission", "Submissions", "choose", "find_submissions", "list_submissions", "submission_of", "unread"]
 
 
 def find_submissions(
     path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: submission.Attempts = "newest"
 ) -> Submissions:
-    r"""Find the submissions of a class.
+    """Find the submissions of a class as `list_submissions` does, and choose the log of each in this process."""
+    listed = list_submissions(path, lms, pattern, attempts)
+    chosen = [choose(item) for item in listed.items]
+    notes = [note for _, some in chosen for note in some]
+    return replace(listed, items=tuple(item for item, _ in chosen), diagnostics=(*listed.diagnostics, *notes))
+
+
+def list_submissions(
+    path: str | Path, lms: str = "auto", pattern: str | None = None, attempts: submission.Attempts = "newest"
+) -> Submissions:
+    r"""List the submissions of a class by the names of their files.
 
     Parameters
     ----------
@@ -41,7 +54,7 @@ def find_submissions(
     Returns
     -------
     Submissions
-        One for each student or group.
+        One for each student or group, with its files; `choose` finds the log among them.
 
     Raises
     ------
@@ -89,11 +102,9 @@ def find_submissions(
         stamps = sorted({part.submitted or "" for name, part in parts.items() if name[-1] != "/"})
         stamp = (stamps or [""])[0 if attempts == "oldest" else -1]
         parts = {name: part for name, part in parts.items() if (part.submitted or "") == stamp} or parts
-        made, choice = _joined(files, parts, attempts)
+        made = _joined(files.root, parts, attempts)
         if len(stamps) > 1:
             notes.append(note("newest_of_attempts", name=made.name, count=len(stamps), which=attempts))
-        if choice:
-            notes.append(note("one_of_logs", choice=f"{made.name}: {choice}"))
         items.append(made)
     if not items:
         message = "pattern_fits_nothing" if pattern is not None else "no_submission"
@@ -123,7 +134,8 @@ def submission_of(paths: Sequence[Path]) -> tuple[Submission, tuple[Diagnostic, 
         own = {str(path.resolve()): shown(path.name) for path in paths}
         files = Listing(Path.cwd(), tuple(own))
     one = Submission(first.name, first.name, {}, files.root, feedback_stem=first.stem)
-    made, choice = _joined(files, {"/": one} | {name: replace(one, log_file=file) for name, file in own.items()})
+    parts = {"/": one} | {name: replace(one, log_file=file) for name, file in own.items()}
+    made, choice = _choose(_joined(files.root, parts, "newest"))
     notes = [Faults("").message("one_of_logs", choice=choice)] if choice else []
     return made, (*files.diagnostics, *notes)
 
@@ -139,27 +151,56 @@ def _without_reports(files: Listing) -> Listing:
     return Listing(files.root, left, folders, (*files.diagnostics, note))
 
 
-def _joined(
-    files: Listing, parts: Mapping[str, Submission], attempts: submission.Attempts = "newest"
-) -> tuple[Submission, str]:
-    """Join the files of one attempt into a submission; also return a note on the choice of the log."""
+def _joined(root: Path, parts: Mapping[str, Submission], attempts: submission.Attempts) -> Submission:
+    """Join the files of one attempt into a submission of which no file is opened yet."""
     first = next(iter(parts.values()))
+    late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
+    seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
+    made = replace(first, source=root, log_file=None, late=late, late_seconds=seconds)
+    return replace(made, parts=parts, attempts=attempts)
+
+
+def choose(item: Submission) -> tuple[Submission, list[Diagnostic]]:
+    """Open the files of a listed submission and choose the log among them; also return a note on the choice.
+
+    A log that is given already, such as one that a person corrected, is kept.
+    """
+    made, choice = _choose(item)
+    note = Faults(item.source.name).message
+    return made, [note("one_of_logs", choice=f"{made.name}: {choice}")] if choice else []
+
+
+def _choose(item: Submission) -> tuple[Submission, str]:
+    """Do the work of `choose`; the note is a text, or ""."""
+    if not item.parts:
+        return item, ""
+    root, parts = item.source, item.parts
     own = {name: part.log_file for name, part in parts.items() if part.log_file}
     damaged = ""
     for name, file in list(own.items()):
         if ending(file) == ".zip":
+            reads_file(submission.place_of(name))
             try:
-                inner = list_inner(files.root, name)
+                inner = list_inner(root, name)
                 own |= {whole: f"{file}/{whole[len(name) + 2 :].replace('//', '/')}" for whole in inner}
             except InputError as error:
                 damaged = error.diagnostics[0].message
-    log, words = submission.choose_log(own, partial(read_file, files.root), attempts)
+    log, words = submission.choose_log(own, partial(read_file, root), item.attempts)
     named = parts[log.partition("//")[0] if log else next(iter(parts))]
     # A receipt of the platform is a text without a name that the student gave.
     texts = {name for name in {**parts, **own} if name[-1] != "/" and ending(own.get(name, "a.txt")) in TEXTS}
-    late = any(part.late for part in parts.values()) or (first.late_seconds or 0.0) > 0
-    seconds = None if first.late_seconds is None else max(0.0, first.late_seconds)
     problem = None if log else f"{words}; {damaged}" if damaged else words
-    made = replace(first, ids=named.ids, feedback_stem=named.feedback_stem, late=late, late_seconds=seconds)
-    made = replace(made, members=tuple(sorted(own)), report_names=tuple(sorted(texts - {log})), problem=problem)
+    made = replace(item, ids=named.ids, feedback_stem=named.feedback_stem, parts={}, problem=problem)
+    made = replace(made, members=tuple(sorted(own)), report_names=tuple(sorted(texts - {log})))
+    if item.log_name is not None:
+        return replace(made, problem=None), ""
     return replace(made, log_name=log, log_file=own[log] if log else None), words if log else ""
+
+
+def unread(item: Submission, why: str) -> Submission:
+    """Return a listed submission whose files cannot be opened, with the reason."""
+    members = tuple(sorted(name for name, part in item.parts.items() if part.log_file))
+    # Another file of the same name usually has another size.
+    about = repr(sizes_of(item.source, members))
+    digest = hashlib.sha256(about.encode("utf-8", "replace")).hexdigest()
+    return replace(item, parts={}, members=members, problem=why, known_digest=digest)

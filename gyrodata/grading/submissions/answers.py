@@ -16,7 +16,7 @@ import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import filterfalse, islice, takewhile, zip_longest
+from itertools import chain, filterfalse, islice, takewhile, zip_longest
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -258,15 +258,20 @@ def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
 
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
     """Return the partners that lines of the log name, and behind ``~`` all words of any text that may be a name."""
-    named = [one[1].strip() for one in re.finditer(SAYS["partner"], log.source_text, re.M)]
-    lines = [log.source_text, *(line for name, data in reports for line in lines_of(name, data))]
+    lines = islice(re.finditer(SAYS["partner"], log.source_text, re.M), _MOST_NAMES)
+    named = " & ".join(one[1].strip() for one in lines)[:_LONGEST_SENTENCE]
     called: dict[str, None] = {}
-    for words in (re.split("[ ,]+", one[0]) for one in re.finditer(SAYS["called"], "\n".join(lines))):
-        # "Team Ann Lee" contains "Ann Lee".
-        parts = (words[at : at + size] for size in (2, 3, 4) for at in range(len(words) - size + 1))
-        called |= dict.fromkeys(" ".join(part) for part in parts)
+    # Text by text, so that a text that takes too long can be named.
+    for text in chain([log.source_text], ("\n".join(lines_of(name, data)) for name, data in reports)):
+        for one in re.finditer(SAYS["called"], text):
+            words = re.split("[ ,]+", one[0][:_LONGEST_SENTENCE])
+            # "Team Ann Lee" contains "Ann Lee".
+            parts = (words[at : at + size] for size in (2, 3, 4) for at in range(len(words) - size + 1))
+            called |= dict.fromkeys(" ".join(part) for part in parts)
+            if len(called) > _MOST_NAMES:
+                break
     said = list(called)[:_MOST_NAMES]
-    return " & ".join(named) + (f" ~ {' & '.join(said)}" if said else "")
+    return named + (f" ~ {' & '.join(said)}" if said else "")
 
 
 def as_log(name: str, data: bytes) -> bytes:

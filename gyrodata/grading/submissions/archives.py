@@ -15,6 +15,7 @@ import stat
 import struct
 import zipfile
 import zlib
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePosixPath
@@ -85,6 +86,15 @@ _FIRST = 65_536  # bytes of a file that are read first; few have more
 
 def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     """Read one file of a class, of at most `most` bytes; ``//`` follows a zip in the class. Raises InputError."""
+    data = read_start(root, name, most + 1)
+    if len(data) <= most:
+        return data
+    name = name.rpartition("/")[2]
+    raise Faults(name).refuse("file_of_class_unreadable", name=name, why=f"it is larger than {size_text(most)}")
+
+
+def read_start(root: Path, name: str, count: int) -> bytes:
+    """Read the first `count` bytes of a file of a class; the name as in `read_file`. Raises InputError."""
     outer, _, inner = name.rpartition("//")
     plain = root / name
     file: IO[bytes] | None = None
@@ -102,17 +112,23 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
             raise FileNotFoundError("it is no longer there")
         with file:
             # To ask for the most at once takes memory for it.
-            data = file.read(_FIRST)
-            data += file.read(most + 1 - _FIRST) if len(data) == _FIRST else b""
-        if len(data) <= most:
-            return data
-        why = f"it is larger than {size_text(most)}"
+            data = file.read(min(_FIRST, count))
+            return data + (file.read(count - _FIRST) if len(data) == _FIRST else b"")
     except OSError as error:
         why = error.strerror or str(error)
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         why = f"it is damaged in the zip ({error})"
     name = inner.rpartition("/")[2]
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
+
+
+def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
+    """Return the names of files of a class with their sizes [byte], without opening them; 0 for a file that is gone."""
+    if root.is_file():
+        members = _opened(root)[1]
+        return [(name, members[name].file_size if name in members else 0) for name in names]
+    paths = [(name, root / name) for name in names]
+    return [(name, path.lstat().st_size if path.exists() else 0) for name, path in paths]
 
 
 def _list_folder(root: Path) -> Listing:
@@ -160,6 +176,8 @@ def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
     for whole in (f"{name}//{inner}" for inner in _opened(root, name)[2].names):
         packed = whole.lower().endswith(".zip") and depth < MOST_LEVELS
         found += list_inner(root, whole, depth + 1) if packed else [whole]
+        if len(found) > MOST_FILES:
+            raise _refusal(Path(name), "class_too_large", most=str(MOST_FILES))
     return found
 
 

@@ -25,7 +25,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.errors import InputError, printable, shown
-from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_file
+from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_start
 from gyrodata.grading.submissions.submission import Submission
 from gyrodata.readings import Faults
 
@@ -160,7 +160,16 @@ def _flat_key(name: str) -> str:
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
-_FIRST_LINE = re.compile(r"[^:\n]{1,40}:\s*([^\n]*\S)\s*\(([^()\s]+)\)\s*(?:\n|$)")
+_RECEIPT = 2000  # bytes of a receipt that are read; its first line is much shorter
+
+
+def _read_receipt(data: bytes) -> tuple[str, str]:
+    """Read the first line of a receipt, "Name: Jane Doe (jdoe)"; return the user name and the full name, or ""."""
+    line = data.decode("utf-8-sig", "replace").replace("\r", "\n").partition("\n")[0]
+    label, _, person = line.partition(":")
+    full, _, user = person.rstrip().removesuffix(")").rpartition("(")
+    is_name = person.rstrip().endswith(")") and 0 < len(label) <= 40 and not re.search(r"[)\s]", user)
+    return (user, full.strip()) if is_name and user and full.strip() else ("", "")
 
 
 def _with_user_names(named: Named, root: Path) -> Named:
@@ -177,11 +186,11 @@ def _with_user_names(named: Named, root: Path) -> Named:
     for name, owner in owners.items():
         part = named[name]
         with suppress(InputError):
-            data = b"" if part is None or part.log_file else read_file(root, name)
-            line = _FIRST_LINE.match(data.decode("utf-8-sig", "replace").replace("\r", "\n"))
+            is_receipt = part is not None and not part.log_file
+            user, full = _read_receipt(read_start(root, name, _RECEIPT) if is_receipt else b"")
             # Anybody can write such a text: the user name must be the one in the name of the file.
-            if line and owner.endswith(f"_{line[2]}"):
-                people[owner] = [shown(line[2]), shown(line[1])]
+            if user and owner.endswith(f"_{user}"):
+                people[owner] = [shown(user), shown(full)]
     for name, part in named.items():
         user, full = people.get(owners.get(name, ""), ("", ""))
         named[name] = part and replace(part, student=user, name=full, ids={"username": user})

@@ -6,7 +6,7 @@ import hashlib
 import io
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -30,9 +30,13 @@ from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
 from gyrodata.readings.roles import noted_origin
 from gyrodata.readings.source import Row, workbook_text
+from gyrodata.workers import reads_file
 
 _MOST_REPORT = 30_000_000  # bytes
 _NEAR = 0.1  # largest relative distance of a reported I_zz from that of the log, if turns that are not stated are one
+
+
+Attempts = Literal["newest", "oldest"]
 
 
 class Submission(Struct, frozen=True, dict=True):
@@ -56,6 +60,10 @@ class Submission(Struct, frozen=True, dict=True):
     members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
     feedback_stem: str = ""  # file (without ending) or folder under which the platform accepts feedback
+    # the files by their names below `source`, until the log is chosen among them; then none
+    parts: Mapping[str, Submission] = {}
+    attempts: Attempts = "newest"  # which of several versions of a file is the log
+    known_digest: str = ""  # the `digest`, if it is known without reading the files
 
     @cached_property
     def texts(self) -> Mapping[str, bytes | InputError]:
@@ -63,6 +71,7 @@ class Submission(Struct, frozen=True, dict=True):
         found: dict[str, bytes | InputError] = {}
         for name in filter(None, (*self.report_names, self.log_name)):
             most = readings.MAX_BYTES if name == self.log_name else _MOST_REPORT
+            reads_file(place_of(name))
             try:
                 found[name] = read_file(self.source, name, most)
             except InputError as error:
@@ -75,12 +84,16 @@ class Submission(Struct, frozen=True, dict=True):
             raise InputError.named("nothing_handed_in", why=f"{self.name}: {self.problem}")
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
+        reads_file(place_of(self.log_name))
         return as_log(self.log_file or self.log_name, data)
 
-    def reports(self) -> list[tuple[str, bytes]]:
-        """Return the other texts that may contain the answer, with names to show."""
-        texts = [(shown(name.rpartition("/")[2]), self.texts[name]) for name in self.report_names]
-        return [(name, data) for name, data in texts if isinstance(data, bytes)]
+    def reports(self) -> Iterator[tuple[str, bytes]]:
+        """Give the other texts that may contain the answer, with names to show."""
+        for name in self.report_names:
+            if isinstance(data := self.texts[name], bytes):
+                reads_file(place_of(name))
+                yield shown(name.rpartition("/")[2]), data
+        reads_file("")
 
     def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
@@ -90,8 +103,9 @@ class Submission(Struct, frozen=True, dict=True):
         name, notes = PurePosixPath(self.log_file or self.log_name or "").name, list[Diagnostic]()
         log = readings.read_log(data := self.log(), name=name, settings=settings)
         # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
-        lines = [line for one in self.reports() for line in lines_of(*one)] if log.columns else []
+        lines = (line for one in self.reports() for line in lines_of(*one)) if log.columns else ()
         said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line) == "surface"]
+        reads_file(place_of(self.log_name or ""))
         if said:
             text = (workbook_text if data[:2] == b"PK" else readings.decode)(data, readings.Faults(name))[0]
             more = (text + "".join(f"\n# {line}" for line in said)).encode()
@@ -102,6 +116,8 @@ class Submission(Struct, frozen=True, dict=True):
                 data, log = more, again
                 notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
         answers = read_answers(log, self.reports(), hidden_sheets_of(name, data))
+        # All that follows is about the log, also when it is analysed.
+        reads_file(place_of(self.log_name or ""))
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
         if not log.ok and "time" in log.columns and answers.inertia and answers.inertia.value:
@@ -127,6 +143,8 @@ class Submission(Struct, frozen=True, dict=True):
     @cached_property
     def digest(self) -> str:
         """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
+        if self.known_digest:
+            return self.known_digest
         about = repr([self.log_file, self.late, self.late_seconds, self.submitted, self.problem])
         try:
             data = self.log()
@@ -145,10 +163,15 @@ class Submissions(Struct, frozen=True):
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out or cannot be read
 
 
+def place_of(name: str) -> str:
+    """Describe a file by its name below the class: "lab.csv", or "lab.csv in lab.zip"."""
+    parts = [shown(part.rpartition("/")[2])[:100] for part in name.split("//")]
+    return " in ".join(reversed(parts))
+
+
 # --- the log among the files of a student --------------------------------------------------------------------
 
 
-Attempts = Literal["newest", "oldest"]
 Logs = Mapping[str, readings.Readings]
 
 # Canvas writes ``lab-1.csv`` for a second ``lab.csv``, browsers and Blackboard write ``lab(1).csv``.
@@ -187,6 +210,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
         nearly: list[str] = []  # with columns of a log
         for name, own in logs.items():
+            reads_file(place_of(name))
             with suppress(GyroError):
                 texts.append((own.rpartition("/")[2], read(name)))
                 log = readings.read_log(data := as_log(*texts[-1]), name=texts[-1][0])
@@ -198,7 +222,7 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         if fitting and not chosen:
             return None, f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}"
         if not fitting:
-            if not tried and (answer := read_answers(None, texts)).inertia:
+            if not tried and (answer := read_answers(None, _named(texts))).inertia:
                 return None, f"no log; {answer.file} has the answer"
             if len(plain) > 1 and len(nearly) != 1:
                 names = sorted(plain.values())
@@ -215,6 +239,14 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
             return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
     others = sorted(own for name, own in left.items() if name != chosen)
     return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
+
+
+def _named(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
+    """Give texts one by one, and note the name of each while it is read."""
+    for name, data in texts:
+        reads_file(shown(name)[:100])
+        yield name, data
+    reads_file("")
 
 
 def _latest(logs: Logs, files: Mapping[str, str], best: Callable[..., str]) -> tuple[str, str]:

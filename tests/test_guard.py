@@ -81,7 +81,9 @@ def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bo
     stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
     exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
     assert exact.u is not None
-    assert exact.value == pytest.approx(INERTIA, rel=1e-3)
+    # A log that is silent about the delay of the spin is corrected for it.
+    truth = INERTIA if others else INERTIA / 1.002
+    assert exact.value == pytest.approx(truth, rel=1e-3)
     # The errors of three weights average out in part, those of nine spins more.
     share = {"u_mass": 0.5, "u_spin": 0.05}.get(key, 0.97)
     assert share * percent / 100 < exact.u / INERTIA < 1.05 * percent / 100

@@ -456,8 +456,10 @@ def test_answers_at_random_get_no_points_without_a_question() -> None:
     for value in 10 ** random.uniform(-6, 2, 120):
         power = int(np.floor(np.log10(value)))
         texts.append(f"{value / 10.0**power:.2f}e{power} ± {0.0135 * value / 10.0**power:.2f}e{power}")
-    silent = [one for one in answered(*texts) if one["points"] >= 16 and not one["look"]]
-    assert len(silent) <= 1
+    graded = zip(texts, answered(*texts), strict=True)
+    silent = [text for text, one in graded if one["points"] >= 16 and not one["look"]]
+    # An answer that is nearly right by chance is no mistake.
+    assert len([text for text in silent if abs(float(text.split()[0]) / OWN - 1) > 0.1]) <= 1
 
 
 @pytest.mark.parametrize("fit", FITS)

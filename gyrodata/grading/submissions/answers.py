@@ -41,7 +41,6 @@ SAYS = {key: f"(?i:{''.join(text.splitlines())})" for key, text in _WORDS.items(
 _MOST_LINES, _MOST_VALUES, _MOST_BELOW, _MOST_NAMES = 1000, 100, 7, 100
 _PACKED = {".docx": "word/document.xml", ".odt": "content.xml"}
 """The part of a file of a word processor that contains its text."""
-_STYLES = "word/styles.xml"
 _LONGEST_LINE, _LONGEST_SENTENCE, _LONGEST_VALUE = 20_000, 1000, 120
 
 
@@ -223,15 +222,10 @@ def hidden_sheets_of(name: str, data: bytes) -> Collection[str]:
 
 def _packed_text(data: bytes, kind: str) -> str:
     """Return the XML of a word processor, without the text in it that is hidden."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        parts = dict.fromkeys([_PACKED[kind], *({_STYLES} & set(archive.namelist()))], "")
-        for part in parts:
-            with archive.open(part) as file:
-                text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
-            parts[part] = re.sub(r">\s+<", "><", text)
-    if kind == ".docx":
-        return visible.word_seen(parts[_PACKED[kind]], parts.get(_STYLES, ""))
-    return visible.open_text_seen(parts[_PACKED[kind]])
+    with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(_PACKED[kind]) as file:
+        text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
+    text = re.sub(r">\s+<", "><", text)
+    return visible.page_seen(text) if kind == ".docx" else visible.open_text_seen(text)
 
 
 def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:

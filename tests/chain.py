@@ -19,6 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -26,7 +27,7 @@ from gates.labs import Bench, draw, write
 
 import gyrodata
 from gyrodata.fitting import AS_STATED, balance_scale, fit, lightest_torque, times_stated
-from gyrodata.measurements import Measurements, measure
+from gyrodata.measurements import Measurements, Source, measure, select
 from gyrodata.readings import read_log
 
 WALKERS, STEPS, BURNT = 120, 10_000, 2_500
@@ -56,8 +57,9 @@ class Chain:
         self.is_delayed = any(source.name == "spin_delay" and source.default for source in measured.sources)
         self.is_delayed &= measured.delay_factor is not None
         sources = [one for one in measured.sources if not (one.name == "spin_delay" and self.is_delayed)]
-        self.own = [one for one in sources if np.bincount(one.groups + 1)[1:].max(initial=0) < 2]
-        self.shared = [one for one in sources if one not in self.own]
+        parts = [divided(one) for one in sources]
+        self.own = [own for own, _ in parts if (own.groups >= 0).any()]
+        self.shared = [shared for _, shared in parts if (shared.groups >= 0).any()]
         self.sizes = [int(one.groups.max()) + 1 for one in self.shared]
         self.count = SHAPE + 2 * self.is_delayed + sum(self.sizes)
 
@@ -140,6 +142,17 @@ class Chain:
         return variance
 
 
+def divided(source: Source) -> tuple[Source, Source]:
+    """Divide a source into the errors of single runs, and those that several runs share."""
+    count = np.bincount(source.groups + 1)[source.groups + 1]
+    is_own = (count == 1) & (source.groups >= 0)
+    is_shared = (count > 1) & (source.groups >= 0)
+    _, numbers = np.unique(source.groups[is_shared], return_inverse=True)
+    shared = np.full(len(count), -1)
+    shared[is_shared] = numbers
+    return replace(source, groups=np.where(is_own, source.groups, -1)), replace(source, groups=shared)
+
+
 def scatter_prior(log_factor: np.ndarray, stated: bool) -> np.ndarray:
     """Compute the logarithm of the prior of ln s: normal, with the tails of a Cauchy distribution."""
     spread, tail = math.log(2.5 if stated else 3.75), math.log(5)
@@ -217,8 +230,6 @@ def main() -> None:
 
 def _as_fitted(path: Path, mapping: dict[str, str], settings: dict[str, str]) -> Measurements:
     """Return the runs of a log that are in its fit."""
-    from gyrodata.measurements import select
-
     analysis = gyrodata.analyze(path, mapping=mapping, settings=settings)
     return select(analysis.measurements, np.flatnonzero(analysis.fit.adjusted.kept).tolist())
 

@@ -83,7 +83,7 @@ def page(hidden: str, head: str = "") -> str:
 
 STYLES = (
     "display:none", "DISPLAY: None !important", "visibility:hidden", "visibility:collapse", "opacity:0",
-    "font-size:0", "font-size: 0px", "color:white", "color:#fff", "color:#FEFEFE", "color: rgb(255, 255, 255)",
+    "font-size:0", "font-size: 1px", "color:white", "color:#fff", "color:#FEFEFE", "color: rgb(255, 255, 255)",
     "color:transparent", "text-indent:-9999px", "position:absolute;left:-5000px",
 )  # fmt: skip
 PAGES = {
@@ -109,6 +109,7 @@ MARKDOWN = {
 WORDS = {
     **{tag: word(f"<w:{tag}/>") for tag in ("vanish",)},
     "white": word('<w:color w:val="FFFFFF"/>'),
+    "small": word('<w:sz w:val="2"/>'),
     "deleted": word("", around="<w:del>{}</w:del>"),
 }
 OPEN = ('text:display="none"', 'fo:color="#ffffff"', 'fo:font-size="0pt"')
@@ -178,6 +179,16 @@ def test_unseen_answer_in_the_log_is_none() -> None:
 SEEN = {
     "white on black": ("report.html", page(f'<p style="background:#111"><b style="color:white">{RIGHT}</b></p>')),
     "white on a picture": ("report.html", page(f'<p style="background:url(a.png);color:#fff">{RIGHT}</p>')),
+    "white on red": ("report.html", page(f'<div style="background:#f44336;color:white">{RIGHT}</div>')),
+    "white on a dark page": (
+        "report.html",
+        page(f'<h1 style="color:#fff">{RIGHT}</h1>', "<style>body { background: #222 }</style>"),
+    ),
+    "white in a dark cell": (
+        "report.docx",
+        word('<w:color w:val="FFFFFF"/>', '<w:tc><w:tcPr><w:shd w:fill="1F3864"/></w:tcPr>{}</w:tc>'),
+    ),
+    "white in a box": ("report.tex", f"\\colorbox{{blue}}{{\\textcolor{{white}}{{{RIGHT}}}}}\n"),
     "style for printers": ("report.html", page(RIGHT, "<style>@media print { p, body { display: none } }</style>")),
     "other class": ("report.html", page(f"<p class='b'>{RIGHT}</p>", "<style>p.a { display: none }</style>")),
     "hidden before": ("report.html", page(f"<p hidden>no<p>{RIGHT}</p>")),

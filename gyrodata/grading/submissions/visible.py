@@ -1,7 +1,7 @@
 """Leave out of a text what a person who opens it does not see: it is no answer.
 
-Only the usual ways to hide a text are known. Another way is no help: two answers that differ are a question to a
-person, wherever they are.
+Only the usual ways to hide a text are known. Beside a visible answer, an answer that is hidden in another way is a
+second one: two answers that differ are a question to a person.
 """
 
 from __future__ import annotations
@@ -30,12 +30,18 @@ _BLOCKS = "p div ul ol table h1 h2 h3 h4 h5 h6 section article pre hr blockquote
 _PARAGRAPHS = frozenset(_BLOCKS.split())
 """Elements of HTML that end a paragraph."""
 _HIDES = re.compile(
-    r"display:none|visibility:(?:hidden|collapse)|(?:opacity|font-size):0(?!\.?\d*[1-9])"
+    r"display:none|visibility:(?:hidden|collapse)|opacity:0(?!\.?\d*[1-9])|font-size:[0-2](?:\.\d*)?(?:px|pt|;|$)"
     r"|(?:text-indent|left|top|margin-left):-\d{4}"
 )
 """A declaration that hides an element; the style has no blanks."""
 _WHITE = re.compile(r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})")
-_BACKGROUND = re.compile(r"background(?:-color)?:(?!none|transparent|inherit|white|#f)")
+_BACKGROUND = re.compile(
+    r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b|\\(?:colorbox|pagecolor))"
+    r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
+)
+"""A background, on which white text may be seen."""
+_TINIEST = 4
+"""Height of letters in Word that nobody reads [half points]."""
 
 
 class _Element(Struct, frozen=True):
@@ -44,21 +50,15 @@ class _Element(Struct, frozen=True):
     tag: str
     hidden: bool = False
     white: bool = False
-    shaded: bool = False
-    """Whether it has a background, on which white text is seen."""
-
-    @property
-    def is_seen(self) -> bool:
-        """Whether a person sees text in it."""
-        return not self.hidden and (self.shaded or not self.white)
 
 
 class _Seen(HTMLParser):
     """Write a page, or the XML of a word processor, again without the text that nobody sees."""
 
-    def __init__(self, styles: Mapping[str, str]) -> None:
+    def __init__(self, styles: Mapping[str, str], white_is_seen: bool) -> None:
         super().__init__(convert_charrefs=False)
         self.styles = styles
+        self.white_is_seen = white_is_seen
         self.written: list[str] = []
         self.open = [_Element("")]
         self.count: Counter[str] = Counter()
@@ -82,7 +82,8 @@ class _Seen(HTMLParser):
         self._close(tag)
 
     def handle_data(self, data: str) -> None:
-        if self.open[-1].is_seen:
+        around = self.open[-1]
+        if not around.hidden and (self.white_is_seen or not around.white):
             self.written.append(data)
 
     def handle_entityref(self, name: str) -> None:
@@ -117,8 +118,7 @@ class _Seen(HTMLParser):
         declared = re.search(";color:([^;]*)", style)
         color = declared[1] if declared else attributes.get("color", "").lower()
         white = _WHITE.match(color) is not None if color else around.white
-        shaded = around.shaded or "bgcolor" in attributes or _BACKGROUND.search(style) is not None
-        return _Element(tag, hidden, white, shaded)
+        return _Element(tag, hidden, white)
 
     def _add_property(self, tag: str, attributes: Attributes) -> None:
         """Apply a property of Word, which is an element in the piece of text that it describes."""
@@ -128,9 +128,9 @@ class _Seen(HTMLParser):
             return
         described = self.open[first]
         hidden = described.hidden or (tag == "w:vanish" and value not in ("0", "false", "off"))
+        hidden |= tag == "w:sz" and value.isdigit() and int(value) <= _TINIEST
         white = _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
-        shaded = described.shaded or tag in ("w:shd", "w:highlight")
-        self.open[first:] = [_Element(one.tag, hidden, white, shaded) for one in self.open[first:]]
+        self.open[first:] = [_Element(one.tag, hidden, white) for one in self.open[first:]]
 
 
 def _attributes(attrs: list[tuple[str, str | None]]) -> dict[str, str]:
@@ -159,7 +159,7 @@ def page_seen(text: str, styles: Mapping[str, str] | None = None) -> str:
     """Return a page, the XML of Word, or Markdown with elements of HTML, without its unseen text."""
     if "<" not in text:
         return text
-    page = _Seen(styles or {})
+    page = _Seen(styles or {}, white_is_seen=_BACKGROUND.search(text) is not None)
     _parsed(page, text)
     return "".join(page.written)
 
@@ -229,15 +229,18 @@ def _hidden_sheets(elements: list[tuple[str, Attributes]]) -> Iterator[str]:
 
 # --- LaTeX, Markdown and plain lines ----------------------------------------------------------------------------
 
-_NOT_TYPESET = re.compile(r"\\(?:[hv]?phantom|invisible|hypersetup|pdfinfo|typeout|textcolor\s*\{white\})\s*\{")
-"""A command of LaTeX that prints nothing of its argument, up to its brace."""
+_NOT_TYPESET = r"[hv]?phantom|invisible|hypersetup|pdfinfo|typeout"
+"""Commands of LaTeX that print nothing of their arguments."""
+_IN_WHITE = r"textcolor\s*\{white\}"
 
 
 def latex_seen(text: str) -> str:
-    """Return a text without the arguments of LaTeX's commands that print nothing."""
+    """Return a text without the arguments of LaTeX's commands that print nothing, or in white."""
+    names = _NOT_TYPESET if _BACKGROUND.search(text) else f"{_NOT_TYPESET}|{_IN_WHITE}"
+    command = re.compile(rf"\\(?:{names})\s*\{{")
     kept: list[str] = []
     at = 0
-    while match := _NOT_TYPESET.search(text, at):
+    while match := command.search(text, at):
         end = _end_of_group(text, match.end())
         # Lines are counted as they are written.
         kept += text[at : match.start()], "\n" * text.count("\n", match.start(), end)

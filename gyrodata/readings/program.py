@@ -104,7 +104,10 @@ def _is_notebook(data: Any) -> bool:
 def _table_of_json(data: Any) -> str:
     """Write records, or lists with the names of their columns, as a table; other values become ``#`` lines."""
     named = data if isinstance(data, dict) else {}
-    records = next((one for one in named.values() if _are_records(one)), data if _are_records(data) else [])
+    tables = [name for name, value in named.items() if _are_records(value)]
+    if len(tables) > 1:
+        raise NoTableError(f"it contains several tables, {', '.join(tables[:5])}: keep one")
+    records = named[tables[0]] if tables else data if _are_records(data) else []
     columns = {} if records else _columns_of(named)
     if not records and not columns:
         raise NoTableError("it contains no list of objects, and no lists with the names of columns")
@@ -113,7 +116,9 @@ def _table_of_json(data: Any) -> str:
     given = [f"# {key}: {value}" for key, value in named.items() if not isinstance(value, list | dict)]
     names = list(dict.fromkeys(name for row in records for name in row))
     runs = ("\t".join(_text_of(row.get(name)) for name in names) for row in records)
-    return "\n".join([*given, "\t".join(names), *runs]) + "\n"
+    table = "\n".join([*given, "\t".join(names), *runs]) + "\n"
+    # Half of a sign of two parts, which JSON can contain, is no letter.
+    return table.encode("utf-8", "replace").decode()
 
 
 def _are_records(value: Any) -> bool:

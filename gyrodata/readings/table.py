@@ -599,8 +599,25 @@ class TableReader:
             spreads = self._spreads(role, None, unit or None, self.faults)
             readings, spots = tuple(given.reading(spreads[i]) for i in rows), (_CONSTANT,) * len(rows)
             columns[role] = Column(role, given.label, unit, readings, spots, given.place)
-        elif column and given.cell and _CONSTANT not in column.spots and {*column.values} != {given.cell.value}:
+        elif column and given.cell and _CONSTANT not in column.spots:
+            self._compare_with_line(column, given)
+
+    def _compare_with_line(self, column: Column, given: lablog.Given) -> None:
+        """Ask which is right, if a line of the log gives another value than a whole column.
+
+        A column with the name of the quantity itself replaces a line, and so does any column for a file of the bench.
+        """
+        stated = given.reading(None)
+        run = next((run for run, reading in enumerate(column.readings) if _differ(stated, reading)), None)
+        if run is None:
+            return
+        name = roles.squeeze(roles.split_unit(column.header)[0]).lower()
+        is_named = name == roles.squeeze(column.role)
+        if given.place is None or is_named or not roles.BY_NAME[column.role].part:
             self.faults.add("line_not_used", given.place, given=given, header=column.header)
+            return
+        values = {"role": column.role, "given": given, "header": column.header}
+        self.faults.add("line_and_column", column.cell(run), **values, says=column.readings[run].text)
 
     def _compare_with_texts(self, counted: Column) -> None:
         """Report each line that states turns with which no cell agrees: an error if the column may number the runs."""

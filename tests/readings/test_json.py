@@ -10,7 +10,7 @@ import pytest
 from labs import analyze_briefly
 
 from gyrodata.errors import GyroError
-from gyrodata.readings import read_log
+from gyrodata.readings import read_log, write_log
 
 LOG = {
     "mass [g]": ["20.10", "20.10", "40.30", "40.30", "60.20"],
@@ -128,3 +128,13 @@ def test_key_that_json_contains_twice_is_an_error(text: str) -> None:
 
 def test_lists_of_different_lengths_are_refused() -> None:
     assert "its lists have different lengths, 4, 5" in refusal(typed(LOG | {"turns": ["1"] * 4}))
+
+
+def test_two_tables_in_one_object_are_refused() -> None:
+    table = json.loads(records())
+    assert "several tables, practice, runs: keep one" in refusal(json.dumps({"practice": table, "runs": table}))
+
+
+def test_half_of_a_sign_in_a_name_is_read() -> None:
+    table = [{**run, "\ud800": 1} for run in json.loads(records())]
+    assert write_log(read_log(json.dumps(table).encode(), name="log.json")).encode("utf-8")

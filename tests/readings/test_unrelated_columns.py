@@ -207,3 +207,32 @@ def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(role
     found = read_log(log, mapping={meant: header})
     assert found.ok or meant == "position"
     assert meant in found.columns
+
+
+@pytest.mark.parametrize(
+    ("line", "header", "cell"),
+    [
+        ("# turns: 1/3", "revs", "1"),
+        ("# position: 14.8 cm", "arm [cm]", "30.2"),
+        ("# spin: 400 rpm", "speed [rpm]", "900"),
+        ("# mass: 40.3 g", "weight [g]", "71.2"),
+    ],
+)
+def test_line_and_column_that_differ_are_a_question(line: str, header: str, cell: str) -> None:
+    cells = {"mass [g]": "40.3", "position [cm]": "14.8", "spin [rpm]": "400", "time [s]": "6.4", "turns": "1/3"}
+    role = line[2:].partition(":")[0]
+    kept = {name: text for name, text in cells.items() if not name.startswith(role)}
+    same = line.partition(": ")[2].partition(" ")[0]
+
+    def log(value: str) -> str:
+        return f"{line}\n{','.join([*kept, header])}\n" + f"{','.join([*kept.values(), value])}\n" * 2
+
+    with pytest.raises(gyrodata.GyroError) as refused:
+        gyrodata.analyze(log(cell))
+    (error,) = [one for one in refused.value.diagnostics if one.severity == "error"]
+    assert (error.code, error.line) == ("G237", 3)
+    assert line in error.message
+    assert header in error.message
+    # A spin for the whole log has no delay.
+    alike, blank = (gyrodata.analyze(log(value)).inertia.value for value in (same, ""))
+    assert alike == pytest.approx(blank, rel=3e-3)

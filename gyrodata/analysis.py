@@ -77,7 +77,9 @@ def analyze(
     """
     insist_on_choice("model", model, get_args(Model))
     insist_on_type("keep_flagged", keep_flagged, bool, "True or False")
-    readings = read_log(log, name=name, settings=settings or {}, mapping=mapping or {}, config=config)
+    readings = read_log(
+        log, name=name, settings=settings or {}, mapping=mapping or {}, config=config
+    )
     options = Options(
         set={key: value_text(value) for key, value in sorted((settings or {}).items())},
         map=dict(sorted((mapping or {}).items())),
@@ -88,7 +90,9 @@ def analyze(
     return analyze_readings(readings, options)
 
 
-def analyze_readings(readings: Readings, options: Options | None = None, *, whole: bool = True) -> Analysis:
+def analyze_readings(
+    readings: Readings, options: Options | None = None, *, whole: bool = True
+) -> Analysis:
     """Analyse readings; see `analyze`.
 
     If `whole` is False, the parts that only a report shows are left out: advice, doubts, sensitivity, the tables of
@@ -98,13 +102,17 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     if "error" in map(attrgetter("severity"), readings.diagnostics):
         raise LogError(readings.diagnostics)
     measured = measure(readings)
-    measured = replace(measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured)))
+    measured = replace(
+        measured, diagnostics=(*measured.diagnostics, *checks.check(readings, measured))
+    )
     sizes = checks.check_sizes(readings, measured)
     found = [*readings.diagnostics, *measured.diagnostics, *sizes]
     if not np.any(measured.torque):
         raise LogError([*found, readings.say("all_torques_zero")])
     try:
-        lab, outliers, no_odd_run = fit_runs(readings, measured, options.model, options.keep_flagged)
+        lab, outliers, no_odd_run = fit_runs(
+            readings, measured, options.model, options.keep_flagged
+        )
     except LogError as error:
         raise LogError([*found, *error.diagnostics]) from None
 
@@ -113,15 +121,28 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     p = fitting.chi2_tail(fit.chi2, fit.dof) if fit.dof > 0 else None
     # The runs of each torque that are in the fit.
     groups = [sorted(set(kept).intersection(group)) for group in measured.by_torque]
-    ball = tables.compare_with_ball(fit.inertia, readings.constants, readings.uncertainties)
+    ball = tables.compare_with_ball(
+        fit.inertia, readings.constants, readings.uncertainties
+    )
     needed = whole or (measured.motion is None and changes.release_may_matter(lab))
-    lab = replace(lab, effects=changes.list_effects(lab, () if whole else ("release",)) if needed else ())
+    lab = replace(
+        lab,
+        effects=changes.list_effects(lab, () if whole else ("release",))
+        if needed
+        else (),
+    )
     patterns = tables.look_for_patterns(measured, fit)
     exponent = tables.common_exponent(measured, groups) if whole else None
     changed = changes.answers(lab, "sensitivity") if whole else []
-    without = {change.torque: one.inertia for change, one in changed if change.torque is not None and one.inertia}
+    without = {
+        change.torque: one.inertia
+        for change, one in changed
+        if change.torque is not None and one.inertia
+    }
     if_stated = fit.inertia if measured.balanced else None
-    balanced = next((one.inertia for _, one in changed if one.name == "balanced"), if_stated)
+    balanced = next(
+        (one.inertia for _, one in changed if one.name == "balanced"), if_stated
+    )
     torques = tables.torque_table(measured, fit, groups, without)
     constancy = tables.constancy(measured, torques, groups)
     seen = findings.Seen(
@@ -131,10 +152,17 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for check in findings.CHECKS:
         found += check(seen)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
-    silent = [measured.lines[i] for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))]
+    silent = [
+        measured.lines[i]
+        for i in (*lab.left_out, *np.flatnonzero(measured.torque == 0))
+    ]
     doubts = []
     for kind in DOUBTS if whole else ():
-        told = [one for one in found if one.doubt == kind and not (kind == "size" and one.line in silent)]
+        told = [
+            one
+            for one in found
+            if one.doubt == kind and not (kind == "size" and one.line in silent)
+        ]
         doubts += [Doubt(kind, one.message, one.hint) for one in told]
     # Advice for another measurement is only valid for runs without doubts.
     advice = [f"find the cause first: {doubt.remedy}" for doubt in doubts]
@@ -142,7 +170,13 @@ def analyze_readings(readings: Readings, options: Options | None = None, *, whol
     for _, one in changes.answers(lab, "advice") if whole and not doubts else ():
         then = 100 * fitting.relative_u(one.inertia) if one.inertia else math.inf
         if then < findings.WORTH * now:
-            gains.append((then, one.words, f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %"))
+            gains.append(
+                (
+                    then,
+                    one.words,
+                    f"{one.words}: u of I_zz from {now:.2g} % to {then:.2g} %",
+                )
+            )
     advice += map(itemgetter(2), sorted(gains))
     return Analysis(
         name=readings.name, sha256=readings.sha256, options=options, readings=readings, measurements=measured,
@@ -170,7 +204,10 @@ HOPELESS = 1e-6
 
 
 def fit_runs(
-    readings: Readings, measured: Measurements, model: Model = "auto", keep_flagged: bool = False
+    readings: Readings,
+    measured: Measurements,
+    model: Model = "auto",
+    keep_flagged: bool = False,
 ) -> tuple[Lab, tuple[Outlier, ...], Estimate | None]:
     """Choose the model, find the outliers, and fit the other runs.
 
@@ -197,9 +234,13 @@ def fit_runs(
     # The errors that several runs have in common, if there may be too many; runs without an error are in group -1.
     count = len(measured.runs)
     counted = measured.sources if count**2 * len(measured.sources) > LARGEST else ()
-    shared = sum([int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in counted])
+    shared = sum(
+        [int((np.bincount(source.groups + 1)[1:] > 1).sum()) for source in counted]
+    )
     if shared * count > LARGEST:
-        raise LogError([readings.say("too_many_shared_readings", runs=count, shared=shared)])
+        raise LogError(
+            [readings.say("too_many_shared_readings", runs=count, shared=shared)]
+        )
     if model == "released" or (model == "auto" and measured.motion == "released"):
         fallen = refusals.fall_findings(readings, measured)
         if fallen:
@@ -214,10 +255,21 @@ def fit_runs(
             outliers, screened = fitting.screen(runs, chosen.tilted)
         odd = tuple([outlier.index for outlier in outliers])
         # Only a run with a wrong turn count is left out; another outlier is still a measurement.
-        left_out = () if keep_flagged else tuple([outlier.index for outlier in outliers if outlier.slip])
+        left_out = (
+            ()
+            if keep_flagged
+            else tuple([outlier.index for outlier in outliers if outlier.slip])
+        )
         if fit is None or left_out:
-            fit, effects = fitting.fit(runs, tilted=chosen.tilted, left_out=left_out), ()
-        without = fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia if odd != left_out else None
+            fit, effects = (
+                fitting.fit(runs, tilted=chosen.tilted, left_out=left_out),
+                (),
+            )
+        without = (
+            fitting.fit(runs, tilted=chosen.tilted, left_out=odd).inertia
+            if odd != left_out
+            else None
+        )
         if not np.isfinite(fit.fitted_time).all():
             raise LogError([readings.say("no_steady_precession")])
         says = np.ones(len(measured.runs))
@@ -225,22 +277,35 @@ def fit_runs(
         fitting.insist_on_lines(runs, fit, chosen.tilted, says)
         if fit.dof <= 0 and (fit.inertia.u or 0.0) < EXACT * fit.inertia.value:
             # Without degrees of freedom, the runs cannot contradict the stated uncertainties.
-            raise NoFit("all uncertainties are stated as zero, and the runs are too few to show how well they agree")
+            raise NoFit(
+                "all uncertainties are stated as zero, and the runs are too few to show how well they agree"
+            )
         birge = math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else 0.0
         if birge > ABSURD:
-            raise NoFit(f"they scatter {birge:.2g} times as much as the stated uncertainties allow")
+            raise NoFit(
+                f"they scatter {birge:.2g} times as much as the stated uncertainties allow"
+            )
         low, high = fit.inertia.interval_95 or (fit.inertia.value, fit.inertia.value)
         if low <= 0 or (fit.inertia.u or 0.0) > TOO_WIDE * fit.inertia.value:
             raise LogError([refusals.not_measured(readings, fit, low, high)])
     except NoFit as reason:
         miscounted = refusals.count_findings(readings, measured)
-        raise LogError(miscounted or [refusals.refusal(readings, measured, str(reason), keep_flagged)]) from None
+        raise LogError(
+            miscounted
+            or [refusals.refusal(readings, measured, str(reason), keep_flagged)]
+        ) from None
     if fit.dof > 0 and fitting.chi2_tail(fit.chi2, fit.dof) < HOPELESS:
         miscounted = refusals.count_findings(readings, runs, fit, left_out)
         if miscounted:
             raise LogError(miscounted)
     lab = Lab(readings, runs, fit, chosen, left_out, effects)
-    return lab, wrong_cells.explain(readings, lab, outliers, screened or fit) if outliers else (), without
+    return (
+        lab,
+        wrong_cells.explain(readings, lab, outliers, screened or fit)
+        if outliers
+        else (),
+        without,
+    )
 
 
 def _result(estimate: Estimate) -> Result:
@@ -250,4 +315,6 @@ def _result(estimate: Estimate) -> Result:
     assert interval is not None
     half = (interval[1] - interval[0]) / 2
     relative, k = abs(u / value) if value else None, half / u if u else None
-    return Result(value, u, estimate.unit, interval, k=k, expanded_u=half, relative_u=relative)
+    return Result(
+        value, u, estimate.unit, interval, k=k, expanded_u=half, relative_u=relative
+    )

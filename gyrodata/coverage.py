@@ -27,7 +27,18 @@ DOUBTED = 0.025
 """The scatter of the log differs from the stated one if the probability that it is not larger, or not smaller, is below
 this."""
 
-READ = ("time", "spin", "turns", "mass", "position", "force", "given_torque", "g", "pitch", "added")
+READ = (
+    "time",
+    "spin",
+    "turns",
+    "mass",
+    "position",
+    "force",
+    "given_torque",
+    "g",
+    "pitch",
+    "added",
+)
 """The readings that have errors in a simulated lab."""
 
 
@@ -80,7 +91,10 @@ class SelfCheck(Struct, frozen=True):
         else:
             parts = [
                 f"the scatter of this log is {self.scatter:.2g} times what is stated: trust the first table",
-                _table(f"{labs}, with the scatter of this log", self.estimators_with_scatter),
+                _table(
+                    f"{labs}, with the scatter of this log",
+                    self.estimators_with_scatter,
+                ),
                 _table(f"{labs}, if the scatter were as stated", self.estimators),
             ]
         legend = "68 % and 95 %: the intervals of the recommended fit; ± u and ± 2u of the others (honest: 95.4)"
@@ -96,8 +110,13 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
         name = one.name.replace("_", " ").replace("constant", "intercept")
         values = (one.bias, one.rmse, one.mean_u, one.coverage_68, one.coverage_95)
         forms = ("+.3f", ".3f", ".3f", ".1f", ".1f")
-        cells = ("-" if value is None else f"{100 * value:{form}}" for value, form in zip(values, forms, strict=True))
-        lines.append(f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}")
+        cells = (
+            "-" if value is None else f"{100 * value:{form}}"
+            for value, form in zip(values, forms, strict=True)
+        )
+        lines.append(
+            f"{name:<16}{''.join(f'{cell:>9}' for cell in cells)}{one.time_us:>12.1f}"
+        )
         if one.refused and (one.rmse is not None or name == "recommended"):
             why = "because the fit is refused or a simulated time is not above zero; they are not in the numbers above"
             notes.append(f"{name}: {one.refused} of the labs have no answer, {why}")
@@ -105,7 +124,10 @@ def _table(title: str, estimators: tuple[Performance, ...]) -> str:
 
 
 def selfcheck(
-    lab: Analysis, labs: int = 1000, seed: int = 1, progress: Callable[[int], None] | None = None
+    lab: Analysis,
+    labs: int = 1000,
+    seed: int = 1,
+    progress: Callable[[int], None] | None = None,
 ) -> SelfCheck:
     """Simulate a lab many times and count how often its intervals contain the truth, like ``gyro selfcheck``.
 
@@ -139,11 +161,15 @@ def selfcheck(
     if labs < 1:
         raise ValueError(f"{labs} labs are too few; use 1 or more")
     tilted = lab.model.tilted
-    measured = select(lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out])
+    measured = select(
+        lab.measurements, [i for i, run in enumerate(lab.run_table) if not run.left_out]
+    )
     found = fitting.fit(measured, tilted=tilted)
     assert found.posterior is not None
     larger = float(found.posterior.weight[found.posterior.factor > 1].sum())
-    scatters = (1.0, found.widths.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
+    scatters = (
+        (1.0, found.widths.scatter) if min(larger, 1 - larger) < DOUBTED else (1.0,)
+    )
     names = "recommended", *fitting.TEXTBOOK
     tables = []
     for scatter in scatters:
@@ -158,8 +184,15 @@ def selfcheck(
                 seconds[k] += time.perf_counter() - begun
             if progress is not None:
                 progress(i + 1)
-        tables.append(tuple(_judge(name, ends[k], found.inertia.value, seconds[k]) for k, name in enumerate(names)))
-    return SelfCheck(labs, tables[0], found.widths.scatter, tables[1] if len(tables) > 1 else None)
+        tables.append(
+            tuple(
+                _judge(name, ends[k], found.inertia.value, seconds[k])
+                for k, name in enumerate(names)
+            )
+        )
+    return SelfCheck(
+        labs, tables[0], found.widths.scatter, tables[1] if len(tables) > 1 else None
+    )
 
 
 def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance:
@@ -170,21 +203,42 @@ def _judge(name: str, ends: Floats, truth: float, seconds: float) -> Performance
         off = answered[:, 2] / truth - 1
         bias, rmse = float(off.mean()), math.sqrt(float(np.mean(off**2)))
         if np.isfinite(answered).all():
-            two, one = (float(np.mean((answered[:, i] <= truth) & (truth <= answered[:, -1 - i]))) for i in (0, 1))
+            two, one = (
+                float(
+                    np.mean((answered[:, i] <= truth) & (truth <= answered[:, -1 - i]))
+                )
+                for i in (0, 1)
+            )
             mean_u = float((answered[:, 3] - answered[:, 1]).mean() / 2 / truth)
-    return Performance(name, bias, rmse, one, two, mean_u, time_us, len(ends) - len(answered))
+    return Performance(
+        name, bias, rmse, one, two, mean_u, time_us, len(ends) - len(answered)
+    )
 
 
 def _draw(
-    measured: Measurements, found: fitting.FitResult, scatter: float, tilted: bool, random: np.random.Generator
+    measured: Measurements,
+    found: fitting.FitResult,
+    scatter: float,
+    tilted: bool,
+    random: np.random.Generator,
 ) -> Measurements:
     """Draw a lab: true times, and the errors of each source on the readings; a group of runs has one error."""
     across = fitting.transverse_inertia(measured) if tilted else 0.0
     pitch = measured.pitch if tilted else 0.0
     # The weight turns with the ball if its own inertia is given.
-    inertia, torque = found.inertia.value + measured.added, measured.torque + found.residual_torque.value
-    rate = np.abs(physics.precession_rate(torque, found.sense * measured.corrected_spin, inertia, across, pitch))
-    truth = {name: np.broadcast_to(getattr(measured, name), len(measured.runs)) for name in READ}
+    inertia, torque = (
+        found.inertia.value + measured.added,
+        measured.torque + found.residual_torque.value,
+    )
+    rate = np.abs(
+        physics.precession_rate(
+            torque, found.sense * measured.corrected_spin, inertia, across, pitch
+        )
+    )
+    truth = {
+        name: np.broadcast_to(getattr(measured, name), len(measured.runs))
+        for name in READ
+    }
     truth["time"] = 2 * np.pi * measured.turns / rate
     readings = {name: value.copy() for name, value in truth.items()}
     shifts = dict.fromkeys(READ, np.zeros(len(measured.runs)))
@@ -193,9 +247,13 @@ def _draw(
         name = "given_torque" if source.quantity == "torque" else source.quantity
         if name in readings:
             groups = source.groups
-            drawn = random.standard_normal(groups.max(initial=0) + 1)[groups] * (groups >= 0)
+            drawn = random.standard_normal(groups.max(initial=0) + 1)[groups] * (
+                groups >= 0
+            )
             # An error that a run does not share is independent, as in the fit.
-            runs = np.bincount(groups[groups >= 0], minlength=groups.max(initial=0) + 1)[groups]
+            runs = np.bincount(
+                groups[groups >= 0], minlength=groups.max(initial=0) + 1
+            )[groups]
             drawn *= np.where(runs == 1, scatter, 1.0)
             readings[name] *= 1 + source.relative * drawn
             shifts[name] = shifts[name] + source.absolute * drawn
@@ -223,7 +281,14 @@ def _answer(name: str, lab: Measurements, tilted: bool) -> Floats:
             return cast(Floats, posterior.quantiles()[0])
     elif name != "with_constant" or fitting.torques_differ(lab.torque):
         # φ̇ψ̇ with the sign of the torque, as a textbook plots it.
-        product = np.where(lab.torque < 0, -1, 1) * 2 * np.pi * lab.turns / lab.time * lab.spin
+        product = (
+            np.where(lab.torque < 0, -1, 1)
+            * 2
+            * np.pi
+            * lab.turns
+            / lab.time
+            * lab.spin
+        )
         value, u = fitting.TEXTBOOK[name](product, lab.torque)
         return np.array([value - 2 * u, value - u, value, value + u, value + 2 * u])
     return np.full(5, math.nan)

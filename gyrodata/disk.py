@@ -30,7 +30,9 @@ def telling(folder: Path, name: str = "report_not_written") -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError.named(name, folder=folder, why=error.strerror or error) from None
+        raise InputError.named(
+            name, folder=folder, why=error.strerror or error
+        ) from None
 
 
 def _make_folder(folder: Path, private: bool) -> None:
@@ -40,7 +42,9 @@ def _make_folder(folder: Path, private: bool) -> None:
 
 
 @contextmanager
-def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[IO[bytes]]:
+def new_file(
+    path: Path, private: bool = False, sync: bool = False
+) -> Iterator[IO[bytes]]:
     """Give a file to write to, which replaces the file at `path` once it is complete.
 
     The mode of the old file is kept; a new private file can be read by its owner only. Raises OSError if the file
@@ -68,7 +72,9 @@ def new_file(path: Path, private: bool = False, sync: bool = False) -> Iterator[
         raise
 
 
-def write_whole(path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False) -> None:
+def write_whole(
+    path: Path, parts: Iterable[bytes], private: bool = False, sync: bool = False
+) -> None:
     """Write a file, completely or not at all, as `new_file` does."""
     with new_file(path, private, sync) as file:
         file.writelines(parts)
@@ -93,7 +99,9 @@ def write_folder(folder: Path, contents: Mapping[str, bytes]) -> None:
 
 def add_to(path: Path, data: bytes) -> None:
     """Write at the end of a private file; make the file if there is none."""
-    with os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600), "wb") as file:
+    with os.fdopen(
+        os.open(path, os.O_WRONLY | os.O_APPEND | _FLAGS, 0o600), "wb"
+    ) as file:
         file.write(data)
 
 
@@ -153,4 +161,9 @@ def file_name(name: str, room: int = 0) -> str:
     import hashlib  # not needed by every command
 
     digest = f"-{hashlib.sha256(os.fsencode(name)).hexdigest()[:8]}"
-    return os.fsencode(safe)[: LONGEST - room - len(digest)].decode("utf-8", "ignore").rstrip() + digest
+    return (
+        os.fsencode(safe)[: LONGEST - room - len(digest)]
+        .decode("utf-8", "ignore")
+        .rstrip()
+        + digest
+    )

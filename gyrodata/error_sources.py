@@ -17,7 +17,19 @@ from msgspec.structs import replace
 
 from gyrodata.units import Uncertainty
 
-Quantity = Literal["time", "spin", "mass", "position", "force", "torque", "g", "turns", "pitch", "transverse", "added"]
+Quantity = Literal[
+    "time",
+    "spin",
+    "mass",
+    "position",
+    "force",
+    "torque",
+    "g",
+    "turns",
+    "pitch",
+    "transverse",
+    "added",
+]
 
 
 class SourceKind(Struct, frozen=True):
@@ -55,7 +67,8 @@ WHOLE = 0.005
 SOURCES: Mapping[str, SourceKind] = {
     key: replace(source, usual=source.usual.format(late=LATE, time=DECAY_TIME))
     for key, source in convert(
-        tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")), dict[str, SourceKind]
+        tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")),
+        dict[str, SourceKind],
     ).items()
 }
 """The sources by the key of the log without its ``u_``, in the order of the table in the documentation."""

@@ -40,7 +40,11 @@ def shown(text: object) -> str:
     if line.isprintable() and unicodedata.is_normalized("NFC", line):
         return line
     # Some scripts need the two joiners.
-    kept = (one for one in line if one in "\u200c\u200d" or unicodedata.category(one) not in ("Cc", "Cf"))
+    kept = (
+        one
+        for one in line
+        if one in "\u200c\u200d" or unicodedata.category(one) not in ("Cc", "Cf")
+    )
     return " ".join(unicodedata.normalize("NFC", "".join(kept)).split())
 
 
@@ -108,18 +112,31 @@ class Diagnostic(Struct, frozen=True):
         return cls(code, severities()[code], message, *about, **more)
 
     @classmethod
-    def named(cls, name: str, file: str = "", line: int | None = None, /, **values: Any) -> Diagnostic:
+    def named(
+        cls, name: str, file: str = "", line: int | None = None, /, **values: Any
+    ) -> Diagnostic:
         """Fill in a message of `messages.toml`."""
         about = message(name)
-        return cls.of(about.code.split()[1], about.message.format(**values), about.hint.format(**values), file, line)
+        return cls.of(
+            about.code.split()[1],
+            about.message.format(**values),
+            about.hint.format(**values),
+            file,
+            line,
+        )
 
     def to_dict(self) -> DiagnosticJson:
         """Return the diagnostic as it is in JSON, without its excerpt."""
-        return convert({name: getattr(self, name) for name in DiagnosticJson.__annotations__}, DiagnosticJson)
+        return convert(
+            {name: getattr(self, name) for name in DiagnosticJson.__annotations__},
+            DiagnosticJson,
+        )
 
     def __str__(self) -> str:
         numbers = [str(n) for n in (self.line, self.column) if n is not None]
-        where = ":".join(filter(None, [self.file, self.cell] if self.cell else [self.file, *numbers]))
+        where = ":".join(
+            filter(None, [self.file, self.cell] if self.cell else [self.file, *numbers])
+        )
         head = f"{self.severity} {self.code}: {self.message}"
         lines = [f"{where}: {head}" if where else head]
         if self.excerpt and self.column is not None:
@@ -135,7 +152,9 @@ class Diagnostic(Struct, frozen=True):
 
 def _window(excerpt: str, position: int, width: int = 96) -> tuple[str, int]:
     """Cut a long line to the part around `position`; a tab becomes one blank, so that the mark is below its place."""
-    text = "".join(" " if character in "\t\r\n\v\f" else character for character in excerpt)
+    text = "".join(
+        " " if character in "\t\r\n\v\f" else character for character in excerpt
+    )
     start = 0 if position < width - 16 else position - width // 2
     cut = text[start : start + width]
     if start:
@@ -152,10 +171,14 @@ def insist_on_choice(name: str, value: object, choices: Collection[str]) -> None
 
         near = get_close_matches(str(value).lower(), choices, n=1)
         meant = f"; did you mean {near[0]!r}?" if near else ""
-        raise ValueError(f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}")
+        raise ValueError(
+            f"{name} cannot be {value!r}; it is one of {', '.join(map(repr, choices))}{meant}"
+        )
 
 
-def insist_on_type(name: str, value: object, kinds: type | UnionType, what: str) -> None:
+def insist_on_type(
+    name: str, value: object, kinds: type | UnionType, what: str
+) -> None:
     """Raise a TypeError if an argument of a function has another type."""
     if not isinstance(value, kinds):
         raise TypeError(f"{name} is {what}, not {type(value).__name__} ({value!r:.60})")

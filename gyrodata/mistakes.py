@@ -55,28 +55,63 @@ COUNTS = {"1": 1.0, "1/3": 1 / 3, "2/3": 2 / 3}
 def known_mistakes() -> dict[str, Mistake]:
     """Read the table of mistakes, by kind. Most logs do not need it, so it is read when it is used."""
     text = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
-    return {one.kind: one for one in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])}
+    return {
+        one.kind: one
+        for one in convert(tomllib.loads(text)["mistake"], tuple[Mistake, ...])
+    }
 
 
-def list_mistakes(readings: Readings, measured: Measurements, inertia: float) -> Iterator[Mistake]:
+def list_mistakes(
+    readings: Readings, measured: Measurements, inertia: float
+) -> Iterator[Mistake]:
     """List every mistake that is possible in this log, with its I_zz [kg*m^2]."""
     units = {role: _unit(readings, role) for role in ("time", "mass", "position")}
-    units["spin"] = next((c.unit for role, c in readings.columns.items() if role.startswith("spin") and c.unit), "rpm")
+    units["spin"] = next(
+        (
+            c.unit
+            for role, c in readings.columns.items()
+            if role.startswith("spin") and c.unit
+        ),
+        "rpm",
+    )
     if measured.timed:
-        units["turns"] = next((words for words, count in COUNTS.items() if np.allclose(measured.turns, count)), "")
+        units["turns"] = next(
+            (
+                words
+                for words, count in COUNTS.items()
+                if np.allclose(measured.turns, count)
+            ),
+            "",
+        )
     factors = _factors_of_log(readings, measured, inertia)
-    diameter, small = 100 * readings.constants.get("ball_diameter", math.nan), abs(inertia) < 1
-    shown: dict[str, Any] = {"g": measured.g, "radius": diameter / 2, "twice_diameter": 2 * diameter}
-    shown |= {"size": "below", "sign": "negative"} if small else {"size": "above", "sign": "positive"}
+    diameter, small = (
+        100 * readings.constants.get("ball_diameter", math.nan),
+        abs(inertia) < 1,
+    )
+    shown: dict[str, Any] = {
+        "g": measured.g,
+        "radius": diameter / 2,
+        "twice_diameter": 2 * diameter,
+    }
+    shown |= (
+        {"size": "below", "sign": "negative"}
+        if small
+        else {"size": "above", "sign": "positive"}
+    )
     for one in known_mistakes().values():
         unit = units.get(one.column, "")
-        torque, product = (factors.get(by) if isinstance(by, str) else by for by in (one.torque, one.product))
+        torque, product = (
+            factors.get(by) if isinstance(by, str) else by
+            for by in (one.torque, one.product)
+        )
         log, remedy = one.log, one.remedy
         if one.read:
             # A spin in Hz is a spin in revolutions per second.
             log = log if one.read in (unit, "Hz" if unit == "rps" else unit) else ""
             remedy = remedy or f'write the header as "{one.column} [{one.meant}]"'
-        missing = one.needs and not (one.needs in readings.columns or one.needs in readings.constants)
+        missing = one.needs and not (
+            one.needs in readings.columns or one.needs in readings.constants
+        )
         if missing or torque is None or product is None or not (one.words or log):
             continue
         if one.read:
@@ -95,13 +130,22 @@ def list_mistakes(readings: Readings, measured: Measurements, inertia: float) ->
 
 
 def _size_of(column: str, unit: str) -> float:
-    return COUNTS[unit] if column == "turns" else parse_unit(unit, kind_of_role(column)).factor
+    return (
+        COUNTS[unit]
+        if column == "turns"
+        else parse_unit(unit, kind_of_role(column)).factor
+    )
 
 
-def _factors_of_log(readings: Readings, measured: Measurements, inertia: float) -> dict[str, float | Floats]:
+def _factors_of_log(
+    readings: Readings, measured: Measurements, inertia: float
+) -> dict[str, float | Floats]:
     """Return the factors that depend on the log by their names in the table, without the impossible ones."""
     turns, arm, nan = measured.turns, np.abs(measured.position), np.nan
-    diameter, length = readings.constants.get("ball_diameter"), readings.constants.get("rod_length")
+    diameter, length = (
+        readings.constants.get("ball_diameter"),
+        readings.constants.get("rod_length"),
+    )
     found: dict[str, float | Floats] = {"1/g": 1 / measured.g}
     if _unit(readings, "mass") == "kg":
         found["g, of weights in kg"] = measured.g
@@ -115,13 +159,19 @@ def _factors_of_log(readings: Readings, measured: Measurements, inertia: float) 
         if diameter is not None:
             radius = diameter / 2
             outside = np.where(arm > radius, arm - radius, nan)
-            found["(arm - radius)/arm"] = np.where(measured.torque == 0, 1.0, outside / arm)
+            found["(arm - radius)/arm"] = np.where(
+                measured.torque == 0, 1.0, outside / arm
+            )
             found["arm/(arm + radius)"] = arm / (arm + radius)
             found["arm/(arm - radius)"] = arm / outside
-            found["arm/(arm - radius), of an arm beyond the ball"] = np.where(arm > diameter, arm / outside, nan)
+            found["arm/(arm - radius), of an arm beyond the ball"] = np.where(
+                arm > diameter, arm / outside, nan
+            )
         if length is not None:
             from_tip = length + (diameter or 0.0) / 2 - arm
-            found["arm/(length + radius - arm)"] = np.where(from_tip > 0, arm / from_tip, nan)
+            found["arm/(length + radius - arm)"] = np.where(
+                from_tip > 0, arm / from_tip, nan
+            )
     power = math.floor(math.log10(abs(inertia)))
     if power:
         found |= {"1/power of ten": 10.0**-power, "1/power of ten²": 100.0**-power}
@@ -161,15 +211,27 @@ def explaining_mistakes(
     each = np.abs(measured.torque / measured.product)[loaded]
     before, found = checks.spread(each), []
     for mistake in list_mistakes(readings, measured, inertia):
-        mended = each / np.broadcast_to(mistake.torque / mistake.product, measured.torque.shape)[loaded]
-        if not mistake.log or not np.isfinite(mended).all() or checks.spread(mended) > before + checks.SCATTERS:
+        mended = (
+            each
+            / np.broadcast_to(mistake.torque / mistake.product, measured.torque.shape)[
+                loaded
+            ]
+        )
+        if (
+            not mistake.log
+            or not np.isfinite(mended).all()
+            or checks.spread(mended) > before + checks.SCATTERS
+        ):
             continue
         value = inertia * float(np.median(mended) / np.median(each))
         away = abs(math.log(value / expected))
         if away < CLOSE:
             # Of two mistakes that fit equally well, the more common one comes first.
             found.append((away + 0.01 * mistake.rank, mistake, value))
-    if START_SPIN[0] < inertia / expected < START_SPIN[1] and "spin" in readings.columns:
+    if (
+        START_SPIN[0] < inertia / expected < START_SPIN[1]
+        and "spin" in readings.columns
+    ):
         words = f"the spin was read at the start, and was {100 * (1 - inertia / expected):.0f} % lower at half time"
         remedy = 'write spins read at half time, or the spin at start and end in columns "spin_start", "spin_end"'
         found.append((CLOSE, Mistake("start_spin", log=words, remedy=remedy), expected))

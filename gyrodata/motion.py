@@ -71,10 +71,14 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     """
     rate = precession_rate(top.torque, spin, top.inertia, top.transverse_inertia, pitch)
     if not np.isfinite(rate).all():
-        raise ValueError("no steady precession exists at this spin and pitch; use a faster spin or a lower rod")
+        raise ValueError(
+            "no steady precession exists at this spin and pitch; use a faster spin or a lower rod"
+        )
     # ω3 = ψ̇ + φ̇ cosθ, eq. (2); H = I (Ω − Ω3 e3) + I_zz ω3 e3, eq. (3).
     along = rate * np.sin(pitch)
-    about_rod = np.multiply(top.inertia, spin + along) - np.multiply(top.transverse_inertia, along)
+    about_rod = np.multiply(top.inertia, spin + along) - np.multiply(
+        top.transverse_inertia, along
+    )
     state = _along_axis(about_rod, pitch, np.shape(rate))
     state.momentum[..., 2] += np.multiply(top.transverse_inertia, rate)
     return state
@@ -83,7 +87,11 @@ def steady(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
 def released(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> State:
     """Return the state of a rod at rest at azimuth 0, with the ball spinning, when the rod is released."""
     momentum = np.multiply(top.inertia, spin)
-    return _along_axis(momentum, pitch, np.broadcast_shapes(np.shape(momentum), np.shape(pitch), np.shape(top.torque)))
+    return _along_axis(
+        momentum,
+        pitch,
+        np.broadcast_shapes(np.shape(momentum), np.shape(pitch), np.shape(top.torque)),
+    )
 
 
 def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -> State:
@@ -95,7 +103,12 @@ def _along_axis(momentum: ArrayLike, pitch: ArrayLike, shape: tuple[int, ...]) -
 
 # --- in steps ---------------------------------------------------------------------------------------------------
 
-_A1, _A2, _B1, _B2 = 0.07534696026989289, 0.5179168546882568, 0.19022593937367662, 0.8465240704435263
+_A1, _A2, _B1, _B2 = (
+    0.07534696026989289,
+    0.5179168546882568,
+    0.19022593937367662,
+    0.8465240704435263,
+)
 _A3, _B3 = 1 / 2 - _A1 - _A2, 1 - 2 * (_B1 + _B2)
 
 METHODS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
@@ -110,7 +123,9 @@ conditions).
 """
 
 
-def split(top: Top, state: State, time: float, steps: int, method: str = "aba84") -> State:
+def split(
+    top: Top, state: State, time: float, steps: int, method: str = "aba84"
+) -> State:
     """Compute the state of one top after a time [s], of either sign, by equal steps; the method is one of `METHODS`."""
     step = time / steps
     turns = [float(part * step / top.transverse_inertia) for part in METHODS[method][0]]
@@ -124,10 +139,14 @@ def split(top: Top, state: State, time: float, steps: int, method: str = "aba84"
         for kick, turn in pairs:
             hx, hy = hx - kick * y, hy + kick * x
             x, y, z = _turned(x, y, z, hx, hy, hz, turn)
-    return State(np.array(_turned(x, y, z, hx, hy, hz, -turns[0])), np.array([hx, hy, hz]))
+    return State(
+        np.array(_turned(x, y, z, hx, hy, hz, -turns[0])), np.array([hx, hy, hz])
+    )
 
 
-def _turned(x: float, y: float, z: float, hx: float, hy: float, hz: float, turn: float) -> tuple[float, float, float]:
+def _turned(
+    x: float, y: float, z: float, hx: float, hy: float, hz: float, turn: float
+) -> tuple[float, float, float]:
     """Turn the vector (x, y, z) about H by |H| times `turn` (Rodrigues, with half angles for small turns)."""
     size = math.sqrt(hx * hx + hy * hy + hz * hz) + 1e-300
     nx, ny, nz = hx / size, hy / size, hz / size
@@ -144,7 +163,13 @@ def _turned(x: float, y: float, z: float, hx: float, hy: float, hz: float, turn:
 
 
 def integrate(
-    top: Top, state: State, time: ArrayLike, *, method: str = "DOP853", rtol: float = 1e-9, atol: float = 1e-12
+    top: Top,
+    state: State,
+    time: ArrayLike,
+    *,
+    method: str = "DOP853",
+    rtol: float = 1e-9,
+    atol: float = 1e-12,
 ) -> tuple[State, int]:
     """Integrate the motion of one top under gravity, in the vectors e3 and H.
 
@@ -177,7 +202,10 @@ def integrate(
 
     times = np.asarray(time, dtype=float)
     rates = vector_rates(top)
-    size = max(float(np.linalg.norm(state.momentum)), math.sqrt(abs(top.torque) * top.transverse_inertia))
+    size = max(
+        float(np.linalg.norm(state.momentum)),
+        math.sqrt(abs(top.torque) * top.transverse_inertia),
+    )
     done = solve_ivp(
         # Python's floats are ten times faster here than arrays.
         lambda _, row: rates(*row.tolist()),
@@ -197,13 +225,21 @@ Rates = Callable[[Any, Any, Any, Any, Any, Any], tuple[Any, Any, Any, Any, Any, 
 """Time derivatives of e3 and H as a function of their components."""
 
 
-def vector_rates(top: Top, drag: Floats | float = 0.0, pace: Floats | float = 1.0) -> Rates:
+def vector_rates(
+    top: Top, drag: Floats | float = 0.0, pace: Floats | float = 1.0
+) -> Rates:
     """Return the right-hand side by components, floats or arrays, with linear drag; times are divided by `pace`."""
-    transverse, weight, slowing = top.transverse_inertia / pace, top.torque * pace, drag * pace / top.transverse_inertia
+    transverse, weight, slowing = (
+        top.transverse_inertia / pace,
+        top.torque * pace,
+        drag * pace / top.transverse_inertia,
+    )
     # ω = H/I + (1/I_zz − 1/I)(H·e3) e3.
     along = drag * pace * (1 / top.inertia - 1 / top.transverse_inertia)
 
-    def rates(x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any) -> tuple[Any, Any, Any, Any, Any, Any]:
+    def rates(
+        x: Any, y: Any, z: Any, hx: Any, hy: Any, hz: Any
+    ) -> tuple[Any, Any, Any, Any, Any, Any]:
         spin = along * (hx * x + hy * y + hz * z)
         return (
             (hy * z - hz * y) / transverse,
@@ -273,19 +309,28 @@ class _Nod(Struct, frozen=True, eq=False):
         from scipy.special import sici
 
         part = self.weight * (0.5 + sici(np.pi / _STEP * (x - _X))[0] / np.pi)
-        return part.sum(axis=-1, keepdims=True), (part * self.rate(_X)).sum(axis=-1, keepdims=True)
+        return part.sum(axis=-1, keepdims=True), (part * self.rate(_X)).sum(
+            axis=-1, keepdims=True
+        )
 
 
 def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
     """Compute the constants and the integrands; all arguments are broadcast."""
     given = top.inertia, top.transverse_inertia, top.torque, spin, pitch
-    inertia, across, torque, spin, pitch = np.array(np.broadcast_arrays(*given), dtype=float)[..., None]
-    flip, rates = np.copysign(1.0, torque), np.array([2 * np.abs(torque), inertia * spin]) / across
+    inertia, across, torque, spin, pitch = np.array(
+        np.broadcast_arrays(*given), dtype=float
+    )[..., None]
+    flip, rates = (
+        np.copysign(1.0, torque),
+        np.array([2 * np.abs(torque), inertia * spin]) / across,
+    )
     # Rates below _SPECK are 0, so that squares do not underflow.
     pull, about_rod = np.where(np.abs(rates) < _SPECK, 0.0, rates)
     height, level2 = flip * np.sin(pitch), np.cos(pitch) ** 2
     # 1 − u0 as sin²θ/(1 + u0) does not lose digits near the vertical.
-    upper = np.maximum(np.where(height > 0, level2 / (1 + np.abs(height)), 1 - height), _TINY)
+    upper = np.maximum(
+        np.where(height > 0, level2 / (1 + np.abs(height)), 1 - height), _TINY
+    )
     # w1 and −w3 are the roots of 2β w² + 2 half w − 2β sin²θ.
     half = about_rod**2 / 2 - pull * height
     large = np.abs(half) + np.hypot(half, pull * np.sqrt(level2))
@@ -301,13 +346,23 @@ def _nod(top: Top, spin: ArrayLike, pitch: ArrayLike) -> _Nod:
 
 def mean_precession_rate(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     """Compute the mean rate of precession: the azimuth swept in one nutation over its period [rad/s]."""
-    fields = np.broadcast_arrays(top.inertia, top.transverse_inertia, top.torque, spin, pitch)
+    fields = np.broadcast_arrays(
+        top.inertia, top.transverse_inertia, top.torque, spin, pitch
+    )
     if fields[0].ndim and len(fields[0]) > _MANY:
         # In parts, because the integrands of all runs would need much memory.
-        parts = zip(*(np.array_split(one, len(one) // _MANY + 1) for one in fields), strict=True)
-        return np.concatenate([mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts])
+        parts = zip(
+            *(np.array_split(one, len(one) // _MANY + 1) for one in fields), strict=True
+        )
+        return np.concatenate(
+            [mean_precession_rate(Top(*part[:3]), *part[3:]) for part in parts]
+        )
     nod = _nod(top, spin, pitch)
-    return nod.flip[..., 0] * (nod.rate(_X) * nod.weight).sum(axis=-1) / nod.weight.sum(axis=-1)
+    return (
+        nod.flip[..., 0]
+        * (nod.rate(_X) * nod.weight).sum(axis=-1)
+        / nod.weight.sum(axis=-1)
+    )
 
 
 def spin_excess(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
@@ -323,7 +378,9 @@ def total_spin(top: Top, spin: ArrayLike, pitch: ArrayLike = 0.0) -> Any:
     total = np.asarray(spin, dtype=float)
     for _round in range(6):
         # A rod that falls far has no such motion; half of the spin is a limit for the steps.
-        total = np.maximum(spin + _nod(top, total, pitch).excess(), np.multiply(0.5, spin))
+        total = np.maximum(
+            spin + _nod(top, total, pitch).excess(), np.multiply(0.5, spin)
+        )
     return total
 
 
@@ -355,12 +412,16 @@ def nutation(top: Top, spin: float, pitch: float = 0.0) -> Nutation:
         return 2 * np.arctan2(sine, np.sqrt(lower * lower0) + np.sqrt(upper * upper0))
 
     # The azimuth is farthest from uniform precession at the moment at which the rate is the mean one.
-    time, azimuth = nod.swept(find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:]))
+    time, azimuth = nod.swept(
+        find_crossing(lambda x: np.abs(nod.rate(x)) - abs(mean), _X[:1], _X[-1:])
+    )
     return Nutation(
         period=2 * float(nod.weight.sum()),
         mean_sag=float(nod.flip[0] * (share @ sag(_X))),
         greatest_sag=float((nod.flip * sag(_X[-1]))[0]),
-        sideways=float(nod.flip[0] * (share @ (rates * np.sqrt(np.multiply(*nod.poles(_X)))))),
+        sideways=float(
+            nod.flip[0] * (share @ (rates * np.sqrt(np.multiply(*nod.poles(_X)))))
+        ),
         lead=float(np.abs(azimuth / mean - time)[0]) if mean else np.nan,
     )
 
@@ -378,19 +439,27 @@ def time_to_turn(top: Top, spin: ArrayLike, pitch: ArrayLike, angle: ArrayLike) 
     whole, rest = np.floor(halves), np.mod(halves, 1)
     back = whole % 2 == 1
     rest = np.where(back, 1 - rest, rest)
-    x = find_crossing(lambda x: nod.swept(x)[1] / half_angle - rest, np.full(rest.shape, _X[0]), _X[-1])
+    x = find_crossing(
+        lambda x: nod.swept(x)[1] / half_angle - rest,
+        np.full(rest.shape, _X[0]),
+        _X[-1],
+    )
     time = nod.swept(x)[0]
     time = half_time * whole + np.where(back, half_time - time, time)
     return np.where(never, np.inf, np.where(halves == 0, 0.0, time))[..., 0]
 
 
-def find_crossing(function: Callable[[Any], Any], early: ArrayLike, late: ArrayLike) -> Any:
+def find_crossing(
+    function: Callable[[Any], Any], early: ArrayLike, late: ArrayLike
+) -> Any:
     """Find by bisection where each function rises through 0 between `early` and `late`, to the last digit.
 
     Without a zero between them, return the end that is closer to 0. A NaN counts as above 0. Newton's method fails at
     times when a precessing rod is at rest.
     """
-    low, high = np.broadcast_arrays(np.asarray(early, dtype=float), np.asarray(late, dtype=float))
+    low, high = np.broadcast_arrays(
+        np.asarray(early, dtype=float), np.asarray(late, dtype=float)
+    )
     while True:
         middle = low + (high - low) / 2
         if not ((low < middle) & (middle < high)).any():

@@ -46,7 +46,11 @@ EARTH_ROTATION = 7.292115e-5
 SIDEREAL_DAY = 2 * math.pi / EARTH_ROTATION
 """Time of one turn of the Earth against the stars [s]; 3 min 56 s less than 24 hours."""
 
-EQUATOR_GRAVITY, GRAVITY_RISE, ECCENTRICITY_SQUARED = 9.7803253359, 0.00193185265241, 0.00669437999013
+EQUATOR_GRAVITY, GRAVITY_RISE, ECCENTRICITY_SQUARED = (
+    9.7803253359,
+    0.00193185265241,
+    0.00669437999013,
+)
 """Normal gravity at the equator [m/s^2], and how it grows and flattens towards a pole [1] (WGS 84, NIMA TR8350.2)."""
 
 VISCOUS = 1.0
@@ -62,7 +66,11 @@ def normal_gravity(latitude: ArrayLike) -> Any:
     The local value differs from it by 0.003 % for every 100 m of height, and by 0.005 % or so by what is underground.
     """
     square = np.sin(latitude) ** 2
-    return EQUATOR_GRAVITY * (1 + GRAVITY_RISE * square) / np.sqrt(1 - ECCENTRICITY_SQUARED * square)
+    return (
+        EQUATOR_GRAVITY
+        * (1 + GRAVITY_RISE * square)
+        / np.sqrt(1 - ECCENTRICITY_SQUARED * square)
+    )
 
 
 def solid_ball_inertia(mass: float, diameter: float) -> float:
@@ -70,7 +78,9 @@ def solid_ball_inertia(mass: float, diameter: float) -> float:
     return 0.4 * mass * (diameter / 2) ** 2
 
 
-def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_depth: float) -> float:
+def bored_ball_inertia(
+    mass: float, diameter: float, bore_diameter: float, bore_depth: float
+) -> float:
     """Moment of inertia [kg*m^2] about the bore of a ball with a cylindrical bore along a radius.
 
     The mass is that of the bored ball. The bore is near the axis, so of two balls of the same mass the bored one has
@@ -78,7 +88,11 @@ def bored_ball_inertia(mass: float, diameter: float, bore_diameter: float, bore_
     """
     radius, bore = diameter / 2, bore_diameter / 2
     taken = math.pi * bore**2 * bore_depth
-    return mass / (4 / 3 * math.pi * radius**3 - taken) * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
+    return (
+        mass
+        / (4 / 3 * math.pi * radius**3 - taken)
+        * (8 / 15 * math.pi * radius**5 - taken * bore**2 / 2)
+    )
 
 
 def cylinder_inertia(mass: float, diameter: float) -> float:
@@ -98,7 +112,11 @@ def torque(mass: ArrayLike, position: ArrayLike, g: float) -> Any:
 
 
 def precession_rate(
-    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike = 0.0, pitch: ArrayLike = 0.0
+    torque: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike = 0.0,
+    pitch: ArrayLike = 0.0,
 ) -> Any:
     """Slow rate of steady precession: eq. (8), which is eq. (9) for a horizontal rod.
 
@@ -120,7 +138,11 @@ def precession_rate(
 
 
 def fast_precession_rate(
-    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+    torque: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    pitch: ArrayLike,
 ) -> Any:
     """Fast rate of steady precession, the other root of eq. (8); hardly ever seen in a lab.
 
@@ -129,29 +151,43 @@ def fast_precession_rate(
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         curvature = np.subtract(inertia, transverse_inertia) * np.sin(pitch)
-        return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (2 * curvature)
+        return -_doubled(np.asarray(torque, dtype=float), spin, inertia, curvature) / (
+            2 * curvature
+        )
 
 
 def _doubled(load: Any, spin: ArrayLike, inertia: ArrayLike, curvature: Any) -> Any:
     """Give b + sgn(b)√D of eq. (8), with the curvature a; sgn(0) is the sign of that zero."""
     momentum = np.multiply(inertia, spin)
-    return momentum + np.copysign(np.sqrt(momentum * momentum + 4 * curvature * load), momentum)
+    return momentum + np.copysign(
+        np.sqrt(momentum * momentum + 4 * curvature * load), momentum
+    )
 
 
-def horizontal_precession_rate(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike) -> Any:
+def horizontal_precession_rate(
+    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike
+) -> Any:
     """Rate of steady precession of a horizontal rod, eq. (9): h m g/(I_zz ψ̇) [rad/s]; NaN for a spin of zero."""
     momentum = np.multiply(inertia, spin)
     return np.divide(torque, np.where(momentum == 0, np.nan, momentum))
 
 
 def tilt_bias(
-    precession_rate: ArrayLike, spin: ArrayLike, pitch: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
+    precession_rate: ArrayLike,
+    spin: ArrayLike,
+    pitch: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
 ) -> Any:
     """Relative bias of I_zz [1] when eq. (9) is used for a tilted rod: (1 − I/I_zz)(φ̇/ψ̇) sin(pitch).
 
     Exact for steady precession.
     """
-    return (1.0 - np.divide(transverse_inertia, inertia)) * np.divide(precession_rate, spin) * np.sin(pitch)
+    return (
+        (1.0 - np.divide(transverse_inertia, inertia))
+        * np.divide(precession_rate, spin)
+        * np.sin(pitch)
+    )
 
 
 # --- a spin that falls while it is timed ----------------------------------------------------------------------
@@ -164,7 +200,9 @@ def sinhc(x: Any) -> Any:
     return np.where(is_zero, 1.0, np.sinh(safe) / safe)[()]
 
 
-def harmonic_mean_spin(start: ArrayLike, end: ArrayLike, exponent: ArrayLike = VISCOUS) -> Any:
+def harmonic_mean_spin(
+    start: ArrayLike, end: ArrayLike, exponent: ArrayLike = VISCOUS
+) -> Any:
     """Mean in time of a decaying spin, as eq. (9) needs it: the harmonic one [rad/s].
 
     G²/L for viscous drag, with the geometric mean G and the logarithmic mean L of both readings; G
@@ -211,7 +249,12 @@ def decay_law_doubt(start: ArrayLike, end: ArrayLike) -> Any:
 # --- stability -----------------------------------------------------------------------------------------------
 
 
-def least_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike) -> Any:
+def least_spin(
+    torque: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    pitch: ArrayLike,
+) -> Any:
     """Return the minimum spin for steady precession, from D = 0 in eq. (8).
 
     2√((I − I_zz) cosθ h m g)/I_zz [rad/s]; 0 if every spin has a steady precession. A level rod
@@ -221,17 +264,26 @@ def least_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayL
     return 2 * np.sqrt(np.maximum(-curvature * np.asarray(torque), 0.0)) / inertia
 
 
-def sleeping_spin(torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+def sleeping_spin(
+    torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
+) -> Any:
     """Total spin above which an upright rod stays upright ("sleeps"): 2√(I h m g)/I_zz [rad/s].
 
     From the motion linearised about the vertical; 0 if every spin is enough. The torque is that of the
     horizontal rod. It is negative for a rod that hangs straight down, or a weight below the centre, which is stable at
     any spin.
     """
-    return 2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
+    return (
+        2 * np.sqrt(np.maximum(np.multiply(transverse_inertia, torque), 0.0)) / inertia
+    )
 
 
-def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+def sleeping_growth(
+    torque: ArrayLike,
+    total_spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+) -> Any:
     """Rate at which a small tilt of an upright rod grows: √(h m g/I − (I_zz ω3/2I)²).
 
     Rate [1/s]: the tilt grows e-fold in its inverse; 0 if the rod sleeps. For small tilts.
@@ -243,16 +295,29 @@ def sleeping_growth(torque: ArrayLike, total_spin: ArrayLike, inertia: ArrayLike
 # --- a rod released from rest -----------------------------------------------------------------------------------
 
 
-def release_bias(torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+def release_bias(
+    torque: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+) -> Any:
     """Relative bias of I_zz [1] if a released rod is treated as steady: 2δ².
 
     Lowest order, for a level rod; too high by 3 % of itself at δ = 0.07, by 15 % at 0.17.
     """
-    return 2 * (np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2) ** 2
+    return (
+        2
+        * (np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2)
+        ** 2
+    )
 
 
 def greatest_sag(
-    torque: ArrayLike, spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+    torque: ArrayLike,
+    spin: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    pitch: ArrayLike,
 ) -> Any:
     """Angle [rad] from where a rod is released to its lowest direction, to its highest one if the torque is negative.
 
@@ -261,21 +326,37 @@ def greatest_sag(
     """
     high = np.sign(torque) * np.sin(pitch)
     # 1/(2δ)
-    stiff = 0.5 / np.abs(np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2)
+    stiff = 0.5 / np.abs(
+        np.multiply(transverse_inertia, torque) / np.multiply(inertia, spin) ** 2
+    )
     low = (stiff - np.sqrt((stiff - 2 * high) ** 2 + 4 * (1 - high**2))) / 2
     return np.arcsin(high) - np.arcsin(np.maximum(low, -1.0))
 
 
 def spin_of_sag(
-    sag: float, torque: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike, pitch: ArrayLike
+    sag: float,
+    torque: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
+    pitch: ArrayLike,
 ) -> Any:
     """Spin [rad/s] at which a rod that is released sags by an angle [rad]; see `greatest_sag`."""
     high = np.sign(torque) * np.sin(pitch)
     low = np.sin(np.arcsin(high) - sag)
-    return np.sqrt(2 * np.multiply(transverse_inertia, np.abs(torque)) * (1 - low**2) / (high - low)) / inertia
+    return (
+        np.sqrt(
+            2
+            * np.multiply(transverse_inertia, np.abs(torque))
+            * (1 - low**2)
+            / (high - low)
+        )
+        / inertia
+    )
 
 
-def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Any:
+def click_error(
+    spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
+) -> Any:
     """Largest error of one click of the stopwatch from not knowing the nutation's phase: I/(I_zz ψ̇).
 
     Time [s], for a released rod, whatever the weight; 1/√2 of it is its root mean square.
@@ -289,7 +370,11 @@ def click_error(spin: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLi
 
 
 def platform_rate(
-    wheel_inertia: ArrayLike, wheel_spin: ArrayLike, platform_inertia: ArrayLike, start: ArrayLike, end: ArrayLike
+    wheel_inertia: ArrayLike,
+    wheel_spin: ArrayLike,
+    platform_inertia: ArrayLike,
+    start: ArrayLike,
+    end: ArrayLike,
 ) -> Any:
     """Rate of a turntable [rad/s], at rest at first, after a spinning wheel held on it was tipped.
 
@@ -312,7 +397,11 @@ def balanced_direction(
     Against the ground the sky turns about the Earth's axis, which points north at the altitude of the latitude, from
     east to west: a turn of the direction by −Ω t about that axis (Rodrigues' formula).
     """
-    rod = np.cos(altitude) * np.sin(azimuth), np.cos(altitude) * np.cos(azimuth), np.sin(altitude)
+    rod = (
+        np.cos(altitude) * np.sin(azimuth),
+        np.cos(altitude) * np.cos(azimuth),
+        np.sin(altitude),
+    )
     # The Earth's axis has no part to the east.
     level, height = np.cos(latitude), np.sin(latitude)
     turned = -EARTH_ROTATION * np.asarray(time, dtype=float)

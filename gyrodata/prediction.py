@@ -116,13 +116,22 @@ def predict_precession(
     critical = float(physics.least_spin(torque, *top))
     upright = float(physics.sleeping_spin(torque, inertia, transverse_inertia))
     growth = float(physics.sleeping_growth(torque, spin, inertia, transverse_inertia))
-    never = "" if slow is not None else "At this pitch the spin is too slow for steady precession. "
-    sense, moves = "counterclockwise" if torque * spin > 0 else "clockwise", "falls" if torque > 0 else "rises"
+    never = (
+        ""
+        if slow is not None
+        else "At this pitch the spin is too slow for steady precession. "
+    )
+    sense, moves = (
+        "counterclockwise" if torque * spin > 0 else "clockwise",
+        "falls" if torque > 0 else "rises",
+    )
     case = "no_torque" if torque == 0 else "no_spin" if spin == 0 else "turns"
     reasons = []
     if slow is None:
         least = f"the spin is below the minimum of {critical / RPM:.4g} rpm"
-        reasons.append(f"slow, fast, period: {least if critical else 'without spin the rod falls'}")
+        reasons.append(
+            f"slow, fast, period: {least if critical else 'without spin the rod falls'}"
+        )
     elif fast is None:
         which = "with I = I_zz" if inertia == transverse_inertia else "that is level"
         reasons.append(f"fast: a rod {which} has only the slow precession")
@@ -141,14 +150,18 @@ def predict_precession(
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
     nutation = motion.nutation(top, spin, pitch)
-    found = Released(sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0)
+    found = Released(
+        sag=nutation.mean_sag + 0.0, greatest_sag=nutation.greatest_sag + 0.0
+    )
     if spin == 0:
         reason = "mean_rate, nutation_rate, click_error_s: without spin the rod swings and does not precess"
         return replace(found, reason=reason)
     mean = _finite(motion.mean_precession_rate(top, spin, pitch))
     found = replace(found, mean_rate=mean, nutation_rate=2 * math.pi / nutation.period)
     if top.torque == 0:
-        return replace(found, reason="click_error_s: without a torque the rod keeps its direction")
+        return replace(
+            found, reason="click_error_s: without a torque the rod keeps its direction"
+        )
     return replace(found, click_error_s=nutation.lead)
 
 
@@ -182,12 +195,19 @@ class Earth(Prediction, frozen=True, kw_only=True):
     """Residual torque that turns a level rod as fast as the Earth rotates [N*m]."""
 
 
-def predict_earth(latitude: float, times: Sequence[float], inertia: float, spin: float) -> Earth:
+def predict_earth(
+    latitude: float, times: Sequence[float], inertia: float, spin: float
+) -> Earth:
     """Compute the directions of two balanced gyroscopes at clock times since the start [s]."""
     height = round(90 - math.degrees(abs(latitude)), 1)
     pole, azimuth, star, side = ("north", 0.0, "the pole star", "south")
     if latitude < 0:
-        pole, azimuth, star, side = ("south", math.pi, "the south pole of the sky", "north")
+        pole, azimuth, star, side = (
+            "south",
+            math.pi,
+            "the south pole of the sky",
+            "north",
+        )
     highest = f"in the {side} at {height:g}°" if height < 90 else "straight overhead"
     path = _say("earth", "highest" if height else "at_pole", highest=highest, side=side)
     return Earth(
@@ -200,28 +220,42 @@ def predict_earth(latitude: float, times: Sequence[float], inertia: float, spin:
     )
 
 
-def _directions(azimuth: float, altitude: float, latitude: float, times: Sequence[float]) -> tuple[Direction, ...]:
-    bearings, heights = physics.balanced_direction(azimuth, altitude, latitude, np.asarray(times, dtype=float))
+def _directions(
+    azimuth: float, altitude: float, latitude: float, times: Sequence[float]
+) -> tuple[Direction, ...]:
+    bearings, heights = physics.balanced_direction(
+        azimuth, altitude, latitude, np.asarray(times, dtype=float)
+    )
     return tuple(
         Direction(
             hours=time / 3600,
             sidereal_hours=24 * time / physics.SIDEREAL_DAY,
             azimuth_deg=_finite(math.degrees(bearing)),
             altitude_deg=math.degrees(height),
-            reason="azimuth_deg: the rod points straight up or down" if math.isnan(bearing) else "",
+            reason="azimuth_deg: the rod points straight up or down"
+            if math.isnan(bearing)
+            else "",
         )
-        for time, bearing, height in zip(times, bearings.tolist(), heights.tolist(), strict=True)
+        for time, bearing, height in zip(
+            times, bearings.tolist(), heights.tolist(), strict=True
+        )
     )
 
 
 def _earth_table(earth: Earth) -> str:
     axis, east = f"{earth.pole}: azimuth", "east: azimuth"
-    lines = [f"  {'hours':>7}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"]
+    lines = [
+        f"  {'hours':>7}{'sidereal':>10}{axis:>17}{'altitude':>10}{east:>16}{'altitude':>10}"
+    ]
     for row, other in zip(earth.axis, earth.east, strict=True):
         line = f"  {row.hours:>7.2f}{row.sidereal_hours:>10.3f}"
         for one, width in ((row, 17), (other, 16)):
             # No "360.00" and no "-0.00".
-            azimuth = "-" if one.azimuth_deg is None else f"{round(one.azimuth_deg, 2) % 360:.2f}°"
+            azimuth = (
+                "-"
+                if one.azimuth_deg is None
+                else f"{round(one.azimuth_deg, 2) % 360:.2f}°"
+            )
             line += f"{azimuth:>{width}}{round(one.altitude_deg, 2) + 0.0:>9.2f}°"
         lines.append(line)
     return "\n".join(lines)
@@ -247,10 +281,21 @@ class Platform(Prediction, frozen=True, kw_only=True):
 
 
 def predict_platform(
-    wheel_inertia: float, wheel_spin: float, platform_inertia: float, start: float, end: float
+    wheel_inertia: float,
+    wheel_spin: float,
+    platform_inertia: float,
+    start: float,
+    end: float,
 ) -> Platform:
     """Tip the axle from one angle above the horizontal to another [rad]."""
-    rate = float(physics.platform_rate(wheel_inertia, wheel_spin, platform_inertia, start, end)) + 0.0
+    rate = (
+        float(
+            physics.platform_rate(
+                wheel_inertia, wheel_spin, platform_inertia, start, end
+            )
+        )
+        + 0.0
+    )
     wheel = wheel_inertia * wheel_spin
     case = "no_spin" if wheel == 0 else "turns" if rate else "no_change"
     return Platform(
@@ -282,7 +327,9 @@ class Twist(Prediction, frozen=True, kw_only=True):
     """What the hands do to raise the right end of the axle."""
 
 
-def predict_twist(wheel_inertia: float, wheel_spin: float, time: float, handles: float) -> Twist:
+def predict_twist(
+    wheel_inertia: float, wheel_spin: float, time: float, handles: float
+) -> Twist:
     """Turn the wheel over in a time [s], with the hands at this distance from each other [m].
 
     The spin is positive if it is counterclockwise, seen from the right hand.
@@ -332,7 +379,9 @@ class Tip(Prediction, frozen=True, kw_only=True):
     """Relative error of the estimate [1]."""
 
 
-def predict_tip(force: float, length: float, inertia: float, spin: float, transverse_inertia: float) -> Tip:
+def predict_tip(
+    force: float, length: float, inertia: float, spin: float, transverse_inertia: float
+) -> Tip:
     """Pull the tip; the spin is positive if it is counterclockwise, seen from the tip."""
     torque = force * length
     top = motion.Top(inertia, transverse_inertia, torque)
@@ -347,12 +396,19 @@ def predict_tip(force: float, length: float, inertia: float, spin: float, transv
     if spin == 0:
         return tip
     speed = length * abs(nutation.sideways)
-    estimate = length * abs(float(physics.horizontal_precession_rate(torque, spin, inertia)))
+    estimate = length * abs(
+        float(physics.horizontal_precession_rate(torque, spin, inertia))
+    )
     error = estimate / speed - 1
-    why, direction = _say("tip", "turns"), "along the torque: at right angles to the force"
+    why, direction = (
+        _say("tip", "turns"),
+        "along the torque: at right angles to the force",
+    )
     if error > SLOW:
         why = f"{why} {_say('tip', 'slow')}"
-        direction = "at right angles to the force and also far along it: the spin is slow"
+        direction = (
+            "at right angles to the force and also far along it: the spin is slow"
+        )
     return replace(
         tip, why=why, reason="", speed=speed, turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
         angle_deg=math.copysign(90.0, spin), direction=direction, yields=nutation.mean_sag,
@@ -382,11 +438,16 @@ def prediction_text(answer: Precession | Earth | Platform | Twist | Tip) -> str:
     """Write a prediction as text: the question, the answer in words, and the numbers."""
     quantities, lines = _Quantities(), []
     values = {**answer.options, **asdict(answer)}
-    values["why"] = textwrap.fill(answer.why, 76, initial_indent="  ", subsequent_indent="  ")
+    values["why"] = textwrap.fill(
+        answer.why, 76, initial_indent="  ", subsequent_indent="  "
+    )
     values["table"] = _earth_table(answer) if isinstance(answer, Earth) else None
     for line in TEXTS[answer.prediction]["text"].splitlines():
         fields = [name for _, name, _, _ in quantities.parse(line) if name]
-        if all(quantities.get_field(name, (), values)[0] not in (None, "") for name in fields):
+        if all(
+            quantities.get_field(name, (), values)[0] not in (None, "")
+            for name in fields
+        ):
             lines.append(quantities.vformat(line, (), values))
     if answer.notes:
         lines += ["", "Not given, so assumed:", *(f"  {note}" for note in answer.notes)]

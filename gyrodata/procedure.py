@@ -41,9 +41,16 @@ def check_log(readings: Readings) -> tuple[Analysis | None, tuple[Diagnostic, ..
         analysis = analyze_readings(readings)
     except LogError as error:
         measured = measure(readings) if readings.ok else None
-        lacking = what_lacks(readings, measured, None) if measured is not None and measured.torque.any() else []
+        lacking = (
+            what_lacks(readings, measured, None)
+            if measured is not None and measured.torque.any()
+            else []
+        )
         return None, (*error.diagnostics, *lacking)
-    return analysis, (*analysis.diagnostics, *what_lacks(readings, analysis.measurements, analysis))
+    return analysis, (
+        *analysis.diagnostics,
+        *what_lacks(readings, analysis.measurements, analysis),
+    )
 
 
 PROCEDURE = ("G451", "G452", "G453", "G454", "G455", "G456")
@@ -54,7 +61,10 @@ ADVICE = {*PROCEDURE, "G407", "G414", "G418", "G426"}
 
 
 def what_lacks(
-    readings: Readings, measured: Measurements, analysis: Analysis | None, asked: Collection[str] = PROCEDURE
+    readings: Readings,
+    measured: Measurements,
+    analysis: Analysis | None,
+    asked: Collection[str] = PROCEDURE,
 ) -> list[Diagnostic]:
     """List the missing steps among those asked for; without an analysis, only those that need none."""
     found = list(_weights_and_spins(readings, measured))
@@ -64,26 +74,48 @@ def what_lacks(
     return [one for one in found if one.code in asked]
 
 
-def _weights_and_spins(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+def _weights_and_spins(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
     """Ask for three weights, and for three spins of each that are far enough apart."""
     groups = [group for group in measured.by_weight if measured.torque[group[0]] != 0]
     if len(groups) < 3:
-        torques = " and ".join(f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups)
+        torques = " and ".join(
+            f"{1e3 * measured.torque[group[0]]:.3g}" for group in groups
+        )
         one = len(groups) == 1
-        why = "one point does not determine a line" if one else "a line through two points always fits"
-        yield readings.say("too_few_weights", torques=count_text(len(groups), "torque"), values=torques, why=why)
+        why = (
+            "one point does not determine a line"
+            if one
+            else "a line through two points always fits"
+        )
+        yield readings.say(
+            "too_few_weights",
+            torques=count_text(len(groups), "torque"),
+            values=torques,
+            why=why,
+        )
     for group in groups:
         spins, lacking = np.sort(measured.spin[group]), 3 - len(group)
         if lacking <= 0 and spins[-1] >= SPREAD * spins[0]:
             continue
-        name, place, have = load_words(measured, group[0]), readings.place(max(group)), spins / RPM
+        name, place, have = (
+            load_words(measured, group[0]),
+            readings.place(max(group)),
+            spins / RPM,
+        )
         if lacking > 0:
             # The usual spins that differ most from the spins so far.
             away = np.abs(np.log(USUAL_SPINS[:, None] / have)).min(axis=1)
             wanted = np.sort(USUAL_SPINS[np.argsort(-away, kind="stable")[:lacking]])
-            runs = {"runs": count_text(len(group), "run"), "lacking": count_text(lacking, "run")}
+            runs = {
+                "runs": count_text(len(group), "run"),
+                "lacking": count_text(lacking, "run"),
+            }
             wanted_rpm = " and ".join(f"{rpm:.0f}" for rpm in wanted)
-            yield readings.say("too_few_runs", place, load=name, **runs, spins=wanted_rpm)
+            yield readings.say(
+                "too_few_runs", place, load=name, **runs, spins=wanted_rpm
+            )
         else:
             spread = {"low": have[0], "high": have[-1], "factor": have[-1] / have[0]}
             yield readings.say("spins_too_close", place, load=name, **spread)
@@ -101,7 +133,9 @@ def _unloaded(readings: Readings, analysis: Analysis) -> Iterator[Diagnostic]:
         yield readings.say("no_unloaded_run", now=now, then=then)
 
 
-def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Diagnostic]:
+def _times_and_falls(
+    readings: Readings, measured: Measurements
+) -> Iterator[Diagnostic]:
     """Ask for longer times, and for shorter ones if the spin falls much."""
     short = np.flatnonzero(measured.time < SHORT)
     if measured.timed and len(short):
@@ -109,20 +143,36 @@ def _times_and_falls(readings: Readings, measured: Measurements) -> Iterator[Dia
         time = measured.time[worst]
         times, runs = count_text(len(short), "time"), _named(measured, short)
         values = {"limit": SHORT, "time": time, "percent": 100 * 0.14 / time}
-        yield readings.say("times_too_short", readings.place(worst), times=times, runs=runs, **values)
+        yield readings.say(
+            "times_too_short", readings.place(worst), times=times, runs=runs, **values
+        )
     if measured.spin_start is None or measured.spin_end is None:
         return
     fall = 1 - measured.spin_end / measured.spin_start
     far = np.flatnonzero(fall > FALL)
     if len(far):
         worst = int(far[np.argmax(fall[far])])
-        doubt = float(np.abs(physics.decay_law_doubt(measured.spin_start[worst], measured.spin_end[worst])))
-        values = {"most": 100 * fall[worst], "run": measured.runs[worst], "size": 100 * doubt}
+        doubt = float(
+            np.abs(
+                physics.decay_law_doubt(
+                    measured.spin_start[worst], measured.spin_end[worst]
+                )
+            )
+        )
+        values = {
+            "most": 100 * fall[worst],
+            "run": measured.runs[worst],
+            "size": 100 * doubt,
+        }
         runs = _named(measured, far)
-        yield readings.say("spin_falls_too_much", readings.place(worst), runs=runs, **values)
+        yield readings.say(
+            "spin_falls_too_much", readings.place(worst), runs=runs, **values
+        )
 
 
 def _named(measured: Measurements, indices: Integers) -> str:
     """Return the names of runs: "runs 2, 5"."""
-    names = ", ".join(measured.runs[i] for i in indices[:8]) + (", …" if len(indices) > 8 else "")
+    names = ", ".join(measured.runs[i] for i in indices[:8]) + (
+        ", …" if len(indices) > 8 else ""
+    )
     return f"run{'s' if len(indices) > 1 else ''} {names}"

@@ -51,10 +51,16 @@ def in_python(text: str) -> str:
         for option, key, value in re.findall(_PAIR, found[0]):
             value = value.strip("\"'")
             given.setdefault(_ARGUMENTS[option], []).append(f'"{key}": "{value}"')
-        return ", ".join(f"{name}={{{', '.join(pairs)}}}" for name, pairs in given.items())
+        return ", ".join(
+            f"{name}={{{', '.join(pairs)}}}" for name, pairs in given.items()
+        )
 
     text = re.sub(f"{_PAIR}(?: {_PAIR})*", arguments, text)
-    text = re.sub(r"--(set|map|config) (\w+)(?=:)", lambda found: f'{_ARGUMENTS[found[1]]}["{found[2]}"]', text)
+    text = re.sub(
+        r"--(set|map|config) (\w+)(?=:)",
+        lambda found: f'{_ARGUMENTS[found[1]]}["{found[2]}"]',
+        text,
+    )
     text = re.sub(r"--model (\w+)", r'model="\1"', text)
     for option, argument in _OTHERS.items():
         text = text.replace(option, argument)
@@ -69,12 +75,18 @@ def _with_warnings(function: Callable[P, R]) -> Callable[P, R]:
         try:
             result = function(*args, **kwargs)
         except GyroError as error:
-            raise type(error)(PythonDiagnostic(*astuple(one)) for one in error.diagnostics) from None
+            raise type(error)(
+                PythonDiagnostic(*astuple(one)) for one in error.diagnostics
+            ) from None
         told = [PythonDiagnostic(*astuple(one)) for one in result.diagnostics]
         warned = [one for one in told if one.severity == "warning"]
         for code in dict.fromkeys([one.code for one in warned]):
             first, *others = [one for one in warned if one.code == code]
-            more = f"\n   and {len(others)} more, see the attribute diagnostics" if others else ""
+            more = (
+                f"\n   and {len(others)} more, see the attribute diagnostics"
+                if others
+                else ""
+            )
             warnings.warn(f"{first}{more}", GyroWarning, stacklevel=2)
         return replace(result, diagnostics=tuple(told))
 

@@ -58,11 +58,20 @@ _POWER_OF_TEN = (
 )
 _USUAL = (
     (r"(?:(?<=[^\W\d])|(?<=\^\d))\.$", ""),  # the end of a sentence
-    (r"(?i)\s*\(\s*(?:i\.\s?e\.|=|d\.\s?h\.)[^()]*\)$", ""),  # "4.30 ± 0.06 g m^2 (i.e. 0.00430 kg m^2)"
+    (
+        r"(?i)\s*\(\s*(?:i\.\s?e\.|=|d\.\s?h\.)[^()]*\)$",
+        "",
+    ),  # "4.30 ± 0.06 g m^2 (i.e. 0.00430 kg m^2)"
     (r"(?<=\d)\s+[eE](?=[-+]\d)", "e"),  # "4.30 e-3"
-    (rf"{_SAID}((?:[^()]|\([^()]*\))*)\)?$", r" ± \1"),  # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
+    (
+        rf"{_SAID}((?:[^()]|\([^()]*\))*)\)?$",
+        r" ± \1",
+    ),  # "4.4e-3 kg m^2, u = 1e-4" and "4.4e-3 kg m^2 (± 1e-4)"
     # a unit in brackets
-    (r"(?<=[\d\s)%])[\[(]\s*((?:1/|10\s*\^[-+]?\d+\s*[·*×]?\s*)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$", r" \1"),
+    (
+        r"(?<=[\d\s)%])[\[(]\s*((?:1/|10\s*\^[-+]?\d+\s*[·*×]?\s*)?[^\W\d][^()\[\]±]*?|°[^()\[\]±]*?)\s*[\])]$",
+        r" \1",
+    ),
     # "4.4 ± 0.1 × 10^-3" means that power of both.
     (rf"^({NUMBER}\s*±\s*{NUMBER})(?=\s*{_TIMES_TEN}|\s+10\s*(?:\^|\*\*))", r"(\1)"),
     (_POWER_OF_TEN, r"e\1\2"),
@@ -75,11 +84,33 @@ _COVERAGE = (
     r"(?:,\s*k\s*=\s*\d)?\s*[)\]])"
 )
 """A coverage factor or a level: ``(k = 2)``, ``2σ``, ``(95 %)``."""
-_LEVELS = {68.0: 1.0, 68.3: 1.0, 68.27: 1.0, 90.0: 1.645, 95.0: 1.96, 95.4: 2.0, 95.45: 2.0, 99.0: 2.576, 99.7: 3.0}
+_LEVELS = {
+    68.0: 1.0,
+    68.3: 1.0,
+    68.27: 1.0,
+    90.0: 1.645,
+    95.0: 1.96,
+    95.4: 2.0,
+    95.45: 2.0,
+    99.0: 2.576,
+    99.7: 3.0,
+}
 """Coverage factors of the levels that are stated in %, for normal errors."""
 
 _MINUS = str.maketrans({"−": "-", "–": "-", "‐": "-", "‑": "-"})
-_MISTYPED = str.maketrans({"O": "0", "o": "0", "l": "1", "I": "1", "|": "1", "S": "5", "З": "3", "О": "0", "о": "0"})
+_MISTYPED = str.maketrans(
+    {
+        "O": "0",
+        "o": "0",
+        "l": "1",
+        "I": "1",
+        "|": "1",
+        "S": "5",
+        "З": "3",
+        "О": "0",
+        "о": "0",
+    }
+)
 _THOUSANDS = r"[-+]?[1-9][0-9]{0,2},[0-9]{3}"
 _SPACED = r"[1-9][0-9]{0,2}(?:[ \u00a0\u202f][0-9]{3})+"
 _SEVERAL = r"([1-9][0-9]?)(?:\s*[x×*]|\s+·)(?!\s*10\s*[\^*⁻⁰-⁹-])\s*(.+)"
@@ -87,9 +118,16 @@ _CLOCK = r"(?:([0-9]{1,2}):)?([0-9]{1,3}):([0-9]{2}(?:[.,][0-9]+)?)"
 _SPOKEN_CLOCK = r"()([0-9]{1,3})\s*(?:'|m|min|мин)\.?\s*([0-9]{1,2}(?:[.,][0-9]+)?)\s*(?:\"|''|s|sec|c|сек)?\.?"
 _PARTS_OF_PI = r"(?i)([0-9]+(?:[.,][0-9]+)?)?\s*[*·×]?\s*(?:pi|π)\s*(?:/\s*([1-9][0-9]?))?\s*(?:rad)?"
 """Angles such as "2pi/3"."""
-_CCW, _CW = ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"), ("cw", "clockwise", "-1")
+_CCW, _CW = (
+    ("ccw", "counterclockwise", "anticlockwise", "+", "+1", "1"),
+    ("cw", "clockwise", "-1"),
+)
 
-_MONTHS = {word: int(number) for number, words in vocabulary.MONTHS.items() for word in words.split()}
+_MONTHS = {
+    word: int(number)
+    for number, words in vocabulary.MONTHS.items()
+    for word in words.split()
+}
 _DATES = (
     r"(?P<day>[0-9]{1,4})[.\s-]*(?P<month>[^\W\d_]{3,9})\.?(?:[\s-]*[0-9]{2,4})?",
     r"(?P<month>[^\W\d_]{3,9})\.?[\s-]*(?P<day>[0-9]{1,4})",
@@ -138,7 +176,11 @@ def fold_number(text: str) -> str:
     """Replace real minus signs, ½ and wide digits by their ASCII forms; 10⁻³ becomes 10^-3."""
     if text.isascii():
         return text.strip()
-    text = re.sub(r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)", lambda match: "^" + unicodedata.normalize("NFKC", match[1]), text)
+    text = re.sub(
+        r"(?<=[0-9])([⁺⁻]?[⁰¹²³⁴-⁹]+)",
+        lambda match: "^" + unicodedata.normalize("NFKC", match[1]),
+        text,
+    )
     text = re.sub("[¼-¾⅐-⅞]", r" \g<0>", text)
     return units.fold_letters(text).translate(_MINUS).strip()
 
@@ -183,36 +225,68 @@ def take_apart(text: str) -> Written | None:
         return None
     number, digits, spread = match["number"], match["digits"], match["spread"]
     unit, last, behind = match["unit"], match["last"], match["behind"]
-    percent, power = match["percent"] is not None, match["power"] or match["shared"] or ""
-    two_units = (behind and (unit or last)) or (percent and unit and last and unit != last)
+    percent, power = (
+        match["percent"] is not None,
+        match["power"] or match["shared"] or "",
+    )
+    two_units = (behind and (unit or last)) or (
+        percent and unit and last and unit != last
+    )
     two_powers = power and re.search("[/eE]", number + (digits or spread or ""))
     if two_units or two_powers or (digits and spread) or (match["open"] and not spread):
         return None
     number += power
     if digits:
         # A whole number in the bracket counts in the last digits.
-        spread = f"{digits}e{last_place(number)}" if digits.isdigit() else digits + power
+        spread = (
+            f"{digits}e{last_place(number)}" if digits.isdigit() else digits + power
+        )
     elif spread and not percent:
         spread += power
-        if re.fullmatch(_THOUSANDS, number) and not (unit and last) and to_float(spread) > to_float(number):
+        if (
+            re.fullmatch(_THOUSANDS, number)
+            and not (unit and last)
+            and to_float(spread) > to_float(number)
+        ):
             number = number.replace(",", "")  # "46,300 ± 600"
-    spread_unit, unit = "%" if percent else last if unit else None, unit or last or behind
+    spread_unit, unit = (
+        "%" if percent else last if unit else None,
+        unit or last or behind,
+    )
     if "/" not in number:
         value, step = to_float(number), float(f"1e{last_place(number)}")
         return Written(number, value, step, unit, spread, spread_unit, coverage)
     try:
-        value = float(sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split())))
+        value = float(
+            sum(map(Fraction, re.sub(r"\s*/\s*", "/", number.lstrip("+-")).split()))
+        )
     except ZeroDivisionError:
         value = math.inf
-    return Written(number, -value if number[0] == "-" else value, None, unit, spread, spread_unit, coverage)
+    return Written(
+        number,
+        -value if number[0] == "-" else value,
+        None,
+        unit,
+        spread,
+        spread_unit,
+        coverage,
+    )
 
 
 def _without_coverage(text: str) -> tuple[str, float]:
     """Remove ``(k = 2)`` or ``(95 %)``, and return the coverage factor."""
     match = re.search(_COVERAGE, text)
-    number = to_float(match[match.lastindex or 0]) if match and ("±" in text or match[1]) else 0.0
+    number = (
+        to_float(match[match.lastindex or 0])
+        if match and ("±" in text or match[1])
+        else 0.0
+    )
     factor = _LEVELS.get(number, number if number < 10 else 0.0)
-    return (f"{text[: match.start()]} {text[match.end() :]}".strip(), factor) if match and factor else (text, 1.0)
+    return (
+        (f"{text[: match.start()]} {text[match.end() :]}".strip(), factor)
+        if match and factor
+        else (text, 1.0)
+    )
 
 
 def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
@@ -224,7 +298,10 @@ def in_si(written: Written, kind: str, unit: str | None = None) -> Quantity:
         uncertainty = Uncertainty(0.0, u / 100)
     elif written.spread is not None:
         factor = units.parse_unit(written.spread_unit or own, kind).factor
-        uncertainty, u_step = Uncertainty(u * factor), 10.0 ** last_place(written.spread) * factor
+        uncertainty, u_step = (
+            Uncertainty(u * factor),
+            10.0 ** last_place(written.spread) * factor,
+        )
     step = None if written.step is None else written.step * known.factor
     return Quantity(written.value * known.factor, step, uncertainty, known.text, u_step)
 
@@ -253,59 +330,108 @@ def read_cell(text: str, kind: str, unit: str | None, ask: bool = False) -> Quan
     if kind == "sign":
         sense = plain.lower().replace(" ", "").replace("-c", "c")
         if sense not in _CCW + _CW:
-            raise _fault("is not a sense of rotation", "write ccw (or +1) or cw (or -1)")
+            raise _fault(
+                "is not a sense of rotation", "write ccw (or +1) or cw (or -1)"
+            )
         return Quantity(1.0 if sense in _CCW else -1.0, None, None, "")
-    if kind in ("mass", "force", "length") and (several := re.fullmatch(_SEVERAL, text)):
+    if kind in ("mass", "force", "length") and (
+        several := re.fullmatch(_SEVERAL, text)
+    ):
         one, count = read_cell(several[2], kind, unit, ask), int(several[1])
-        u = one.uncertainty and Uncertainty(count * one.uncertainty.absolute, one.uncertainty.relative)
+        u = one.uncertainty and Uncertainty(
+            count * one.uncertainty.absolute, one.uncertainty.relative
+        )
         return Quantity(count * one.value, one.step and count * one.step, u, one.unit)
     parts = re.split(PLUS, text)
-    if kind == "mass" and parts[1:] and all(re.match(r"\s*\d", part) for part in parts) and "/" not in text:
+    if (
+        kind == "mass"
+        and parts[1:]
+        and all(re.match(r"\s*\d", part) for part in parts)
+        and "/" not in text
+    ):
         # "20 + 30 g": two weights
         last = read_cell(parts[-1].strip(), kind, unit, ask)
         others = [read_cell(part.strip(), kind, last.unit, ask) for part in parts[:-1]]
         return replace(last, value=last.value + math.fsum(one.value for one in others))
-    if kind == "angle" and unit in (None, "rad") and (part := re.fullmatch(_PARTS_OF_PI, plain)):
-        return Quantity(math.pi * to_float(part[1] or "1") / int(part[2] or 1), None, None, "rad")
+    if (
+        kind == "angle"
+        and unit in (None, "rad")
+        and (part := re.fullmatch(_PARTS_OF_PI, plain))
+    ):
+        return Quantity(
+            math.pi * to_float(part[1] or "1") / int(part[2] or 1), None, None, "rad"
+        )
     if kind == "number" and plain[-1:] == "%" and PLAIN.fullmatch(plain[:-1].strip()):
         whole = read_cell(plain[:-1].strip(), kind, unit, ask)  # 25 % of a turn
-        return replace(whole, value=whole.value / 100, step=whole.step and whole.step / 100)
+        return replace(
+            whole, value=whole.value / 100, step=whole.step and whole.step / 100
+        )
     if kind == "time" and '"' in text:
-        text = plain = re.sub(r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain)  # 1'42"74 and 21"48
+        text = plain = re.sub(
+            r"^([0-9'’]+)\"([0-9]{1,2})$", r"\1.\2 s", plain
+        )  # 1'42"74 and 21"48
     spoken = re.fullmatch(_SPOKEN_CLOCK, plain.lower()) if kind == "time" else None
     if clock := spoken or re.fullmatch(_CLOCK, plain):
         return _read_clock(clock, kind, unit)
     # "1 198 rpm" below such a header
-    joined = "".join(text.split()) if kind != "number" and re.fullmatch(_SPACED, text) else text
+    joined = (
+        "".join(text.split())
+        if kind != "number" and re.fullmatch(_SPACED, text)
+        else text
+    )
     written = take_apart(joined)
     if written is None or (written.unit or "").translate(_MISTYPED).isdigit():
         raise _not_a_number(text, kind, _fault("is not a number", how_to_write(kind)))
     for number in (written.number, written.spread or "0"):
         size = written.value if "/" in number else to_float(number)
-        if math.isinf(size) or (size == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])):
-            fault = "divides by zero" if "/" in number else "is too large or too small for a number"
+        if math.isinf(size) or (
+            size == 0 and re.search("[1-9]", re.split("[eE/]", number)[0])
+        ):
+            fault = (
+                "divides by zero"
+                if "/" in number
+                else "is too large or too small for a number"
+            )
             raise _fault(fault, "write the value as it was read")
     if kind != "number" and re.fullmatch(r"[0-9]{2,}\s*/\s*[0-9]{2,}", written.number):
         raise _fault(*_TWO_NUMBERS)
     own, (low, high) = written.unit or unit, units.LIMITS[kind]
     if own is None and kind != "number":
-        raise UnitError("has no unit", f"write one behind it: {units.KINDS[kind].examples}", diagnostics.UNIT_MISSING)
+        raise UnitError(
+            "has no unit",
+            f"write one behind it: {units.KINDS[kind].examples}",
+            diagnostics.UNIT_MISSING,
+        )
     try:
         quantity = in_si(written, kind, unit)
     except UnitError as error:
         told = UnitError(f"cannot be read: {error}", error.hint, error.code)
-        raise (told if units.kinds_of(own or "") else _not_a_number(text, kind, told)) from None
+        raise (
+            told if units.kinds_of(own or "") else _not_a_number(text, kind, told)
+        ) from None
     if ask and "," in written.number:
         # A power of ten, another number with a decimal comma, or an impossible size shows how the comma is meant.
-        commas = [number for number in (written.number, written.spread or "") if "," in number]
-        both = all(low <= abs(size) <= high for size in (quantity.value, 1000 * quantity.value))
+        commas = [
+            number for number in (written.number, written.spread or "") if "," in number
+        ]
+        both = all(
+            low <= abs(size) <= high for size in (quantity.value, 1000 * quantity.value)
+        )
         if both and all(re.fullmatch(_THOUSANDS, number) for number in commas):
-            thousands, decimals = (written.number.replace(",", sign) for sign in ("", "."))
+            thousands, decimals = (
+                written.number.replace(",", sign) for sign in ("", ".")
+            )
             hint = f"write {thousands} or {decimals}0 (one more zero shows that the sign is decimal)"
             raise _fault(f"can mean {thousands} or {decimals}", hint)
     if quantity.uncertainty is not None and quantity.uncertainty.absolute > high:
-        raise _fault("has an uncertainty that is far too large", "is its unit the one written?")
-    return replace(quantity, step=None) if quantity.value == 0 and set(text) <= set("+-−0") else quantity
+        raise _fault(
+            "has an uncertainty that is far too large", "is its unit the one written?"
+        )
+    return (
+        replace(quantity, step=None)
+        if quantity.value == 0 and set(text) <= set("+-−0")
+        else quantity
+    )
 
 
 _TWO_NUMBERS = (
@@ -314,22 +440,34 @@ _TWO_NUMBERS = (
 )
 
 
-def _fault(message: str, hint: str, code: str = diagnostics.CELL_IS_NO_NUMBER) -> UnitError:
+def _fault(
+    message: str, hint: str, code: str = diagnostics.CELL_IS_NO_NUMBER
+) -> UnitError:
     return UnitError(message, hint, code)
 
 
 def _read_clock(clock: re.Match[str], kind: str, unit: str | None) -> Quantity:
     if kind != "time" or unit not in (None, "s", "min"):
-        raise _fault("is a clock time, not a number", "write the column's unit as s" if kind == "time" else "")
+        raise _fault(
+            "is a clock time, not a number",
+            "write the column's unit as s" if kind == "time" else "",
+        )
     hours, minutes, seconds = clock.groups()
     late = to_float(seconds)
     if late >= 60 or (hours and int(minutes) >= 60):
-        short = "" if hours or not seconds.isdigit() else f"{minutes}.{seconds} for seconds and hundredths, "
+        short = (
+            ""
+            if hours or not seconds.isdigit()
+            else f"{minutes}.{seconds} for seconds and hundredths, "
+        )
         message = "is not a clock time: its seconds or minutes are above 59"
         raise _fault(message, f"write {short}mm:ss.cc for minutes")
     value = int(hours or 0) * 3600 + int(minutes) * 60 + late
     if hours and len(hours) == 2 and seconds.isdigit() and value >= LONG:
-        short, long = f"{hours}:{minutes}.{seconds}", f"{int(hours) * 60 + int(minutes)}:{seconds}"
+        short, long = (
+            f"{hours}:{minutes}.{seconds}",
+            f"{int(hours) * 60 + int(minutes)}:{seconds}",
+        )
         hint = f"write {short} for minutes, seconds and hundredths; or {long} for minutes and seconds"
         raise _fault("can be h:mm:ss or mm:ss:hundredths", hint)
     return Quantity(value, float(f"1e{last_place(seconds)}"), None, "s")
@@ -346,11 +484,21 @@ def _not_a_number(text: str, kind: str, otherwise: UnitError) -> UnitError:
     pair = date_pair(text)
     if pair or re.fullmatch(_DATE_DIGITS, text):
         # If the comma is the decimal sign, 20.1 becomes the 20th of January.
-        meant = f"{min(pair)}/{max(pair)}" if pair and kind == "number" else "{}.{}".format(*pair) if pair else ""
-        hint = f"did you mean {meant}? " if meant else "write the number that was read. "
+        meant = (
+            f"{min(pair)}/{max(pair)}"
+            if pair and kind == "number"
+            else "{}.{}".format(*pair)
+            if pair
+            else ""
+        )
+        hint = (
+            f"did you mean {meant}? " if meant else "write the number that was read. "
+        )
         hint += "A spreadsheet makes dates of such numbers: make the cells text first"
         return _fault("is a date, not a number", hint, diagnostics.CELL_BECAME_A_DATE)
-    mended = re.sub(r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)).rstrip(".,;")
+    mended = re.sub(
+        r"([.,])[.,]+", r"\1", re.sub(IN_FRONT, "", plain).translate(_MISTYPED)
+    ).rstrip(".,;")
     bare = take_apart(mended) if mended != plain else None
     if bare and bare.unit is None and bare.spread is None:
         return _fault("is not a number", f"did you mean {mended}?")
@@ -362,7 +510,11 @@ def date_pair(text: str) -> tuple[int, int] | None:
     for date in _DATES:
         if match := re.fullmatch(date, text):
             word = match["month"].lower()
-            month = int(word) if word.isdigit() else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+            month = (
+                int(word)
+                if word.isdigit()
+                else _MONTHS.get(word) or _MONTHS.get(word[:4]) or _MONTHS.get(word[:3])
+            )
             return (int(match["day"]), month) if month is not None else None
     return None
 
@@ -370,7 +522,11 @@ def date_pair(text: str) -> tuple[int, int] | None:
 def how_to_write(kind: str) -> str:
     """Return how a number of a kind is written, without a number that could be copied."""
     known = units.KINDS[kind]
-    return f"write a number with its unit: {known.examples}" if known.si else "write the number alone"
+    return (
+        f"write a number with its unit: {known.examples}"
+        if known.si
+        else "write the number alone"
+    )
 
 
 def parse_quantity(text: str, kind: str) -> float:
@@ -378,11 +534,17 @@ def parse_quantity(text: str, kind: str) -> float:
     try:
         return read_cell(text.strip(), kind, None, ask=True).value
     except UnitError as error:
-        raise UnitError(f'"{text.strip()[:40]}" {error}', error.hint or how_to_write(kind), error.code) from None
+        raise UnitError(
+            f'"{text.strip()[:40]}" {error}',
+            error.hint or how_to_write(kind),
+            error.code,
+        ) from None
 
 
 @lru_cache(maxsize=512)
-def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) -> Uncertainty:
+def parse_uncertainty(
+    text: str, kind: str, unit: str = "", ask: bool = True
+) -> Uncertainty:
     """Read a standard uncertainty: ``0.5 mm``, ``0.2 %``, or a sum of both, ``0.2 % + 0.5 rpm``.
 
     The function divides by a coverage factor behind it, as in ``1 mm (k = 2)``; a term without a unit has `unit`.
@@ -393,14 +555,28 @@ def parse_uncertainty(text: str, kind: str, unit: str = "", ask: bool = True) ->
     for term in re.split(r"(?<![eE^])\+", whole[1:].strip()):
         percent = term.rstrip().endswith("%")
         try:
-            quantity = read_cell(term.strip("% "), "number" if percent else kind, "" if percent else unit or None, ask)
+            quantity = read_cell(
+                term.strip("% "),
+                "number" if percent else kind,
+                "" if percent else unit or None,
+                ask,
+            )
         except UnitError as error:
-            hint = share if (str(error), error.hint) == ("is not a number", how_to_write(kind)) else error.hint
-            raise UnitError(f'"{term.strip()[:40]}" {error}', hint, error.code) from None
+            hint = (
+                share
+                if (str(error), error.hint) == ("is not a number", how_to_write(kind))
+                else error.hint
+            )
+            raise UnitError(
+                f'"{term.strip()[:40]}" {error}', hint, error.code
+            ) from None
         if quantity.uncertainty is not None or quantity.value < 0:
             raise UnitError(f'"{text.strip()[:40]}" is not an uncertainty', share)
         relative += quantity.value / 100 / coverage if percent else 0.0
         absolute += 0.0 if percent else quantity.value / coverage
     if relative > 10 or absolute > units.LIMITS[kind][1]:
-        raise UnitError(f'"{text.strip()[:40]}" is far too large for an uncertainty', "is its unit the one written?")
+        raise UnitError(
+            f'"{text.strip()[:40]}" is far too large for an uncertainty',
+            "is its unit the one written?",
+        )
     return Uncertainty(absolute, relative)

@@ -26,7 +26,16 @@ from gyrodata.errors import Diagnostic, DiagnosticJson
 from gyrodata.fitting import ChosenModel, Estimate, FitResult, Model, Outlier, Share
 from gyrodata.measurements import Measurements
 from gyrodata.readings import Readings
-from gyrodata.tables import Ball, Constancy, Exponent, NamedFit, Pattern, PowerLaw, Run, Torque
+from gyrodata.tables import (
+    Ball,
+    Constancy,
+    Exponent,
+    NamedFit,
+    Pattern,
+    PowerLaw,
+    Run,
+    Torque,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +50,9 @@ def _above(room: str) -> Any:
     return import_module(f"gyrodata.{room}")
 
 
-CONVENTIONS: dict[str, str] = msgspec.json.decode(Path(__file__).with_name("conventions.json").read_bytes())
+CONVENTIONS: dict[str, str] = msgspec.json.decode(
+    Path(__file__).with_name("conventions.json").read_bytes()
+)
 """The convention of each number, by its key in the JSON."""
 
 
@@ -60,7 +71,9 @@ class Options(Struct, frozen=True):
     """Whether the report asks questions instead of giving conclusions."""
 
 
-DoubtKind = Literal["ball", "size", "note", "contradiction", "exponent", "scatter", "pattern"]
+DoubtKind = Literal[
+    "ball", "size", "note", "contradiction", "exponent", "scatter", "pattern"
+]
 
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 """Kinds of doubt, the most serious first."""
@@ -237,7 +250,14 @@ class Analysis(Struct, frozen=True, eq=False):
     def lab(self) -> Lab:
         """The log and its fit, for `changes`."""
         left_out = tuple(i for i, run in enumerate(self.run_table) if run.left_out)
-        return Lab(self.readings, self.measurements, self.fit, self.model, left_out, self.effects)
+        return Lab(
+            self.readings,
+            self.measurements,
+            self.fit,
+            self.model,
+            left_out,
+            self.effects,
+        )
 
     @property
     def runs_disagree(self) -> bool:
@@ -248,13 +268,20 @@ class Analysis(Struct, frozen=True, eq=False):
     def angular_momentum(self) -> Estimate:
         """I_zz ψ̇ along the rod at the fastest spin [kg*m^2/s], with the standard uncertainty of I_zz."""
         spin = max(run.spin for run in self.run_table)
-        return Estimate(self.inertia.value * spin, (self.inertia.u or 0.0) * spin, "kg*m^2/s")
+        return Estimate(
+            self.inertia.value * spin, (self.inertia.u or 0.0) * spin, "kg*m^2/s"
+        )
 
     @property
     def centre_of_mass(self) -> Estimate | None:
         """Its distance M0/(m g) from the centre of the ball [m]; None if the log does not give the ball's mass."""
-        m0, weight = self.residual_torque, self.readings.constants.get("ball_mass", 0.0) * self.measurements.g
-        return Estimate(m0.value / weight, (m0.u or 0.0) / weight, "m") if weight else None
+        m0, weight = (
+            self.residual_torque,
+            self.readings.constants.get("ball_mass", 0.0) * self.measurements.g,
+        )
+        return (
+            Estimate(m0.value / weight, (m0.u or 0.0) / weight, "m") if weight else None
+        )
 
     @property
     def runs(self) -> pd.DataFrame:
@@ -273,15 +300,31 @@ class Analysis(Struct, frozen=True, eq=False):
         """
         from uncertainties import correlated_values
 
-        results = {name: getattr(self, name) for name in ("inertia", "residual_torque", "timing_bias")}
+        results = {
+            name: getattr(self, name)
+            for name in ("inertia", "residual_torque", "timing_bias")
+        }
         # The fit gives the correlations, and the results their u.
-        u, of_fit = np.array([one.u or 0.0 for one in results.values()]), np.sqrt(np.diag(self.fit.covariance))
+        u, of_fit = (
+            np.array([one.u or 0.0 for one in results.values()]),
+            np.sqrt(np.diag(self.fit.covariance)),
+        )
         share = np.divide(u, of_fit, out=np.zeros_like(u), where=of_fit > 0)
         covariance = self.fit.covariance * share[:, None] * share
-        return dict(zip(results, correlated_values([one.value for one in results.values()], covariance), strict=True))
+        return dict(
+            zip(
+                results,
+                correlated_values([one.value for one in results.values()], covariance),
+                strict=True,
+            )
+        )
 
     def __eq__(self, other: object) -> bool:
-        return self.to_dict() == other.to_dict() if isinstance(other, Analysis) else NotImplemented
+        return (
+            self.to_dict() == other.to_dict()
+            if isinstance(other, Analysis)
+            else NotImplemented
+        )
 
     def __hash__(self) -> int:
         return hash((self.name, self.sha256, self.inertia.value))
@@ -291,7 +334,11 @@ class Analysis(Struct, frozen=True, eq=False):
         return f"<Analysis of {self.name[:200]}: I_zz = {self.inertia}; {found}>"
 
     def __str__(self) -> str:
-        text = _above("reporting.text").summary(self, verbose=False, rest="More: .report(FOLDER)").rstrip("\n")
+        text = (
+            _above("reporting.text")
+            .summary(self, verbose=False, rest="More: .report(FOLDER)")
+            .rstrip("\n")
+        )
         return str(_above("python_api").in_python(text))
 
     def summary(self) -> str:
@@ -346,7 +393,10 @@ class Analysis(Struct, frozen=True, eq=False):
         from html import escape
 
         drawn = _above("plotting").render(self, "png", names=("torque",), faults={})
-        found = "".join(f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>" for one in self.diagnostics)
+        found = "".join(
+            f"<li>{escape(f'{one.severity} {one.code}: {one.message}')}</li>"
+            for one in self.diagnostics
+        )
         words = escape(_above("plotting").alt_text(self, "torque"))
         picture = f"<p>{words}</p>"
         if "torque" in drawn:
@@ -364,19 +414,36 @@ class Analysis(Struct, frozen=True, eq=False):
         Its numbers have 12 significant digits; the attributes have all digits.
         """
         fit, measured = self.fit, self.measurements
-        no_p = "no degrees of freedom: as many unknowns as runs" if self.p is None else None
+        no_p = (
+            "no degrees of freedom: as many unknowns as runs"
+            if self.p is None
+            else None
+        )
         fields: dict[str, Any] = {
-            "goodness": Goodness(fit.chi2, fit.dof, self.p, self.birge, fit.widths.scatter, measured.time_u, no_p),
+            "goodness": Goodness(
+                fit.chi2,
+                fit.dof,
+                self.p,
+                self.birge,
+                fit.widths.scatter,
+                measured.time_u,
+                no_p,
+            ),
             "constants": {"g": measured.g, **self.readings.constants},
             "model": self.model.name,
             "ball_reason": NO_BALL if self.ball is None else None,
             "runs": self.run_table,
             "uncertainties": tuple(
-                StatedUncertainty(one.name, one.shared_by, one.default, one.described) for one in measured.sources
+                StatedUncertainty(one.name, one.shared_by, one.default, one.described)
+                for one in measured.sources
             ),
             "conventions": CONVENTIONS,
         }
-        fields |= {name: getattr(self, name) for name in AnalysisResult.__struct_fields__ if name not in fields}
+        fields |= {
+            name: getattr(self, name)
+            for name in AnalysisResult.__struct_fields__
+            if name not in fields
+        }
         whole = AnalysisDocument(
             input=Input(self.name, self.sha256, len(self.run_table)),
             options=self.options,
@@ -526,7 +593,9 @@ class CheckDocument(Struct, eq=False, kw_only=True):
 
 
 # U+007F to U+009F, U+061C, U+200E, U+200F, U+202A to U+202E, and U+2066 to U+2069, in UTF-8.
-_CONTROLS = re.compile(rb"\x7f|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8e\x8f\xaa-\xae]|\xe2\x81[\xa6-\xa9]")
+_CONTROLS = re.compile(
+    rb"\x7f|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x8e\x8f\xaa-\xae]|\xe2\x81[\xa6-\xa9]"
+)
 
 
 def escape_controls(text: bytes) -> bytes:
@@ -571,5 +640,7 @@ def to_json(record: Struct) -> dict[str, Any]:
     Tuples become lists, and numbers have 12 significant digits.
     """
     text = encode(record)
-    content: dict[str, Any] = json.loads(text, parse_float=lambda number: round_digits(float(number)))
+    content: dict[str, Any] = json.loads(
+        text, parse_float=lambda number: round_digits(float(number))
+    )
     return content

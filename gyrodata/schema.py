@@ -43,7 +43,9 @@ def json_schema(name: str) -> dict[str, Any]:
     if name == "rubric":
         return {"$schema": dialect, "title": "gyro.rubric/1", **rubric_shape()}
     title, records = DOCUMENTS[name]
-    shapes, tables = msgspec.json.schema_components(records, ref_template="#/$defs/{name}")
+    shapes, tables = msgspec.json.schema_components(
+        records, ref_template="#/$defs/{name}"
+    )
     for record in {part for one in records for part in _records(one)}:
         table, texts = tables[record.__name__], _descriptions(record)
         table["description"] = " ".join((getdoc(record) or "").split("\n\n")[0].split())
@@ -61,7 +63,12 @@ def json_schema(name: str) -> dict[str, Any]:
 def diagnostics_table() -> list[dict[str, str]]:
     """List every diagnostic in the order of the codes: "code", "severity", "title", "example"."""
     return [
-        {"code": code, "severity": severities()[code], "title": entry.title, "example": entry.example}
+        {
+            "code": code,
+            "severity": severities()[code],
+            "title": entry.title,
+            "example": entry.example,
+        }
         for code, entry in sorted(explanations().items())
     ]
 
@@ -70,12 +77,20 @@ def _records(kind: Any) -> Iterator[type]:
     """Find the records that are parts of a type."""
     if isinstance(kind, type) and hasattr(kind, "__annotations__"):
         yield kind
-    for part in get_type_hints(kind).values() if isinstance(kind, type) else get_args(kind):
+    for part in (
+        get_type_hints(kind).values() if isinstance(kind, type) else get_args(kind)
+    ):
         yield from _records(part)
 
 
 def _descriptions(record: type) -> dict[str, str]:
     """Read the text below each attribute of a record."""
-    source = "".join(getsource(one) for one in record.__mro__ if one.__module__.startswith("gyrodata"))
-    texts = re.findall(r'^    (\w+): [^\n]*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL)
+    source = "".join(
+        getsource(one)
+        for one in record.__mro__
+        if one.__module__.startswith("gyrodata")
+    )
+    texts = re.findall(
+        r'^    (\w+): [^\n]*\n    """(.*?)"""$', source, re.MULTILINE | re.DOTALL
+    )
     return {name: " ".join(text.split()) for name, text in texts}

@@ -48,24 +48,59 @@ class Run(Struct, frozen=True):
 
 
 def run_table(
-    measured: Measurements, fit: FitResult, outliers: tuple[Outlier, ...], left_out: tuple[int, ...]
+    measured: Measurements,
+    fit: FitResult,
+    outliers: tuple[Outlier, ...],
+    left_out: tuple[int, ...],
 ) -> tuple[Run, ...]:
     """List for each run what was read and what was computed from it."""
     count = len(measured.runs)
-    reasons, flagged, out = [""] * count, np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+    reasons, flagged, out = (
+        [""] * count,
+        np.zeros(count, dtype=bool),
+        np.zeros(count, dtype=bool),
+    )
     for outlier in outliers:
-        reasons[outlier.index], flagged[outlier.index] = outlier_reason(measured, outlier), True
+        reasons[outlier.index], flagged[outlier.index] = (
+            outlier_reason(measured, outlier),
+            True,
+        )
     out[list(left_out)] = True
-    read = measured.mass, measured.position, measured.torque, measured.spin, measured.time, measured.turns
-    rate, period = fit.sense * (2 * np.pi * measured.turns / measured.time), measured.time / measured.turns
+    read = (
+        measured.mass,
+        measured.position,
+        measured.torque,
+        measured.spin,
+        measured.time,
+        measured.turns,
+    )
+    rate, period = (
+        fit.sense * (2 * np.pi * measured.turns / measured.time),
+        measured.time / measured.turns,
+    )
     product = fit.sense * np.abs(measured.product)
     inertia = np.where(measured.torque == 0, np.nan, measured.torque / product)
-    residual = measured.time - fit.fitted_time, fit.time_u, fit.deviations, fit.adjusted.influence
+    residual = (
+        measured.time - fit.fitted_time,
+        fit.time_u,
+        fit.deviations,
+        fit.adjusted.influence,
+    )
     numbers = np.array([*read, rate, period, product, inertia, *residual])
     # In the order of the fields: keyword arguments for each of very many runs would take as long as the fit.
     columns = numbers.astype(object)
     columns[np.isnan(numbers)] = None
-    return tuple(map(Run, measured.runs, measured.lines, *columns.tolist(), flagged.tolist(), out.tolist(), reasons))
+    return tuple(
+        map(
+            Run,
+            measured.runs,
+            measured.lines,
+            *columns.tolist(),
+            flagged.tolist(),
+            out.tolist(),
+            reasons,
+        )
+    )
 
 
 def outlier_reason(measured: Measurements, outlier: Outlier) -> str:
@@ -128,10 +163,20 @@ class Torque(Struct, frozen=True):
 
 
 def torque_table(
-    measured: Measurements, fit: FitResult, groups: list[list[int]], without: Mapping[int, Estimate]
+    measured: Measurements,
+    fit: FitResult,
+    groups: list[list[int]],
+    without: Mapping[int, Estimate],
 ) -> tuple[Torque, ...]:
     """Constancy of φ̇ψ̇ for each torque; `without`: I_zz without the runs of a torque, by the number of its group."""
-    scale = next((float(one.relative[0]) for one in measured.sources if one.name == "spin_scale"), 0.0)
+    scale = next(
+        (
+            float(one.relative[0])
+            for one in measured.sources
+            if one.name == "spin_scale"
+        ),
+        0.0,
+    )
     torques = []
     for k, (group, used) in enumerate(zip(measured.by_torque, groups, strict=True)):
         i, runs = group[0], used or group
@@ -142,7 +187,11 @@ def torque_table(
         weight /= np.add.reduce(weight)
         mean = float(weight @ values)
         several = len(runs) > 1
-        chi2 = float(np.add.reduce(((values - mean) / size) ** 2)) if several and size.all() else None
+        chi2 = (
+            float(np.add.reduce(((values - mean) / size) ** 2))
+            if several and size.all()
+            else None
+        )
         alone = math.sqrt(np.add.reduce((weight * size) ** 2))
         # A late or early hand changes all runs in the same direction, each by b/T.
         each_second = float(weight @ (measured.product[runs] / measured.time[runs]))
@@ -150,12 +199,32 @@ def torque_table(
         away = values - np.add.reduce(values) / len(runs)
         spread = math.sqrt(away @ away / (len(runs) - 1)) if several else None
         p = None if chi2 is None else fitting.chi2_tail(chi2, len(runs) - 1)
-        product = MeanProduct(float(fit.sense[i]) * mean, mean_u, "rad^2/s^2", spread=spread, p=p, chi2=chi2)
+        product = MeanProduct(
+            float(fit.sense[i]) * mean,
+            mean_u,
+            "rad^2/s^2",
+            spread=spread,
+            p=p,
+            chi2=chi2,
+        )
         slope = 2 * math.pi / mean
         per_spin = Estimate(slope, slope * mean_u / mean, "s^2/rad")
         # NaN means that nothing was read.
-        mass, position = (None if np.isnan(x[i]) else float(x[i]) for x in (measured.mass, measured.position))
-        torques.append(Torque(mass, position, float(measured.torque[i]), len(runs), without.get(k), product, per_spin))
+        mass, position = (
+            None if np.isnan(x[i]) else float(x[i])
+            for x in (measured.mass, measured.position)
+        )
+        torques.append(
+            Torque(
+                mass,
+                position,
+                float(measured.torque[i]),
+                len(runs),
+                without.get(k),
+                product,
+                per_spin,
+            )
+        )
     return tuple(torques)
 
 
@@ -210,9 +279,14 @@ def power_laws(measured: Measurements, groups: list[list[int]]) -> tuple[PowerLa
     """Exponent of the period against the spin for each torque: a weighted line through the logarithms."""
     laws = []
     for group, used in zip(measured.by_torque, groups, strict=True):
-        exponent, torque = common_exponent(measured, [used]), float(measured.torque[group[0]])
+        exponent, torque = (
+            common_exponent(measured, [used]),
+            float(measured.torque[group[0]]),
+        )
         if exponent is None:
-            laws.append(PowerLaw(torque, None, None, "needs two runs with different spins"))
+            laws.append(
+                PowerLaw(torque, None, None, "needs two runs with different spins")
+            )
         else:
             reason = "u from timing and spin of each run, and the hand's bias"
             laws.append(PowerLaw(torque, exponent.value, exponent.u, reason))
@@ -243,7 +317,9 @@ def common_exponent(measured: Measurements, groups: list[list[int]]) -> Exponent
     return Exponent(value, u, "1", deviation=(value - 1) / u, torques=torques)
 
 
-def constancy(measured: Measurements, torques: tuple[Torque, ...], groups: list[list[int]]) -> Constancy | None:
+def constancy(
+    measured: Measurements, torques: tuple[Torque, ...], groups: list[list[int]]
+) -> Constancy | None:
     """Test whether φ̇ψ̇ is constant for each torque, within the uncertainties of timing and spin.
 
     None if no torque has two runs, or if timing and spin are exact.
@@ -257,9 +333,22 @@ def constancy(measured: Measurements, torques: tuple[Torque, ...], groups: list[
         if len(group) < 2:
             continue
         total += torque.product.chi2 or 0.0
-        scatter += float(np.sum((np.abs(measured.product[group] / torque.product.value) - 1) ** 2)) / dof
+        scatter += (
+            float(
+                np.sum(
+                    (np.abs(measured.product[group] / torque.product.value) - 1) ** 2
+                )
+            )
+            / dof
+        )
         expected += float(np.sum(measured.own_relative[group] ** 2)) / count
-    return Constancy(math.sqrt(scatter), math.sqrt(expected), total, dof, fitting.chi2_tail(total, dof))
+    return Constancy(
+        math.sqrt(scatter),
+        math.sqrt(expected),
+        total,
+        dof,
+        fitting.chi2_tail(total, dof),
+    )
 
 
 # --- patterns in the residuals: errors that are not random, each with its likely cause --------------------------------
@@ -305,7 +394,11 @@ SHARED = ("mass", "position", "force", "torque", "position_zero")
 
 def look_for_patterns(measured: Measurements, fit: FitResult) -> tuple[Pattern, ...]:
     """Test the residuals of a log for patterns, the least probable first; none if the log is too large or too small."""
-    if fit.dof < 2 or len(measured.runs) > MOST_RUNS or fit.adjusted.problem.shared_count > MOST_SHARED:
+    if (
+        fit.dof < 2
+        or len(measured.runs) > MOST_RUNS
+        or fit.adjusted.problem.shared_count > MOST_SHARED
+    ):
         return ()
     unknowns = _extra_unknowns(measured, fit)
     found = _tested(measured, fit, unknowns) if unknowns else []
@@ -341,7 +434,12 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
     spin, loads = np.log(measured.spin), np.abs(measured.torque)
     load = np.log(np.where(loads > 0, loads, 1.0) / loads.max()) * (loads > 0)
     extra = [
-        _Extra("order", "", rows[:, 1] * (np.arange(count) / (count - 1) - 0.5), float(adjusted.scale[1])),
+        _Extra(
+            "order",
+            "",
+            rows[:, 1] * (np.arange(count) / (count - 1) - 0.5),
+            float(adjusted.scale[1]),
+        ),
         _Extra("spin", "", rows[:, 0] * (spin - np.add.reduce(spin) / count), 1.0),
         _Extra("torque", "", rows[:, 0] * load, 1.0),
     ]
@@ -349,7 +447,9 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
         bias = float(adjusted.unknowns[2] / adjusted.scale[2])
         extra.append(_Extra("time_bias", "", rows[:, 2], measured.timing_bias_u, bias))
     members = zip(problem.from_source.tolist(), problem.from_run.tolist(), strict=True)
-    for column, (s, run) in dict(zip(problem.to_column.tolist(), members, strict=True)).items():
+    for column, (s, run) in dict(
+        zip(problem.to_column.tolist(), members, strict=True)
+    ).items():
         source = problem.sources[s]
         if source.name not in SHARED:
             continue
@@ -357,15 +457,32 @@ def _extra_unknowns(measured: Measurements, fit: FitResult) -> list[_Extra]:
         name, of, unit = source.name, "", source.absolute[run]
         if name != "position_zero":
             name = "applied_torque" if name == "torque" else name
-            reading = measured.given_torque if name == "applied_torque" else getattr(measured, name)
+            reading = (
+                measured.given_torque
+                if name == "applied_torque"
+                else getattr(measured, name)
+            )
             if not reading[run]:
                 continue  # an error of a position of 0 cm cannot be given as a share of it
-            of, unit = load_words(measured, run), source.relative[run] + unit / abs(reading[run])
-        extra.append(_Extra(name, of, rows[:, 3 + column], float(unit), float(adjusted.shared[column])))
+            of, unit = (
+                load_words(measured, run),
+                source.relative[run] + unit / abs(reading[run]),
+            )
+        extra.append(
+            _Extra(
+                name,
+                of,
+                rows[:, 3 + column],
+                float(unit),
+                float(adjusted.shared[column]),
+            )
+        )
     return [one for one in extra if np.count_nonzero(one.column)]
 
 
-def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list[Pattern]:
+def _tested(
+    measured: Measurements, fit: FitResult, extra: list[_Extra]
+) -> list[Pattern]:
     """Test each of E unknowns by itself, for each of the factors s on the errors that each run has alone.
 
     I_zz, which has no prior, is taken out of the runs. With what is left turned by the singular vectors of all other
@@ -374,8 +491,14 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     adjusted = fit.adjusted
     # Relative to the centres of their priors.
     scale = np.where(adjusted.scale[1:] > 0, adjusted.scale[1:], 1.0)
-    left = adjusted.rows[:, 1:] @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared]) - adjusted.weighted
-    rows = np.concatenate([adjusted.rows, np.array([*[one.column for one in extra], left]).T], axis=1)
+    left = (
+        adjusted.rows[:, 1:]
+        @ np.concatenate([adjusted.unknowns[1:] / scale, adjusted.shared])
+        - adjusted.weighted
+    )
+    rows = np.concatenate(
+        [adjusted.rows, np.array([*[one.column for one in extra], left]).T], axis=1
+    )
     others = adjusted.rows.shape[1] - 1
     if rows.shape[0] > rows.shape[1]:
         # For many runs, the triangular factor contains the same information.
@@ -383,7 +506,9 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     along_inertia = rows[:, 0] / math.sqrt(rows[:, 0] @ rows[:, 0])
     size = np.add.reduce(rows[:, 1 + others : -1] ** 2, axis=0)
     rows = rows[:, 1:] - np.outer(along_inertia, along_inertia @ rows[:, 1:])
-    turn, values, _ = np.linalg.svd(rows[:, :others], full_matrices=rows.shape[0] > others)
+    turn, values, _ = np.linalg.svd(
+        rows[:, :others], full_matrices=rows.shape[0] > others
+    )
     turned = turn.T @ rows[:, others:]
     columns, left = turned[:, :-1], turned[:, -1:]
     wider = ((fit.widths.scatter / FACTORS) ** 2)[:, None]
@@ -396,15 +521,24 @@ def _tested(measured: Measurements, fit: FitResult, extra: list[_Extra]) -> list
     # Probability of each factor without the pattern: as in the posterior, with both determinants.
     rest = free @ left**2 - along**2 / apart
     before = fitting.scatter_prior(LOGARITHMS, fitting.times_stated(measured))
-    before = before - (float(adjusted.kept.sum()) - 1) * LOGARITHMS - 0.5 * np.add.reduce(np.log(prior), axis=1)
+    before = (
+        before
+        - (float(adjusted.kept.sum()) - 1) * LOGARITHMS
+        - 0.5 * np.add.reduce(np.log(prior), axis=1)
+    )
     likely = before[:, None] - 0.5 * (np.log(apart) + rest)
     weight = np.exp(likely - np.maximum.reduce(likely, axis=0))
     weight = weight / np.add.reduce(weight, axis=0)
     z = along / np.sqrt(apart)
     found = []
-    for k, (one, at) in enumerate(zip(extra, weight.argmax(axis=0).tolist(), strict=True)):
+    for k, (one, at) in enumerate(
+        zip(extra, weight.argmax(axis=0).tolist(), strict=True)
+    ):
         if apart[at, k] >= TOLD_APART * whole[at, k]:
-            p = float(weight[:, k] @ [math.erfc(abs(each) / math.sqrt(2)) for each in z[:, k].tolist()])
+            p = float(
+                weight[:, k]
+                @ [math.erfc(abs(each) / math.sqrt(2)) for each in z[:, k].tolist()]
+            )
             # A prior made the error smaller; this is the error without the prior.
             size_of = one.unit * (float(along[at, k] / apart[at, k]) + one.adjusted)
             found.append(Pattern(one.name, one.of, float(z[at, k]), size_of, p, p))
@@ -431,19 +565,31 @@ class NamedFit(Struct, frozen=True):
     """The same in standard uncertainties of the recommended fit."""
 
 
-def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple[NamedFit, ...]:
+def named_fits(
+    measured: Measurements, fit: FitResult, kept: list[int]
+) -> tuple[NamedFit, ...]:
     """Return the two straight lines of the textbook, to compare with the recommended fit."""
-    product, torque = fit.sense[kept] * np.abs(measured.product[kept]), measured.torque[kept]
+    product, torque = (
+        fit.sense[kept] * np.abs(measured.product[kept]),
+        measured.torque[kept],
+    )
     note = (
         "all raw readings together; shared errors treated as shared; M0 and timing bias as unknowns; u from the "
         "stated uncertainties and from how the runs scatter"
     )
     m0 = fit.residual_torque
-    found = [NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)]
-    for name, words in (("through_origin", "without an intercept"), ("with_constant", "with an intercept")):
+    found = [
+        NamedFit("recommended", fit.inertia, Estimate(-m0.value, m0.u, m0.unit), note)
+    ]
+    for name, words in (
+        ("through_origin", "without an intercept"),
+        ("with_constant", "with an intercept"),
+    ):
         intercept = name == "with_constant"
         line = fitting.ordinary_line(product, torque, intercept)
-        slope, u, constant, u_constant = (None if np.isnan(one) else float(one) for one in line)
+        slope, u, constant, u_constant = (
+            None if np.isnan(one) else float(one) for one in line
+        )
         if slope is None or (intercept and not fitting.torques_differ(torque)):
             note = (
                 "not possible: all torques are equal, so a slope and an intercept cannot be separated; "
@@ -459,7 +605,11 @@ def named_fits(measured: Measurements, fit: FitResult, kept: list[int]) -> tuple
         deviation = difference / fit.inertia.u if fit.inertia.u else None
         minus_m0 = Estimate(constant or 0.0, u_constant, "N*m") if intercept else None
         inertia = Estimate(slope, u, "kg*m^2")
-        found.append(NamedFit(name, inertia, minus_m0, note, difference / fit.inertia.value, deviation))
+        found.append(
+            NamedFit(
+                name, inertia, minus_m0, note, difference / fit.inertia.value, deviation
+            )
+        )
     return tuple(found)
 
 
@@ -497,32 +647,67 @@ class Ball(Struct, frozen=True):
 
 
 def compare_with_ball(
-    inertia: Estimate, constants: Mapping[str, float], uncertainties: Mapping[str, Uncertainty]
+    inertia: Estimate,
+    constants: Mapping[str, float],
+    uncertainties: Mapping[str, Uncertainty],
 ) -> Ball | None:
     """Compare I_zz with that of the ball, its bore, rod and disk; None if the log gives neither ball nor disk."""
     has_ball = "ball_mass" in constants and "ball_diameter" in constants
-    rod = physics.cylinder_inertia(constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0))
-    disk = physics.cylinder_inertia(constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0))
+    rod = physics.cylinder_inertia(
+        constants.get("rod_mass", 0.0), constants.get("rod_diameter", 0.0)
+    )
+    disk = physics.cylinder_inertia(
+        constants.get("disk_mass", 0.0), constants.get("disk_diameter", 0.0)
+    )
     # A hoop is a disk whose mass is all at the rim.
-    disk += constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
+    disk += (
+        constants.get("hoop_mass", 0.0) * (constants.get("hoop_diameter", 0.0) / 2) ** 2
+    )
     if not has_ball and not disk:
         return None
-    mass, diameter = (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
-    of_mass, of_diameter = uncertainties.get("u_ball_mass"), uncertainties.get("u_ball_diameter")
+    mass, diameter = (
+        (constants["ball_mass"], constants["ball_diameter"]) if has_ball else (0.0, 0.0)
+    )
+    of_mass, of_diameter = (
+        uncertainties.get("u_ball_mass"),
+        uncertainties.get("u_ball_diameter"),
+    )
     mass_u = of_mass.at(mass) if has_ball and of_mass else None
     diameter_u = of_diameter.at(diameter) if has_ball and of_diameter else None
     solid, bore = physics.solid_ball_inertia(mass, diameter), 0.0
     if has_ball and constants.get("bore_diameter", diameter) < diameter:
         # If the depth is not given, the bore ends at the centre.
         depth = min(constants.get("bore_depth", diameter / 2), diameter)
-        bore = physics.bored_ball_inertia(mass, diameter, constants["bore_diameter"], depth) - solid
+        bore = (
+            physics.bored_ball_inertia(
+                mass, diameter, constants["bore_diameter"], depth
+            )
+            - solid
+        )
     expected, expected_u = solid + bore + rod + disk, None
     if mass_u is not None or diameter_u is not None:
         # 2/5 m (d/2)² grows as m and as d².
-        expected_u = solid * math.hypot((mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter)
+        expected_u = solid * math.hypot(
+            (mass_u or 0.0) / mass, 2 * (diameter_u or 0.0) / diameter
+        )
     difference = inertia.value - expected
-    difference_u = None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
-    relative, deviation = inertia.value / expected - 1, difference / difference_u if difference_u else None
+    difference_u = (
+        None if inertia.u is None else math.hypot(inertia.u, expected_u or 0.0)
+    )
+    relative, deviation = (
+        inertia.value / expected - 1,
+        difference / difference_u if difference_u else None,
+    )
     parts = solid, bore, rod, disk, expected, expected_u
-    ball = Ball(mass, mass_u, diameter, diameter_u, *parts, difference, difference_u, relative, deviation)
+    ball = Ball(
+        mass,
+        mass_u,
+        diameter,
+        diameter_u,
+        *parts,
+        difference,
+        difference_u,
+        relative,
+        deviation,
+    )
     return ball if has_ball else replace(ball, mass=None, diameter=None, solid=None)

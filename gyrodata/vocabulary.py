@@ -6,7 +6,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-_SECTIONS = tomllib.loads(Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8"))
+_SECTIONS = tomllib.loads(
+    Path(__file__).with_name("vocabulary.toml").read_text(encoding="utf-8")
+)
 BASES: dict[str, list[int]] = _SECTIONS.pop("bases")
 """Powers of mass, length, time, radians and revolutions of the units by which all others are given."""
 UNITS: dict[str, str] = _SECTIONS.pop("units")
@@ -46,7 +48,9 @@ def words(key: str, separator: str = " ") -> str:
     str
         Empty if no language has the key.
     """
-    return separator.join(section[key] for section in LANGUAGES.values() if key in section)
+    return separator.join(
+        section[key] for section in LANGUAGES.values() if key in section
+    )
 
 
 def pattern(key: str) -> str:

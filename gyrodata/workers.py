@@ -9,7 +9,12 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import (
+    CancelledError,
+    Executor,
+    ProcessPoolExecutor,
+    as_completed,
+)
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
@@ -48,11 +53,19 @@ class _TookTooLong(BaseException):
 
 def count_workers() -> int:
     """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )
 
 
 def in_workers(
-    work: Callable[[Task], Answer], tasks: Sequence[Task], workers: int, limit: float, cluster: Executor | None = None
+    work: Callable[[Task], Answer],
+    tasks: Sequence[Task],
+    workers: int,
+    limit: float,
+    cluster: Executor | None = None,
 ) -> Generator[tuple[Task, Answer | Failed], None, None]:
     """Give each task with its answer, or `Failed`, in the order in which they are done.
 
@@ -74,9 +87,17 @@ def in_workers(
             yield task, _do(work, task, 0.0)
         return
     # To send tasks one by one costs a twentieth of grading. Without an alarm, or on a cluster, one can spoil others.
-    size = min(8, len(tasks) // (8 * workers) + 1) if cluster is None and hasattr(signal, "setitimer") else 1
+    size = (
+        min(8, len(tasks) // (8 * workers) + 1)
+        if cluster is None and hasattr(signal, "setitimer")
+        else 1
+    )
     lost: list[Task] = []
-    with nullcontext(cluster) if cluster is not None else _pool(min(workers, len(tasks)) or 1) as pool:
+    with (
+        nullcontext(cluster)
+        if cluster is not None
+        else _pool(min(workers, len(tasks)) or 1) as pool
+    ):
         futures = {}
         for batch in (tasks[at : at + size] for at in range(0, len(tasks), size)):
             try:
@@ -88,13 +109,19 @@ def in_workers(
                 yield from zip(futures[future], future.result(), strict=True)
             except BrokenProcessPool:
                 lost += futures[future]
-            except (Exception, CancelledError) as error:  # a cluster lost its worker or its scheduler
+            except (
+                Exception,
+                CancelledError,
+            ) as error:  # a cluster lost its worker or its scheduler
                 why = f"its worker was lost ({type(error).__name__})"
                 yield from ((task, Failed(why)) for task in futures[future])
     # A process that dies ends the whole pool. The task that killed it is found by halves: the others are done again,
     # and a task that ends its process when it is the only one is not.
     if len(lost) == len(tasks) == 1:
-        yield lost[0], Failed("its process ended without an answer, perhaps for want of memory")
+        yield (
+            lost[0],
+            Failed("its process ended without an answer, perhaps for want of memory"),
+        )
     elif lost:
         for half in filter(None, (lost[: len(lost) // 2], lost[len(lost) // 2 :])):
             yield from in_workers(work, half, workers, limit)
@@ -121,21 +148,30 @@ def _begin() -> None:
     """Prepare a worker: it ignores Ctrl-C, has limited memory, and ends when its parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent: Any = multiprocessing.parent_process()
-    threading.Thread(target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True).start()
+    threading.Thread(
+        target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True
+    ).start()
     if sys.platform == "linux":
         import resource
 
         most = resource.getrlimit(resource.RLIMIT_AS)[1]
         with open("/proc/self/statm", encoding="ascii") as file:  # noqa: PTH123
             limit = int(file.read().split()[0]) * resource.getpagesize() + MEMORY
-        resource.setrlimit(resource.RLIMIT_AS, (limit if most == resource.RLIM_INFINITY else min(limit, most), most))
+        resource.setrlimit(
+            resource.RLIMIT_AS,
+            (limit if most == resource.RLIM_INFINITY else min(limit, most), most),
+        )
 
 
-def _do_all(work: Callable[[Task], Answer], tasks: Sequence[Task], limit: float) -> list[Answer | Failed]:
+def _do_all(
+    work: Callable[[Task], Answer], tasks: Sequence[Task], limit: float
+) -> list[Answer | Failed]:
     """Do some tasks, one after the other; `limit`: time for each [s]."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere:  # noqa: PTH123
         # Ends the process if the alarm does not help.
-        faulthandler.dump_traceback_later((len(tasks) + 1) * limit, exit=True, file=nowhere)
+        faulthandler.dump_traceback_later(
+            (len(tasks) + 1) * limit, exit=True, file=nowhere
+        )
         try:
             return [_do(work, task, limit) for task in tasks]
         finally:
@@ -150,7 +186,11 @@ def _do(work: Callable[[Task], Answer], task: Task, limit: float) -> Answer | Fa
 
     reads_file("")
     # A worker of a cluster has threads, which no signal reaches.
-    alarm = limit and hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+    alarm = (
+        limit
+        and hasattr(signal, "setitimer")
+        and threading.current_thread() is threading.main_thread()
+    )
     try:
         if alarm:
             signal.signal(signal.SIGALRM, ring)

@@ -12,8 +12,14 @@ from typing import Any
 
 import pytest
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+CHROMIUM = (
+    shutil.which("chromium")
+    or shutil.which("chromium-browser")
+    or shutil.which("google-chrome")
+)
+needs_browser = pytest.mark.skipif(
+    CHROMIUM is None, reason="no chromium on this machine"
+)
 
 
 def browse(folder: Path, file: Path, *options: str) -> subprocess.CompletedProcess[str]:
@@ -29,7 +35,9 @@ def look_at(folder: Path, page: str, width: int, script: str) -> dict[str, Any]:
     """Give what a script beside a page in a frame of `width` pixels puts into ``<pre id="out">``."""
     frame = f'<iframe style="width:{width}px;height:800px;border:0" srcdoc="{html.escape(page)}"></iframe>'
     probe = folder / "probe.html"
-    probe.write_text(f"<!doctype html><meta charset=utf-8><body>{script}{frame}</body>", "utf-8")
+    probe.write_text(
+        f"<!doctype html><meta charset=utf-8><body>{script}{frame}</body>", "utf-8"
+    )
     run = browse(folder, probe, "--virtual-time-budget=5000", "--dump-dom")
     found = re.search(r'<pre id="out">(.*?)</pre>', run.stdout, re.DOTALL)
     assert found, run.stderr[-2000:]

@@ -26,7 +26,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 from gates.labs import Bench, draw, write
 
 import gyrodata
-from gyrodata.fitting import AS_STATED, balance_scale, fit, lightest_torque, times_stated
+from gyrodata.fitting import (
+    AS_STATED,
+    balance_scale,
+    fit,
+    lightest_torque,
+    times_stated,
+)
 from gyrodata.measurements import Measurements, Source, measure, select
 from gyrodata.readings import read_log
 
@@ -54,9 +60,16 @@ class Chain:
         self.m0_scale = balance_scale(measured, self.inertia, lightest)
         self.m0 = start.residual_torque.value
         self.stated = times_stated(measured)
-        self.is_delayed = any(source.name == "spin_delay" and source.default for source in measured.sources)
+        self.is_delayed = any(
+            source.name == "spin_delay" and source.default
+            for source in measured.sources
+        )
         self.is_delayed &= measured.delay_factor is not None
-        sources = [one for one in measured.sources if not (one.name == "spin_delay" and self.is_delayed)]
+        sources = [
+            one
+            for one in measured.sources
+            if not (one.name == "spin_delay" and self.is_delayed)
+        ]
         parts = [divided(one) for one in sources]
         self.own = [own for own, _ in parts if (own.groups >= 0).any()]
         self.shared = [shared for _, shared in parts if (shared.groups >= 0).any()]
@@ -88,7 +101,9 @@ class Chain:
         torque = self.torque(factors, shifts) + m0[:, None]
         whole = np.exp(log_inertia)[:, None] + measured.added
         predicted = 2 * np.pi * turns * whole * spin / np.abs(torque) + bias[:, None]
-        variance = np.exp(2 * log_factor)[:, None] * self.variance_of_one_run(predicted, torque, m0)
+        variance = np.exp(2 * log_factor)[:, None] * self.variance_of_one_run(
+            predicted, torque, m0
+        )
         chi2 = (measured.time - predicted) ** 2 / variance
         total = -0.5 * np.sum(chi2 + np.log(variance), axis=1)
         # I_zz is flat, so that its logarithm has the density I_zz.
@@ -98,21 +113,37 @@ class Chain:
             total -= 0.5 * (bias / measured.timing_bias_u) ** 2
         return total - 0.5 * np.sum(standard**2, axis=1)
 
-    def errors_that_runs_share(self, standard: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    def errors_that_runs_share(
+        self, standard: np.ndarray
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Return by quantity the product of all relative errors, and the sum of all absolute ones, (walkers, n)."""
         count = len(self.measured.runs)
-        names = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "added")
+        names = (
+            "time",
+            "spin",
+            "turns",
+            "mass",
+            "position",
+            "force",
+            "torque",
+            "g",
+            "added",
+        )
         factors = {name: np.ones((len(standard), count)) for name in names}
         shifts = {name: np.zeros((len(standard), count)) for name in names}
         at = 2 * self.is_delayed
         for source, size in zip(self.shared, self.sizes, strict=True):
-            errors = np.column_stack([standard[:, at : at + size], np.zeros(len(standard))])[:, source.groups]
+            errors = np.column_stack(
+                [standard[:, at : at + size], np.zeros(len(standard))]
+            )[:, source.groups]
             factors[source.quantity] *= 1 + source.relative * errors
             shifts[source.quantity] += source.absolute * errors
             at += size
         return factors, shifts
 
-    def torque(self, factors: dict[str, np.ndarray], shifts: dict[str, np.ndarray]) -> np.ndarray:
+    def torque(
+        self, factors: dict[str, np.ndarray], shifts: dict[str, np.ndarray]
+    ) -> np.ndarray:
         """Compute the torque of the weights without their shared errors [N*m], shape (walkers, n)."""
         measured = self.measured
 
@@ -120,12 +151,18 @@ class Chain:
             return (reading - shifts[name]) / factors[name]
 
         if not np.isnan(measured.mass).all():
-            return true("mass", measured.mass) * true("g", measured.g) * true("position", measured.position)
+            return (
+                true("mass", measured.mass)
+                * true("g", measured.g)
+                * true("position", measured.position)
+            )
         if not np.isnan(measured.force).all():
             return true("force", measured.force) * true("position", measured.position)
         return true("torque", measured.given_torque)
 
-    def variance_of_one_run(self, predicted: np.ndarray, torque: np.ndarray, m0: np.ndarray) -> np.ndarray:
+    def variance_of_one_run(
+        self, predicted: np.ndarray, torque: np.ndarray, m0: np.ndarray
+    ) -> np.ndarray:
         """Compute the variance of each time by the errors of this run alone [s²], shape (walkers, n)."""
         measured, variance = self.measured, np.zeros_like(predicted)
         share = (torque - m0[:, None]) / torque
@@ -134,11 +171,19 @@ class Chain:
                 "time": measured.time, "spin": measured.spin, "turns": measured.turns, "mass": measured.mass,
                 "position": measured.position, "force": measured.force, "torque": measured.given_torque,
             }[source.quantity]  # fmt: skip
-            relative = source.relative + source.absolute / np.where(reading == 0, np.inf, np.abs(reading))
+            relative = source.relative + source.absolute / np.where(
+                reading == 0, np.inf, np.abs(reading)
+            )
             if source.quantity == "time":
                 relative = source.relative + source.absolute / predicted
-            slope = share if source.quantity in ("mass", "position", "force", "torque") else 1.0
-            variance += (slope * predicted * np.where(source.groups < 0, 0.0, relative)) ** 2
+            slope = (
+                share
+                if source.quantity in ("mass", "position", "force", "torque")
+                else 1.0
+            )
+            variance += (
+                slope * predicted * np.where(source.groups < 0, 0.0, relative)
+            ) ** 2
         return variance
 
 
@@ -150,13 +195,19 @@ def divided(source: Source) -> tuple[Source, Source]:
     _, numbers = np.unique(source.groups[is_shared], return_inverse=True)
     shared = np.full(len(count), -1)
     shared[is_shared] = numbers
-    return replace(source, groups=np.where(is_own, source.groups, -1)), replace(source, groups=shared)
+    return replace(source, groups=np.where(is_own, source.groups, -1)), replace(
+        source, groups=shared
+    )
 
 
 def scatter_prior(log_factor: np.ndarray, stated: bool) -> np.ndarray:
     """Compute the logarithm of the prior of ln s: normal, with the tails of a Cauchy distribution."""
     spread, tail = math.log(2.5 if stated else 3.75), math.log(5)
-    near = 0.95 * np.exp(-0.5 * (log_factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
+    near = (
+        0.95
+        * np.exp(-0.5 * (log_factor / spread) ** 2)
+        / (spread * math.sqrt(2 * math.pi))
+    )
     return np.log(near + 0.05 / (math.pi * tail * (1 + (log_factor / tail) ** 2)))
 
 
@@ -168,15 +219,24 @@ def sample(chain: Chain, seed: int) -> np.ndarray:
     half, step = WALKERS // 2, 2.38 / math.sqrt(2 * chain.count)
     kept = []
     for turn in range(STEPS):
-        for moving, others in ((slice(half), slice(half, None)), (slice(half, None), slice(half))):
+        for moving, others in (
+            (slice(half), slice(half, None)),
+            (slice(half, None), slice(half)),
+        ):
             pair = random.integers(half, size=(2, half))
             towards = walkers[others][pair[0]] - walkers[others][pair[1]]
             # Sometimes a whole step, to jump between separate maxima.
             size = 1.0 if turn % 10 == 0 else step
-            new = walkers[moving] + size * towards + 1e-8 * random.standard_normal(towards.shape) * walkers[moving]
+            new = (
+                walkers[moving]
+                + size * towards
+                + 1e-8 * random.standard_normal(towards.shape) * walkers[moving]
+            )
             with np.errstate(all="ignore"):
                 there = chain.density(new)
-            goes = np.log(random.random(half)) < np.nan_to_num(there - density[moving], nan=-np.inf)
+            goes = np.log(random.random(half)) < np.nan_to_num(
+                there - density[moving], nan=-np.inf
+            )
             walkers[moving] = np.where(goes[:, None], new, walkers[moving])
             density[moving] = np.where(goes, there, density[moving])
         if turn >= BURNT and turn % 10 == 0:
@@ -202,17 +262,24 @@ def labs() -> Iterator[tuple[str, Measurements]]:
 
 def main() -> None:
     """Compare the chain with `gyrodata` for logs, or for simulated labs if none is given."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("log", nargs="*", type=Path)
     parser.add_argument("--map", action="append", default=[], metavar="ROLE=HEADER")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     options = parser.parse_args()
     warnings.simplefilter("ignore", gyrodata.GyroWarning)
-    mapping, settings = (dict(text.split("=", 1) for text in texts) for texts in (options.map, options.set))
+    mapping, settings = (
+        dict(text.split("=", 1) for text in texts)
+        for texts in (options.map, options.set)
+    )
     jobs = labs()
     if options.log:
         # As the log was fitted: without the runs that were left out, and with the model that it needs.
-        jobs = ((path.name, _as_fitted(path, mapping, settings)) for path in options.log)
+        jobs = (
+            (path.name, _as_fitted(path, mapping, settings)) for path in options.log
+        )
     away = []
     for name, measured in jobs:
         drawn, inertia = sample(Chain(measured), 1), fit(measured).inertia
@@ -228,10 +295,14 @@ def main() -> None:
     print(f"mean of {len(away)}: {np.mean(away):+.3f} u")
 
 
-def _as_fitted(path: Path, mapping: dict[str, str], settings: dict[str, str]) -> Measurements:
+def _as_fitted(
+    path: Path, mapping: dict[str, str], settings: dict[str, str]
+) -> Measurements:
     """Return the runs of a log that are in its fit."""
     analysis = gyrodata.analyze(path, mapping=mapping, settings=settings)
-    return select(analysis.measurements, np.flatnonzero(analysis.fit.adjusted.kept).tolist())
+    return select(
+        analysis.measurements, np.flatnonzero(analysis.fit.adjusted.kept).tolist()
+    )
 
 
 if __name__ == "__main__":

@@ -41,14 +41,22 @@ class Block(Struct, frozen=True):
 def blocks(text: str) -> list[Block]:
     """List the blocks of a document."""
     return [
-        Block(m["kind"] or "table", m["body"] or m["table"] or "", m["mark"] or "", m["told"] or "")
+        Block(
+            m["kind"] or "table",
+            m["body"] or m["table"] or "",
+            m["mark"] or "",
+            m["told"] or "",
+        )
         for m in _BLOCK.finditer(text)
     ]
 
 
 def cells(table: str) -> list[list[str]]:
     """Split a table into its rows, the line below the header left out."""
-    rows = [[cell.strip() for cell in line.strip("|\n").split("|")] for line in table.splitlines()]
+    rows = [
+        [cell.strip() for cell in line.strip("|\n").split("|")]
+        for line in table.splitlines()
+    ]
     return [rows[0], *rows[2:]]
 
 
@@ -59,9 +67,18 @@ def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     environment.pop("PYTHONPATH", None)
     environment |= {"COLUMNS": "80", "PYTHONIOENCODING": "utf-8"}
     if shutil.which("gyro", path=str(BIN)) is None:
-        command = re.sub(r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command)
+        command = re.sub(
+            r"(^|\| )gyro ", rf"\1{shlex.quote(sys.executable)} -m gyrodata ", command
+        )
     return subprocess.run(
-        command, shell=True, cwd=folder, env=environment, capture_output=True, text=True, encoding="utf-8", check=False
+        command,
+        shell=True,
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
     )
 
 
@@ -70,12 +87,18 @@ def cropped(came: str, shown: str) -> str:
 
     What is between two of them is found by its first line.
     """
-    whole, parts = came.rstrip().split("\n"), [part.strip("\n").split("\n") for part in shown.split("…\n")]
+    whole, parts = (
+        came.rstrip().split("\n"),
+        [part.strip("\n").split("\n") for part in shown.split("…\n")],
+    )
     if len(parts) == 1:
         return came.rstrip()
     first, *middle, last = [[] if part == [""] else part for part in parts]
     starts = [whole.index(part[0]) if part[0] in whole else 0 for part in middle]
-    kept = [whole[start : start + len(part)] for start, part in zip(starts, middle, strict=True)]
+    kept = [
+        whole[start : start + len(part)]
+        for start, part in zip(starts, middle, strict=True)
+    ]
     kept = [whole[: len(first)], *kept, whole[len(whole) - len(last) :]]
     return "\n…\n".join("\n".join(part) for part in kept).strip("\n")
 
@@ -91,18 +114,29 @@ def typed(text: str, folder: Path) -> Iterator[tuple[str, str, str, str]]:
         elif block.mark == "workbook":
             _workbook(cells(block.body), folder / block.told)
         elif block.kind == "console":
-            shown = re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block.body, re.MULTILINE)
+            shown = re.findall(
+                r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", block.body, re.MULTILINE
+            )
             commands = [(command, command, came) for command, came in shown]
         elif block.kind == "sh" and block.mark != "tools":
             lines = re.sub(r"\\\n\s*", "", block.body).splitlines()
-            commands = [(line, line, "") for line in lines if not line.startswith(INSTALLS)]
+            commands = [
+                (line, line, "") for line in lines if not line.startswith(INSTALLS)
+            ]
         elif block.kind == "python" and below:
             (folder / "example.py").write_text(block.body, encoding="utf-8")
             commands = [("python example.py", block.body, below.body)]
         for line, said, came in commands:
             done = run(line, folder)
-            right = done.returncode == int((block.kind == "console" and block.told) or 0)
-            yield said, came, done.stdout, "" if right else f"exit {done.returncode}: {done.stderr}"
+            right = done.returncode == int(
+                (block.kind == "console" and block.told) or 0
+            )
+            yield (
+                said,
+                came,
+                done.stdout,
+                "" if right else f"exit {done.returncode}: {done.stderr}",
+            )
 
 
 def _workbook(rows: list[list[str]], path: Path) -> None:
@@ -114,7 +148,12 @@ def _workbook(rows: list[list[str]], path: Path) -> None:
     assert sheet is not None
     # The first row has the letters of the columns, and the first column the numbers of the rows.
     for row in rows[1:]:
-        sheet.append([float(cell) if re.fullmatch(r"[\d.]+", cell) else cell or None for cell in row[1:]])
+        sheet.append(
+            [
+                float(cell) if re.fullmatch(r"[\d.]+", cell) else cell or None
+                for cell in row[1:]
+            ]
+        )
         for cell, text in zip(sheet[sheet.max_row], row[1:], strict=True):
             if re.fullmatch(r"\d+\.\d+", text):
                 cell.number_format = "0." + "0" * len(text.partition(".")[2])
@@ -129,7 +168,10 @@ class Steady:
 
     def __init__(self, text: str) -> None:
         text = re.sub(r"data:image/png;base64,[A-Za-z0-9+/=]+", "FIGURE", text)
-        self.words, self.numbers = NUMBER.sub("№", text), [float(number) for number in NUMBER.findall(text)]
+        self.words, self.numbers = (
+            NUMBER.sub("№", text),
+            [float(number) for number in NUMBER.findall(text)],
+        )
 
     def __eq__(self, other: object) -> bool:
         # What is left when two numbers cancel has fewer digits.

@@ -20,29 +20,46 @@ def frame_axes(azimuth: ArrayLike, theta: ArrayLike) -> Floats:
     turn about e1.
     """
     phi, tilt = np.broadcast_arrays(azimuth, theta)
-    along = np.stack([np.sin(tilt) * np.cos(phi), np.sin(tilt) * np.sin(phi), np.cos(tilt)], axis=-1)
+    along = np.stack(
+        [np.sin(tilt) * np.cos(phi), np.sin(tilt) * np.sin(phi), np.cos(tilt)], axis=-1
+    )
     level = np.stack([-np.sin(phi), np.cos(phi), np.zeros(np.shape(phi))], axis=-1)
     return np.stack([level, np.cross(along, level), along], axis=-2)
 
 
-def frame_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, theta: ArrayLike) -> Floats:
+def frame_rotation(
+    theta_rate: ArrayLike, precession_rate: ArrayLike, theta: ArrayLike
+) -> Floats:
     """Rotation of the frame that follows the rod, eq. (1): Ω = θ̇ e1 + φ̇ sinθ e2 + φ̇ cosθ e3 [rad/s]."""
-    across, along = np.multiply(precession_rate, np.sin(theta)), np.multiply(precession_rate, np.cos(theta))
+    across, along = (
+        np.multiply(precession_rate, np.sin(theta)),
+        np.multiply(precession_rate, np.cos(theta)),
+    )
     return _stack(theta_rate, across, along)
 
 
-def body_rotation(theta_rate: ArrayLike, precession_rate: ArrayLike, spin: ArrayLike, theta: ArrayLike) -> Floats:
+def body_rotation(
+    theta_rate: ArrayLike, precession_rate: ArrayLike, spin: ArrayLike, theta: ArrayLike
+) -> Floats:
     """Rotation of the body, eq. (2): ω = Ω + ψ̇ e3 [rad/s]; its last component is the total spin ω3."""
     return frame_rotation(theta_rate, precession_rate, theta) + _stack(0.0, 0.0, spin)
 
 
-def angular_momentum(rotation: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike) -> Floats:
+def angular_momentum(
+    rotation: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
+) -> Floats:
     """Angular momentum about the fixed point, eq. (3): H = I ω1 e1 + I ω2 e2 + I_zz ω3 e3 [kg*m^2/s]."""
-    return np.asarray(rotation, dtype=float) * _stack(transverse_inertia, transverse_inertia, inertia)
+    return np.asarray(rotation, dtype=float) * _stack(
+        transverse_inertia, transverse_inertia, inertia
+    )
 
 
 def momentum_change(
-    rotation: ArrayLike, rotation_change: ArrayLike, frame: ArrayLike, inertia: ArrayLike, transverse_inertia: ArrayLike
+    rotation: ArrayLike,
+    rotation_change: ArrayLike,
+    frame: ArrayLike,
+    inertia: ArrayLike,
+    transverse_inertia: ArrayLike,
 ) -> Floats:
     """Rate of change of the angular momentum, eqs. (4) and (5): I ω̇1 e1 + I ω̇2 e2 + I_zz ω̇3 e3 + Ω × H [N*m].
 

@@ -40,7 +40,13 @@ def lab(
     u_zero: float = 0.0005,
 ) -> Measurements:
     """Draw one lab; ``noise=0`` gives exact readings with the same stated uncertainties."""
-    rows = [(w, x, s * RPM) for w in weights for x in positions for s in rpm for _ in range(repeats)]
+    rows = [
+        (w, x, s * RPM)
+        for w in weights
+        for x in positions
+        for s in rpm
+        for _ in range(repeats)
+    ]
     mass, position, spin = (np.array(column) for column in zip(*rows, strict=True))
     count = len(mass)
 
@@ -48,7 +54,11 @@ def lab(
         return noise * random.standard_normal(size)
 
     total = mass * G * position + imbalance
-    time = 2 * np.pi * turns * INERTIA * spin / np.abs(total) + bias + u_time * normal(count)
+    time = (
+        2 * np.pi * turns * INERTIA * spin / np.abs(total)
+        + bias
+        + u_time * normal(count)
+    )
     read_spin = spin * (1 + u_spin_scale * normal()) * (1 + u_spin * normal(count))
     different, groups = np.unique(mass, return_inverse=True)
     weighed = mass * np.array([1 + u_mass * normal() for _ in different])[groups]

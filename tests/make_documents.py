@@ -15,6 +15,12 @@ if __name__ == "__main__":
             for command, shown, came, wrong in typed(text, Path(folder)):
                 if wrong:
                     print(f"{path.name}: {command}: {wrong}")
-                before = f"{command}```\n\n```text\n" if "\n" in command else f"$ {command}\n"
-                text = text.replace(before + shown, f"{before}{cropped(came, shown)}\n", 1)
+                before = (
+                    f"{command}```\n\n```text\n"
+                    if "\n" in command
+                    else f"$ {command}\n"
+                )
+                text = text.replace(
+                    before + shown, f"{before}{cropped(came, shown)}\n", 1
+                )
         path.write_text(text, encoding="utf-8")

@@ -61,7 +61,10 @@ def prints() -> dict[str, Fingerprint]:
 
 def make() -> str:
     """Write the fingerprints, one in a line."""
-    lines = [f"{json.encode(name).decode()}:{json.encode(one).decode()}" for name, one in prints().items()]
+    lines = [
+        f"{json.encode(name).decode()}:{json.encode(one).decode()}"
+        for name, one in prints().items()
+    ]
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 

@@ -29,7 +29,9 @@ def executed(path: Path) -> dict[str, Any]:
         startup_timeout=300, timeout=300, record_timing=False,
     )  # fmt: skip
     # Figures do not contain the date.
-    client.execute(env={**os.environ, "PYTHONPATH": str(ROOT), "SOURCE_DATE_EPOCH": "0"})
+    client.execute(
+        env={**os.environ, "PYTHONPATH": str(ROOT), "SOURCE_DATE_EPOCH": "0"}
+    )
     notebook.metadata["language_info"] = {"name": "python"}
     for cell in notebook.cells:
         for output in cell.get("outputs", ()):
@@ -39,4 +41,7 @@ def executed(path: Path) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    NOTEBOOK.write_text(json.dumps(executed(NOTEBOOK), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    NOTEBOOK.write_text(
+        json.dumps(executed(NOTEBOOK), indent=1, ensure_ascii=False) + "\n",
+        encoding="utf-8",
+    )

@@ -13,7 +13,10 @@ IMBALANCE = 6e-4  # [N*m]
 BIAS = 0.03  # [s]
 G = 9.803  # [m/s^2]
 ROOT = Path(__file__).parent.parent
-TARGETS = [ROOT / "sample_data" / "air_gyroscope.csv", ROOT / "gyrodata" / "docs" / "demo.csv"]
+TARGETS = [
+    ROOT / "sample_data" / "air_gyroscope.csv",
+    ROOT / "gyrodata" / "docs" / "demo.csv",
+]
 
 HEAD = f"""\
 # Simulated, not measured: I_zz = {INERTIA} kg*m^2, residual torque {IMBALANCE} N*m, timing bias {BIAS} s, seed {SEED}
@@ -42,7 +45,11 @@ def make() -> str:
             torque = grams * 1e-3 * G * (0.150 - zero) + IMBALANCE
             numerator, _, denominator = turns.partition("/")
             angle = 2 * math.pi * int(numerator) / int(denominator or 1)
-            time = angle * INERTIA * spin * math.pi / 30 / torque + BIAS + 0.1 * math.sqrt(2) * random.standard_normal()
+            time = (
+                angle * INERTIA * spin * math.pi / 30 / torque
+                + BIAS
+                + 0.1 * math.sqrt(2) * random.standard_normal()
+            )
             load = f"{weighed:.2f},15.00" if grams else "0,"
             lines.append(f"{len(lines) + 1},{load},{read:.1f},{time:.2f},{turns},ccw")
     return HEAD + "\n".join(lines) + "\n"

@@ -13,7 +13,16 @@ REPORT = ROOT / "sample_data" / "air_gyroscope-report"
 
 def make(folder: Path) -> None:
     """Write the report that ``gyro analyze sample_data/air_gyroscope.csv`` writes into a folder."""
-    command = [sys.executable, "-m", "gyrodata", "analyze", str(LOG), "--out", str(folder), "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "gyrodata",
+        "analyze",
+        str(LOG),
+        "--out",
+        str(folder),
+        "--quiet",
+    ]
     subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
 
 

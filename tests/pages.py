@@ -23,7 +23,11 @@ PIXEL = dict.fromkeys(plotting.FIGURES, b"\x89PNG\r\n")
 WORDS = {name: f"what {name} shows" for name in plotting.FIGURES}
 
 
-def make_page(analysis: Analysis, figures: Mapping[str, bytes] = PIXEL, alt: Mapping[str, str] = WORDS) -> str:
+def make_page(
+    analysis: Analysis,
+    figures: Mapping[str, bytes] = PIXEL,
+    alt: Mapping[str, str] = WORDS,
+) -> str:
     return report_page(analysis, figures, "png", alt, plotting.list_looks(analysis))
 
 
@@ -84,6 +88,17 @@ def known(analysis: Analysis) -> list[str]:
     """Texts with digits that are no numbers of the result, the longest first: what the log says, and what is fixed."""
     document = json.loads(json_text(analysis.to_dict()))
     # What is short and begins with a digit may be a number that is shown.
-    quoted = [text for text in strings(document) if len(text) > (20 if text[:1].isdigit() else 3)]
-    texts = {*quoted, *TOLD["fixed"], *analysis.readings.metadata.values(), *map(str.strip, defaults_used(analysis))}
-    return sorted((text for text in texts if any(map(str.isdigit, text))), key=len, reverse=True)
+    quoted = [
+        text
+        for text in strings(document)
+        if len(text) > (20 if text[:1].isdigit() else 3)
+    ]
+    texts = {
+        *quoted,
+        *TOLD["fixed"],
+        *analysis.readings.metadata.values(),
+        *map(str.strip, defaults_used(analysis)),
+    }
+    return sorted(
+        (text for text in texts if any(map(str.isdigit, text))), key=len, reverse=True
+    )

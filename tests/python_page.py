@@ -12,13 +12,22 @@ from typing import Any
 
 import gyrodata
 
-ENTRY = re.compile(r"^(\S[^\n]*?)(?: : ([^\n]*))?\n((?:[ ]{4}[^\n]*\n?)+)", re.MULTILINE)
+ENTRY = re.compile(
+    r"^(\S[^\n]*?)(?: : ([^\n]*))?\n((?:[ ]{4}[^\n]*\n?)+)", re.MULTILINE
+)
 
 
 def section(thing: Any, title: str) -> list[tuple[str, str, str]]:
     """Name, type and text of each entry in a section of a numpydoc docstring."""
-    found = re.search(rf"^{title}\n-+\n(.*?)(?=\n\n\w[\w ]*\n---|\Z)", inspect.getdoc(thing) or "", re.M | re.S)
-    return [(name, kind, " ".join(text.split())) for name, kind, text in ENTRY.findall(found[1] if found else "")]
+    found = re.search(
+        rf"^{title}\n-+\n(.*?)(?=\n\n\w[\w ]*\n---|\Z)",
+        inspect.getdoc(thing) or "",
+        re.M | re.S,
+    )
+    return [
+        (name, kind, " ".join(text.split()))
+        for name, kind, text in ENTRY.findall(found[1] if found else "")
+    ]
 
 
 def attributes(thing: type) -> Iterator[tuple[str, str, str]]:
@@ -52,26 +61,41 @@ def table(head: str, rows: list[tuple[str, str, str]]) -> str:
     """A table of Markdown, or nothing without rows."""
     lines = [f"| {head} | type | meaning |", "|---|---|---|"]
     for name, kind, text in rows:
-        kind = re.sub(r"`|\b\w+\.(?=[A-Z])", "", kind.replace(" | ", " or ").replace('"', "'"))
-        lines.append(f"| `{name}` | {kind} | {text.replace('null', 'None')} |".replace("``", "`"))
+        kind = re.sub(
+            r"`|\b\w+\.(?=[A-Z])", "", kind.replace(" | ", " or ").replace('"', "'")
+        )
+        lines.append(
+            f"| `{name}` | {kind} | {text.replace('null', 'None')} |".replace("``", "`")
+        )
     return "\n".join(lines) if rows else ""
 
 
 def entry(name: str) -> str:
     """The signature, the tables and the errors of one public name."""
     thing = getattr(gyrodata, name)
-    summary = " ".join((inspect.getdoc(thing) or "").partition("\n\n")[0].split()).replace("``", "`")
+    summary = " ".join(
+        (inspect.getdoc(thing) or "").partition("\n\n")[0].split()
+    ).replace("``", "`")
     if isinstance(thing, type):
         rows = [*(section(thing, "Attributes") or attributes(thing)), *methods(thing)]
         return "\n\n".join(filter(None, [summary, table("attribute", rows)]))
     signature = inspect.signature(thing)
-    parameters = [one.replace(annotation=one.empty) for one in signature.parameters.values()]
-    call = str(signature.replace(parameters=parameters, return_annotation=signature.empty))
+    parameters = [
+        one.replace(annotation=one.empty) for one in signature.parameters.values()
+    ]
+    call = str(
+        signature.replace(parameters=parameters, return_annotation=signature.empty)
+    )
     call = re.sub(r"={.*?}", "=…", call)
     words = f"```text\n{name}{call} -> {signature.return_annotation}\n```"
-    errors = "\n".join(f"* `{kind}`: {text[0].lower()}{text[1:]}" for kind, _, text in section(thing, "Raises"))
+    errors = "\n".join(
+        f"* `{kind}`: {text[0].lower()}{text[1:]}"
+        for kind, _, text in section(thing, "Raises")
+    )
     tables = table("parameter", section(thing, "Parameters"))
-    return "\n\n".join(filter(None, [words, summary, tables, errors and f"Errors:\n\n{errors}"]))
+    return "\n\n".join(
+        filter(None, [words, summary, tables, errors and f"Errors:\n\n{errors}"])
+    )
 
 
 def reference(page: str) -> str:

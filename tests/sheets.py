@@ -64,7 +64,11 @@ class Habit(NamedTuple):
         return bool(self.settings or self.mapping or self.edit)
 
     def make(self, runs: list[Run]) -> str | bytes:
-        text = filled(self.text, [Run(*(self.words.get(cell, cell) for cell in run)) for run in runs], self.language)
+        text = filled(
+            self.text,
+            [Run(*(self.words.get(cell, cell) for cell in run)) for run in runs],
+            self.language,
+        )
         text = text.replace(*self.change) if self.change[0] else text
         if not text.startswith("=== "):
             return text
@@ -81,8 +85,25 @@ def lab(seed: int, turns: str = "1/3 1/3 1", unloaded: bool = False) -> list[Run
     for mass, count in zip(MASSES, turns.split(), strict=True):
         for spin in SPINS:
             torque = float(mass) / 1000 * G * ARM + IMBALANCE
-            exact = 2 * np.pi * float(Fraction(count)) * INERTIA * spin * np.pi / 30 / torque
-            runs.append(Run(mass, "14.8", str(spin), f"{exact + 0.14 * random.standard_normal():.2f}", count))
+            exact = (
+                2
+                * np.pi
+                * float(Fraction(count))
+                * INERTIA
+                * spin
+                * np.pi
+                / 30
+                / torque
+            )
+            runs.append(
+                Run(
+                    mass,
+                    "14.8",
+                    str(spin),
+                    f"{exact + 0.14 * random.standard_normal():.2f}",
+                    count,
+                )
+            )
     if unloaded:
         exact = 2 * np.pi / 12 * INERTIA * 398 * np.pi / 30 / IMBALANCE
         runs.append(Run("0", "", "398", f"{exact:.2f}", "1/12"))
@@ -95,15 +116,23 @@ def source(made: str | bytes) -> bytes:
 
 def filled(template: str, runs: list[Run], language: tuple[str, ...]) -> str:
     """Write the lines of a template; one with a * for each run, a part in brackets for each weight."""
-    blocks = [[run for run in runs if run.mass == mass] for mass in dict.fromkeys(run.mass for run in runs)]
+    blocks = [
+        [run for run in runs if run.mass == mass]
+        for mass in dict.fromkeys(run.mass for run in runs)
+    ]
     lines = []
     for at, part in enumerate(re.split(r"(?ms)^\[\n(.*?)^\]\n", template)):
         for i, group in enumerate(blocks if at % 2 else [runs], 1):
             common = of_log(group, language) | {"i": i, "m": group[0].mass}
             for line in part.splitlines():
                 if starred := re.match(r"\*(?:(\d*):(\d*) )?(.*)", line):
-                    first, last = (int(end) if end else None for end in starred.group(1, 2))
-                    of_runs = [common | of_run(group, k, common["sign"]) for k in range(len(group))][first:last]
+                    first, last = (
+                        int(end) if end else None for end in starred.group(1, 2)
+                    )
+                    of_runs = [
+                        common | of_run(group, k, common["sign"])
+                        for k in range(len(group))
+                    ][first:last]
                     lines += [starred[3].format_map(values) for values in of_runs]
                 else:
                     lines.append(line.format_map(common))
@@ -113,9 +142,21 @@ def filled(template: str, runs: list[Run], language: tuple[str, ...]) -> str:
 def of_log(runs: list[Run], language: tuple[str, ...]) -> dict[str, Any]:
     """Give what a template may name of a whole log or of one weight."""
     head, title, average, weight, note, signs = language
-    mean = sum(float(run.time) for run in runs) / len(runs) if all(run.time for run in runs) else 0.0
-    heads = {f"head{n or ''}": head.split(",", 5 - n)[-1] if n else head for n in (0, 3, 4)}
-    told = {"title": title, "average": average, "weight": weight, "note": note, "mean": f"{mean:.3f}"}
+    mean = (
+        sum(float(run.time) for run in runs) / len(runs)
+        if all(run.time for run in runs)
+        else 0.0
+    )
+    heads = {
+        f"head{n or ''}": head.split(",", 5 - n)[-1] if n else head for n in (0, 3, 4)
+    }
+    told = {
+        "title": title,
+        "average": average,
+        "weight": weight,
+        "note": note,
+        "mean": f"{mean:.3f}",
+    }
     return heads | told | {"sign": signs, "local_head": head.replace(",", signs[1])}
 
 
@@ -150,10 +191,14 @@ def typed(cell: str) -> Any:
         return datetime.timedelta(seconds=float(value))
     if kind == "date":
         return datetime.datetime(2026, *map(int, value.split("/")))
-    return (float(cell) if "." in cell else int(cell)) if is_plain(cell) else cell or None
+    return (
+        (float(cell) if "." in cell else int(cell)) if is_plain(cell) else cell or None
+    )
 
 
-def workbook(sheets: dict[str, list[list[str]]], *merges: str, as_text: bool = False) -> bytes:
+def workbook(
+    sheets: dict[str, list[list[str]]], *merges: str, as_text: bool = False
+) -> bytes:
     import openpyxl
 
     book = openpyxl.Workbook()
@@ -176,7 +221,9 @@ IN_ALL_LANGUAGES = {
     "xlsx, one table a weight": "=== Sheet1\n{title}\n[\n{weight} {i}: {m} g\n{head4}\n*{row4}\n\n]\n",
     "xlsx, one sheet a weight": "[\n=== {m} g\n{head4}\n*{row4}\n]\n",
 }
-TABLE = tomllib.loads((Path(__file__).parent / "habits.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads(
+    (Path(__file__).parent / "habits.toml").read_text(encoding="utf-8")
+)
 LANGUAGES, HEADERS = TABLE.pop("languages"), TABLE.pop("headers")
 HABITS = [
     *(Habit(f"{code}: {way}", text, language=tuple(words)) for code, words in LANGUAGES.items()

@@ -19,7 +19,9 @@ def run(line: str, out: int, encoding: str) -> None:
     from gyrodata.cli import app
 
     with open(out, "wb", closefd=False) as raw:
-        both = TextIOWrapper(raw, encoding=encoding, errors="strict", write_through=True)
+        both = TextIOWrapper(
+            raw, encoding=encoding, errors="strict", write_through=True
+        )
         before = sys.stdout, sys.stderr
         sys.stdout = sys.stderr = both
         try:

@@ -28,7 +28,9 @@ COMMAS = """0,074 139,48; 0,092 110,54; 0,116 88,06; 0,141 72,22; 0,179 59,91; 0
 
 
 def seven_arms() -> str:
-    text = '"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"\n'
+    text = (
+        '"Mass, m (kg)","Radius,r (m)","Spin Speed,N (rpm)","Precession period,T (s)"\n'
+    )
     for at, arm in enumerate(ARMS.split(";")):
         x, *times = arm.split()
         text += f"{'' if at else '0.15'},{x},{'' if at else '4585'},{times[0]}\n,,,{times[1]}\n,,,{times[2]}\n"
@@ -36,7 +38,10 @@ def seven_arms() -> str:
 
 
 def decimal_commas() -> str:
-    rows = (f"{at};{row.split()[0]};0,122;{row.split()[1]};1\n" for at, row in enumerate(COMMAS.split(";"), 1))
+    rows = (
+        f"{at};{row.split()[0]};0,122;{row.split()[1]};1\n"
+        for at, row in enumerate(COMMAS.split(";"), 1)
+    )
     return "№;m, кг;l, м;t, с;N\n" + "".join(rows)
 
 
@@ -51,12 +56,20 @@ def codes(analysis: gyrodata.Analysis) -> set[str]:
 class TestPublished:
     def test_heidelberg(self) -> None:
         a = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
-        assert published(a, "through_origin").inertia.value == pytest.approx(0.00423, abs=5e-6)
-        assert published(a, "with_constant").inertia.value == pytest.approx(0.00483, abs=5e-6)
-        assert published(a, "with_constant").constant.value == pytest.approx(-4.2e-3, abs=0.05e-3)
+        assert published(a, "through_origin").inertia.value == pytest.approx(
+            0.00423, abs=5e-6
+        )
+        assert published(a, "with_constant").inertia.value == pytest.approx(
+            0.00483, abs=5e-6
+        )
+        assert published(a, "with_constant").constant.value == pytest.approx(
+            -4.2e-3, abs=0.05e-3
+        )
         assert a.inertia.value == pytest.approx(0.00483, abs=1.5 * a.inertia.u)
         # The torque at work is larger than m g x: 25 % of the lightest.
-        assert a.residual_torque.value == pytest.approx(4.2e-3, abs=1.5 * a.residual_torque.u)
+        assert a.residual_torque.value == pytest.approx(
+            4.2e-3, abs=1.5 * a.residual_torque.u
+        )
         assert "G433" in codes(a)
         assert not any(run.flagged for run in a.run_table)
 
@@ -65,22 +78,30 @@ class TestPublished:
         line = published(a, "with_constant")
         assert line.inertia is None
         assert "all torques are equal" in line.note
-        assert published(a, "through_origin").inertia.value == pytest.approx(0.00430, abs=3e-5)
+        assert published(a, "through_origin").inertia.value == pytest.approx(
+            0.00430, abs=3e-5
+        )
         assert a.inertia.value == pytest.approx(0.00430, abs=1.5 * a.inertia.u)
         assert "G414" in codes(a)
 
     def test_seven_arms(self) -> None:
         a = gyrodata.analyze(seven_arms().encode(), settings={"angle": "40 deg"},
                              mapping={"time": "Precession period,T (s)"})  # fmt: skip
-        assert published(a, "through_origin").inertia.value == pytest.approx(0.00415, abs=1e-5)
+        assert published(a, "through_origin").inertia.value == pytest.approx(
+            0.00415, abs=1e-5
+        )
         assert [t.runs for t in a.torques] == [3] * 7
 
     def test_decimal_commas(self) -> None:
         a = gyrodata.analyze(decimal_commas().encode(), settings={"spin": "392 Hz"})
-        assert published(a, "through_origin").inertia.value == pytest.approx(0.000794, abs=1e-6)
+        assert published(a, "through_origin").inertia.value == pytest.approx(
+            0.000794, abs=1e-6
+        )
         assert a.inertia.value == pytest.approx(0.000794, abs=1.5 * a.inertia.u)
         assert [run.run for run in a.run_table if run.flagged] == ["5"]
-        assert not any(run.left_out for run in a.run_table), "a run without an explanation stays"
+        assert not any(run.left_out for run in a.run_table), (
+            "a run without an explanation stays"
+        )
 
 
 def test_the_sample_is_recovered() -> None:
@@ -88,10 +109,16 @@ def test_the_sample_is_recovered() -> None:
     assert abs(a.inertia.value - 4.44e-3) < 2 * a.inertia.u
     assert abs(a.residual_torque.value - 6e-4) < 2 * a.residual_torque.u
     assert a.inertia.interval_95[0] < 4.44e-3 < a.inertia.interval_95[1]
-    assert all(abs(law.exponent - 1) < 3 * law.u for law in a.power_law if law.exponent is not None)
+    assert all(
+        abs(law.exponent - 1) < 3 * law.u
+        for law in a.power_law
+        if law.exponent is not None
+    )
 
 
-@pytest.mark.parametrize("path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted(SAMPLES.glob("*.csv")), ids=lambda path: path.stem
+)
 def test_what_only_a_report_shows_changes_no_number(path: Path) -> None:
     whole, brief = gyrodata.analyze(path), analyze_briefly(path)
     for name in ("inertia", "residual_torque", "run_table", "patterns"):
@@ -101,12 +128,16 @@ def test_what_only_a_report_shows_changes_no_number(path: Path) -> None:
 def test_the_sample_is_what_its_maker_makes() -> None:
     import make_sample_data
 
-    assert {target.read_text(encoding="utf-8") for target in make_sample_data.TARGETS} == {make_sample_data.make()}
+    assert {
+        target.read_text(encoding="utf-8") for target in make_sample_data.TARGETS
+    } == {make_sample_data.make()}
 
 
 def test_u_contains_what_the_runs_scatter_more_than_stated() -> None:
     log = explanations()["G411"].example
-    bold, honest = (gyrodata.analyze(log.replace("0.01 s", u).encode()) for u in ("0.01 s", "0.4 s"))
+    bold, honest = (
+        gyrodata.analyze(log.replace("0.01 s", u).encode()) for u in ("0.01 s", "0.4 s")
+    )
     assert bold.inertia.u == pytest.approx(honest.inertia.u, rel=0.5)
     assert bold.budget[0].source == "unexplained_scatter"
     assert honest.fit.widths.scatter < 2 < bold.fit.widths.scatter
@@ -119,7 +150,9 @@ def printed(log: str) -> str:
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("hand", [0.14, 0.5])
-def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(seed: int, hand: float) -> None:
+def test_u_is_said_to_include_the_scatter_only_if_the_runs_of_a_weight_show_it(
+    seed: int, hand: float
+) -> None:
     table = draw(Bench(hand=hand), seed)
     if hand < 0.5:
         # The balance weight was moved with each weight: M0 is +5, -5 and 0 % of the lightest torque.
@@ -148,12 +181,18 @@ BALL = "# ball_mass: 4.302 kg\n# ball_diameter: 101.6 mm\n"
 
 
 def ball_finding(log: str) -> list[gyrodata.Diagnostic]:
-    return [one for one in gyrodata.analyze(log.encode()).diagnostics if one.code in ("G443", "G459")]
+    return [
+        one
+        for one in gyrodata.analyze(log.encode()).diagnostics
+        if one.code in ("G443", "G459")
+    ]
 
 
 @pytest.mark.parametrize("seed", range(1, 5))
 @pytest.mark.parametrize("too_long", [-0.006, 0.006])
-def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(seed: int, too_long: float) -> None:
+def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(
+    seed: int, too_long: float
+) -> None:
     right = write(draw(Bench(), seed, 0.4 * 4.302 * 0.0508**2), BALL)
     arms = f"{100 * (0.15 + too_long):.1f}"
     wrong = right.replace(",15.0,", f",{arms},")
@@ -168,7 +207,9 @@ def test_an_arm_that_is_off_is_a_finding_if_the_ball_is_known(seed: int, too_lon
 
 
 def test_a_ball_that_is_hardly_known_is_no_reason_to_doubt_the_runs() -> None:
-    log = write(draw(Bench(), 0, 0.4 * 4.302 * 0.0508**2), BALL).replace(",15.0,", ",14.0,")
+    log = write(draw(Bench(), 0, 0.4 * 4.302 * 0.0508**2), BALL).replace(
+        ",15.0,", ",14.0,"
+    )
     vague = log.replace("4.302 kg", "4.3 ± 0.3 kg")
     assert ball_finding(log)
     assert not ball_finding(vague)
@@ -177,28 +218,46 @@ def test_a_ball_that_is_hardly_known_is_no_reason_to_doubt_the_runs() -> None:
 class TestHints:
     def test_a_hand_stated_later_leaves_no_pattern(self) -> None:
         late = write(draw(Bench(repeats=3, late=0.6), 2), "# u_time_bias: 0.05 s")
-        found = next(d for d in gyrodata.analyze(late.encode()).diagnostics if d.code == "G431")
+        found = next(
+            d for d in gyrodata.analyze(late.encode()).diagnostics if d.code == "G431"
+        )
         assert "the stopwatch was later than stated" in found.message
         hint = found.hint.partition("# ")[2].partition(",")[0]
-        assert float(hint.removeprefix("u_time_bias: ").removesuffix(" s")) == pytest.approx(1.2, abs=0.3)
+        assert float(
+            hint.removeprefix("u_time_bias: ").removesuffix(" s")
+        ) == pytest.approx(1.2, abs=0.3)
         mended = gyrodata.analyze(late.replace("u_time_bias: 0.05 s", hint).encode())
         assert "G431" not in codes(mended)
         assert abs(mended.inertia.value - 4.44e-3) < 2 * mended.inertia.u
 
     def test_a_ball_that_is_said_not_to_be_balanced_is_not_warned_of(self) -> None:
         silent = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv")
-        assert "# balanced: no" in next(d.hint for d in silent.diagnostics if d.code == "G433")
-        told = gyrodata.analyze(SAMPLES / "heidelberg_ball.csv", settings={"balanced": "no"})
+        assert "# balanced: no" in next(
+            d.hint for d in silent.diagnostics if d.code == "G433"
+        )
+        told = gyrodata.analyze(
+            SAMPLES / "heidelberg_ball.csv", settings={"balanced": "no"}
+        )
         assert "G433" not in codes(told)
         # What the line with a constant gives, which knows nothing of the balance.
         line = next(fit.inertia for fit in told.fits if fit.name == "with_constant")
-        assert abs(told.inertia.value - line.value) < abs(silent.inertia.value - line.value)
+        assert abs(told.inertia.value - line.value) < abs(
+            silent.inertia.value - line.value
+        )
 
     def test_an_interval_that_holds_zero_is_no_measurement(self) -> None:
         log = explanations()["G435"].example
-        with pytest.raises(LogError, match=r"G435: I_zz is not measured: its 95 % interval, -(.|\n)*u_time: check"):
+        with pytest.raises(
+            LogError,
+            match=r"G435: I_zz is not measured: its 95 % interval, -(.|\n)*u_time: check",
+        ):
             gyrodata.analyze(log.encode())
-        assert gyrodata.analyze(log.replace("100 s", "0.1 s").encode()).inertia.interval_95[0] > 0
+        assert (
+            gyrodata.analyze(
+                log.replace("100 s", "0.1 s").encode()
+            ).inertia.interval_95[0]
+            > 0
+        )
 
 
 def test_advice_is_computed_and_in_order_of_gain() -> None:
@@ -218,8 +277,12 @@ def test_a_gross_slip_is_left_out_and_kept_it_is_refused() -> None:
     (found,) = (found for found in slipped.diagnostics if found.code == "G410")
     assert "left out" in found.message
     assert "--keep-flagged" in found.hint
-    assert slipped.inertia.value == pytest.approx(clean.inertia.value, abs=2 * clean.inertia.u)
-    with pytest.raises(LogError, match=r"error G421: no single I_zz(.|\n)*omit keep_flagged"):
+    assert slipped.inertia.value == pytest.approx(
+        clean.inertia.value, abs=2 * clean.inertia.u
+    )
+    with pytest.raises(
+        LogError, match=r"error G421: no single I_zz(.|\n)*omit keep_flagged"
+    ):
         gyrodata.analyze(log, keep_flagged=True)
 
 
@@ -232,7 +295,9 @@ def test_a_wrong_count_of_one_weight_is_doubted_with_its_remedy() -> None:
     )
     (doubt, *_) = gyrodata.analyze(log.encode()).doubts
     assert doubt.kind == "contradiction"
-    assert doubt.words.startswith("the runs of 20.1 g at 14.8 cm are left out, and in the fit of the others")
+    assert doubt.words.startswith(
+        "the runs of 20.1 g at 14.8 cm are left out, and in the fit of the others"
+    )
     # Its remedy: the turns of each weight, not only of those.
     right = gyrodata.analyze(log.replace(",4.5", ",5").encode())
     assert (right.doubts, right.inertia.value) == ((), pytest.approx(4.4e-3, rel=0.01))

@@ -13,7 +13,14 @@ from typer.testing import CliRunner
 
 from gyrodata import benchmark as room
 from gyrodata.benchmark import Benchmark, Effort, cheapest, run_benchmark
-from gyrodata.benchmark.estimators import ESTIMATORS, SCENES, Trial, TrialPanel, covariances, draw_labs
+from gyrodata.benchmark.estimators import (
+    ESTIMATORS,
+    SCENES,
+    Trial,
+    TrialPanel,
+    covariances,
+    draw_labs,
+)
 from gyrodata.benchmark.motions import METHODS, MODELS
 from gyrodata.cli import app
 
@@ -34,7 +41,9 @@ def done() -> Benchmark:
 
 def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> None:
     good = {
-        panel.scene.name: next(point.method for point in panel.points if point.error < panel.bound)
+        panel.scene.name: next(
+            point.method for point in panel.points if point.error < panel.bound
+        )
         for panel in done.motion
     }
     assert good == {
@@ -48,7 +57,9 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
 
 def test_each_integrator_has_the_order_that_it_is_known_for(done: Benchmark) -> None:
     one = {order.method: order for order in done.orders if order.turns == 1}
-    assert {name: order.order for name, order in one.items()} == pytest.approx(METHODS, rel=0.2)
+    assert {name: order.order for name, order in one.items()} == pytest.approx(
+        METHODS, rel=0.2
+    )
     assert all(order.evaluations(1e-3) for order in one.values())
     # Over many turns splitting is the cheapest for coarse errors only.
     (strang, (_, least)), (high, (most, _)) = cheapest(done.orders, TINY.turns).items()
@@ -57,10 +68,14 @@ def test_each_integrator_has_the_order_that_it_is_known_for(done: Benchmark) -> 
 
 
 def test_evaluations_are_interpolated(done: Benchmark) -> None:
-    (order,) = (order for order in done.orders if (order.method, order.turns) == ("RK4", 1))
+    (order,) = (
+        order for order in done.orders if (order.method, order.turns) == ("RK4", 1)
+    )
     for before, after in itertools.pairwise(order.points[2:]):
         between = order.evaluations((before.off * after.off) ** 0.5)
-        assert between == pytest.approx((before.evaluations * after.evaluations) ** 0.5, rel=1e-12)
+        assert between == pytest.approx(
+            (before.evaluations * after.evaluations) ** 0.5, rel=1e-12
+        )
 
 
 def trial_of(panel: TrialPanel, name: str) -> Trial:
@@ -69,13 +84,24 @@ def trial_of(panel: TrialPanel, name: str) -> Trial:
 
 def test_only_the_recommended_fit_is_honest_in_all_labs(done: Benchmark) -> None:
     assert [panel.scene for panel in done.trials] == [*SCENES]
-    honest = {name for name in ESTIMATORS if all(trial_of(panel, name).honest for panel in done.trials)}
+    honest = {
+        name
+        for name in ESTIMATORS
+        if all(trial_of(panel, name).honest for panel in done.trials)
+    }
     assert honest == {"recommended fit"}
 
 
 def test_the_full_covariance_with_the_hand_s_bias_ties(done: Benchmark) -> None:
     (usual, full, mine), (_, wrong, right), _ = (
-        [trial_of(panel, name) for name in ("line through the origin", "line, full covariance", "recommended fit")]
+        [
+            trial_of(panel, name)
+            for name in (
+                "line through the origin",
+                "line, full covariance",
+                "recommended fit",
+            )
+        ]
         for panel in done.trials
     )
     assert full.honest
@@ -115,6 +141,10 @@ def test_the_command_writes_every_chart_and_the_reading(
     expected = {f"{name}.{form}" for name in CHARTS for form in ("png", "svg", "csv")}
     assert {path.name for path in tmp_path.iterdir()} == expected | {"reading.md"}
     assert (tmp_path / "reading.md").read_text(encoding="utf-8") == result.stdout
-    winners = re.findall(r"^\| [^|]+ rpm \| [\d.]+ % \| ([^|]+) \|", result.stdout, re.MULTILINE)
+    winners = re.findall(
+        r"^\| [^|]+ rpm \| [\d.]+ % \| ([^|]+) \|", result.stdout, re.MULTILINE
+    )
     assert winners == [panel.winner.method for panel in done.motion]
-    assert max(path.stat().st_size for path in tmp_path.glob("*.png")) < 150_000, "small enough for a README"
+    assert max(path.stat().st_size for path in tmp_path.glob("*.png")) < 150_000, (
+        "small enough for a README"
+    )

@@ -17,7 +17,9 @@ from gyrodata.disk import LOCK, alone_in
 
 SAMPLES = Path(__file__).parent.parent / "sample_data"
 SAMPLE, CLASS = SAMPLES / "air_gyroscope.csv", SAMPLES / "class"
-posix = pytest.mark.skipif(os.name != "posix", reason="modes, links and signals of POSIX")
+posix = pytest.mark.skipif(
+    os.name != "posix", reason="modes, links and signals of POSIX"
+)
 
 
 def gyro(*words: object) -> Result:
@@ -48,7 +50,9 @@ def test_a_planted_link_is_not_followed(name: str, tmp_path: Path) -> None:
     assert (tmp_path / "thesis.txt").read_text() == "my own"
 
 
-def test_a_full_disk_leaves_the_old_report_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_leaves_the_old_report_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     report = tmp_path / "report"
     assert gyro("analyze", SAMPLE, "-o", report).exit_code == 0
     (report / "mine.txt").write_text("mine")
@@ -75,7 +79,10 @@ def test_a_second_gyro_in_a_folder_is_refused_with_g609(tmp_path: Path) -> None:
             assert (done.exit_code, "error G609" in done.stderr) == (2, True)
             assert "choose another folder with --out" in " ".join(done.stderr.split())
         # A single file needs no folder of its own.
-        assert gyro("analyze", SAMPLE, "-f", "json", "-o", tmp_path / "x.json").exit_code == 0
+        assert (
+            gyro("analyze", SAMPLE, "-f", "json", "-o", tmp_path / "x.json").exit_code
+            == 0
+        )
     assert [path.name for path in tmp_path.iterdir()] == ["x.json"]
 
 
@@ -83,7 +90,13 @@ def test_a_second_gyro_in_a_folder_is_refused_with_g609(tmp_path: Path) -> None:
 def test_a_long_or_strange_file_name_costs_no_student(tmp_path: Path) -> None:
     root, out = tmp_path / "class", tmp_path / "g"
     root.mkdir()
-    for name in ("ann_101_9001_lab.csv", f"bob_102_9002_{'ж' * 119}.csv", "eve_103_9003_a?b.csv"):
-        (root / name).write_bytes((CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes())
+    for name in (
+        "ann_101_9001_lab.csv",
+        f"bob_102_9002_{'ж' * 119}.csv",
+        "eve_103_9003_a?b.csv",
+    ):
+        (root / name).write_bytes(
+            (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
+        )
     assert grade(root, out, "--exit-zero").exit_code == 0
     assert len(list((out / "feedback").glob("*.html"))) == 3

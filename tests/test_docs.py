@@ -24,7 +24,12 @@ from gyrodata.cli import app
 from gyrodata.diagnostics import explanations
 from gyrodata.grading.criteria import KINDS
 from gyrodata.grading.submissions.names import PLATFORMS
-from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, measure
+from gyrodata.measurements import (
+    DEFAULT_TRANSVERSE_RATIO,
+    SOURCES,
+    TRANSVERSE_U,
+    measure,
+)
 from gyrodata.readings import read_log
 from gyrodata.readings.roles import parse_header
 
@@ -47,14 +52,28 @@ def value_of(formula: str, names: dict[str, Any]) -> Any:
     for printed, meant in {"·": "*", "−": "-", "×": "@", "²": "**2"}.items():
         formula = formula.replace(printed, meant)
     formula = re.sub(r"√(\d)", r"sqrt(\1)", formula).replace("√", "sqrt")
-    known = {"π": math.pi, "sin": np.sin, "cos": np.cos, "log": np.log, "sqrt": np.sqrt, "sgn": np.sign, **names}
+    known = {
+        "π": math.pi,
+        "sin": np.sin,
+        "cos": np.cos,
+        "log": np.log,
+        "sqrt": np.sqrt,
+        "sgn": np.sign,
+        **names,
+    }
     # What has a letter of its own with the dot is the same letter to Python.
-    return eval(formula, {}, {unicodedata.normalize("NFKC", name): value for name, value in known.items()})
+    return eval(
+        formula,
+        {},
+        {unicodedata.normalize("NFKC", name): value for name, value in known.items()},
+    )
 
 
 def equations(page: str) -> dict[str, tuple[str, str]]:
     """Both sides of each equation of a page, by its number or by what it defines."""
-    lines = "".join(block.body for block in blocks(TEXTS[page]) if block.kind == "text").splitlines()
+    lines = "".join(
+        block.body for block in blocks(TEXTS[page]) if block.kind == "text"
+    ).splitlines()
     found = (re.fullmatch(r"(?:\((\d[abc]?)\)  )?(.+?) = (.+)", line) for line in lines)
     return {m[1] or m[2]: (m[2], m[3]) for m in found if m}
 
@@ -68,10 +87,26 @@ def any_state() -> dict[str, Any]:
     turn = kinematics.frame_rotation(angle_rate, rate, theta)
     body = kinematics.body_rotation(angle_rate, rate, spin, theta)
     change = np.array([0.2, -0.4, 0.6])
-    names = {"θ̇": angle_rate, "φ̇": rate, "ψ̇": spin, "sinθ": math.sin(theta), "cosθ": math.cos(theta)}
+    names = {
+        "θ̇": angle_rate,
+        "φ̇": rate,
+        "ψ̇": spin,
+        "sinθ": math.sin(theta),
+        "cosθ": math.cos(theta),
+    }
     names |= {f"e{i + 1}": np.eye(3)[i].view(Vector) for i in range(3)}
-    names |= {f"ω{i + 1}": body[i] for i in range(3)} | {f"ω̇{i + 1}": change[i] for i in range(3)}
-    names |= {"Ω": turn.view(Vector), "Ω3": turn[2], "I": ACROSS, "I_zz": INERTIA, "h": 0.15, "m": 0.06, "g": 9.803}
+    names |= {f"ω{i + 1}": body[i] for i in range(3)} | {
+        f"ω̇{i + 1}": change[i] for i in range(3)
+    }
+    names |= {
+        "Ω": turn.view(Vector),
+        "Ω3": turn[2],
+        "I": ACROSS,
+        "I_zz": INERTIA,
+        "h": 0.15,
+        "m": 0.06,
+        "g": 9.803,
+    }
     names["ω"] = body
     names["H"] = kinematics.angular_momentum(body, INERTIA, ACROSS).view(Vector)
     names["Ḣ"] = kinematics.momentum_change(body, change, turn, INERTIA, ACROSS)
@@ -81,13 +116,19 @@ def any_state() -> dict[str, Any]:
 def test_the_equations_of_rotation_are_those_of_the_code() -> None:
     state, listed = any_state(), equations("theory")
     for number in "12345":
-        sides = [np.asarray(value_of(side, state), dtype=float) for side in listed[number]]
+        sides = [
+            np.asarray(value_of(side, state), dtype=float) for side in listed[number]
+        ]
         np.testing.assert_allclose(*sides, rtol=1e-14, atol=1e-16, err_msg=number)
     torque = physics.torque(state["m"], state["h"], state["g"]) * state["sinθ"]
     assert value_of(listed["6"][1], state).tolist() == pytest.approx([torque, 0.0, 0.0])
     left, right = zip(*(listed[number] for number in ("7a", "7b", "7c")), strict=True)
-    assert [value_of(side, state) for side in left] == pytest.approx(state["Ḣ"].tolist(), rel=1e-14)
-    assert [value_of(side, state) for side in right] == pytest.approx([torque, 0.0, 0.0])
+    assert [value_of(side, state) for side in left] == pytest.approx(
+        state["Ḣ"].tolist(), rel=1e-14
+    )
+    assert [value_of(side, state) for side in right] == pytest.approx(
+        [torque, 0.0, 0.0]
+    )
 
 
 @pytest.mark.parametrize("pitch", [0.0, 0.2, -0.5])
@@ -96,10 +137,21 @@ def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> 
     load = float(physics.torque(0.06, 0.15, 9.803))
     top = load, spin, INERTIA, ACROSS, pitch
     rate = float(physics.precession_rate(*top))
-    names = {"I": ACROSS, "I_zz": INERTIA, "h": 0.15, "m": 0.06, "g": 9.803, "M": load, "ψ̇": spin, "φ̇": rate}
+    names = {
+        "I": ACROSS,
+        "I_zz": INERTIA,
+        "h": 0.15,
+        "m": 0.06,
+        "g": 9.803,
+        "M": load,
+        "ψ̇": spin,
+        "φ̇": rate,
+    }
     names |= {"cosθ": math.sin(pitch), "sinθ": math.cos(pitch)}
     number = "8" if pitch else "9"
-    assert value_of(listed[number][0], names) == pytest.approx(value_of(listed[number][1], names), rel=1e-14)
+    assert value_of(listed[number][0], names) == pytest.approx(
+        value_of(listed[number][1], names), rel=1e-14
+    )
     names |= {name: value_of(listed[name][1], names) for name in ("a", "b")}
     assert value_of(listed["slow"][1], names) == pytest.approx(rate, rel=1e-14)
     if pitch:
@@ -108,9 +160,19 @@ def test_steady_precession_and_its_roots_are_those_of_the_code(pitch: float) -> 
     # The sag of a rod that is let go, and the condition that is fitted, with b = 0.2 s.
     sag = motion.nutation(motion.Top(INERTIA, ACROSS, load), spin).mean_sag
     assert value_of(listed["δ"][1], names) == pytest.approx(sag, rel=4.1 * sag**2)
-    names |= {"M0": 0.0, "f": 1 / 3, "b": 0.2, "s": 1, "T": 2 * math.pi / 3 / rate + 0.2}
-    (condition,) = (sides for name, sides in equations("statistics").items() if "M0" in name)
-    assert value_of(condition[0], names) == pytest.approx(value_of(condition[1], names), rel=1e-14)
+    names |= {
+        "M0": 0.0,
+        "f": 1 / 3,
+        "b": 0.2,
+        "s": 1,
+        "T": 2 * math.pi / 3 / rate + 0.2,
+    }
+    (condition,) = (
+        sides for name, sides in equations("statistics").items() if "M0" in name
+    )
+    assert value_of(condition[0], names) == pytest.approx(
+        value_of(condition[1], names), rel=1e-14
+    )
 
 
 # --- approximations -----------------------------------------------------------------------------------------------
@@ -127,18 +189,28 @@ def benches() -> list[dict[str, float]]:
     labs: list[dict[str, float]] = [{}, {}]
     for names, *values, _ in marked("approximations", "symbols"):
         for lab, told in zip(labs, values, strict=True):
-            for name, formula in zip(re.findall("`(.*?)`", names), re.findall("`(.*?)`", told), strict=True):
+            for name, formula in zip(
+                re.findall("`(.*?)`", names), re.findall("`(.*?)`", told), strict=True
+            ):
                 lab[name] = float(value_of(formula, lab))
     return labs
 
 
-PROOFS = re.findall(r"^\* (.*?): \[(test_\w+)\]\((.*?)\)$", TEXTS["approximations"], re.MULTILINE)
-SIZES = {name: (formula.strip("`"), shown) for name, formula, *shown in marked("approximations", "sizes")}
+PROOFS = re.findall(
+    r"^\* (.*?): \[(test_\w+)\]\((.*?)\)$", TEXTS["approximations"], re.MULTILINE
+)
+SIZES = {
+    name: (formula.strip("`"), shown)
+    for name, formula, *shown in marked("approximations", "sizes")
+}
 
 
 def test_a_size_is_what_its_closed_form_gives() -> None:
     for formula, shown in SIZES.values():
-        assert shown == [f"{100 * value_of(formula, lab):+.2g} %".replace("-", "−") for lab in benches()], formula
+        assert shown == [
+            f"{100 * value_of(formula, lab):+.2g} %".replace("-", "−")
+            for lab in benches()
+        ], formula
 
 
 def mean_spin(lab: dict[str, float]) -> float:
@@ -170,32 +242,52 @@ BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
 
 
 @pytest.mark.parametrize(("name", "found"), BY_CODE.items())
-def test_a_closed_form_is_that_of_the_code(name: str, found: Callable[[dict[str, float]], float]) -> None:
+def test_a_closed_form_is_that_of_the_code(
+    name: str, found: Callable[[dict[str, float]], float]
+) -> None:
     for lab in benches():
         assert value_of(SIZES[name][0], lab) == pytest.approx(found(lab), rel=5e-3)
 
 
 def test_approximations_are_complete() -> None:
     assert set(BY_CODE) <= set(SIZES)
-    assert [one for one in changes.EFFECTS.values() if not any(name.startswith(one) for name in SIZES)] == []
+    assert [
+        one
+        for one in changes.EFFECTS.values()
+        if not any(name.startswith(one) for name in SIZES)
+    ] == []
     assert [name for name, _, _ in PROOFS] == list(SIZES)
     for _, test, path in PROOFS:
-        assert f"def {test}(" in (PAGES[0].parent / path).read_text(encoding="utf-8"), test
-    assert all(lab["I"] == DEFAULT_TRANSVERSE_RATIO * lab["I_zz"] + lab["m"] * lab["x"] ** 2 for lab in benches())
+        assert f"def {test}(" in (PAGES[0].parent / path).read_text(encoding="utf-8"), (
+            test
+        )
+    assert all(
+        lab["I"] == DEFAULT_TRANSVERSE_RATIO * lab["I_zz"] + lab["m"] * lab["x"] ** 2
+        for lab in benches()
+    )
 
 
 # --- tables of what stands in the code -------------------------------------------------------------------------
 
 
 def test_tables_of_sources_criteria_and_platforms_are_true() -> None:
-    told = [[f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"] for key, kind in SOURCES.items()]
+    told = [
+        [f"`u_{key}`", kind.usual, kind.shared_by or "each run its own"]
+        for key, kind in SOURCES.items()
+    ]
     assert marked("statistics", "sources") == told
     kinds = [
-        [f"`{name}`", kind.title, *(f"`{one}`" if one else "" for one in (kind.full, kind.zero))]
+        [
+            f"`{name}`",
+            kind.title,
+            *(f"`{one}`" if one else "" for one in (kind.full, kind.zero)),
+        ]
         for name, kind in KINDS.items()
     ]
     assert marked("instructors", "kinds") == kinds
-    shown = {name: sample.strip("`") for name, sample in marked("instructors", "platforms")}
+    shown = {
+        name: sample.strip("`") for name, sample in marked("instructors", "platforms")
+    }
     assert shown == {name: platform.sample for name, platform in PLATFORMS.items()}
 
 
@@ -208,8 +300,13 @@ NEEDED = {"rod_length": "25 cm", "ball_diameter": "10.16 cm"}
 @pytest.mark.parametrize("line", LINES)
 def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
     key, _, value = line.partition(": ")
-    header, row = "mass [g],position [cm],spin [rpm],time [s],turns", "20.0,15.0,400,13.0,1/3"
-    lines = "".join(f"# {name}: {text}\n" for name, text in (NEEDED | {key: value}).items())
+    header, row = (
+        "mass [g],position [cm],spin [rpm],time [s],turns",
+        "20.0,15.0,400,13.0,1/3",
+    )
+    lines = "".join(
+        f"# {name}: {text}\n" for name, text in (NEEDED | {key: value}).items()
+    )
     assert read_log(f"{lines}{header}\n{row}\n".encode()).ok
 
 
@@ -219,17 +316,26 @@ def test_a_log_may_say_what_a_page_says_of_it(line: str) -> None:
 @cache
 def selfchecked() -> list[float]:
     """Labs that are simulated of the sample, and how often [%] three fits contain the truth."""
-    done = json.loads(CliRunner().invoke(app, ["selfcheck", str(SAMPLE), "--format", "json"]).stdout)
+    done = json.loads(
+        CliRunner().invoke(app, ["selfcheck", str(SAMPLE), "--format", "json"]).stdout
+    )
     found = {one["name"]: 100 * one["coverage_95"] for one in done["estimators"]}
-    return [done["labs"], *(found[name] for name in ("recommended", "through_origin", "with_constant"))]
+    return [
+        done["labs"],
+        *(found[name] for name in ("recommended", "through_origin", "with_constant")),
+    ]
 
 
 def u_of_g(line: str) -> float:
     """Standard uncertainty of g [%] in a log with this line."""
     sources = measure(
-        read_log(f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode())
+        read_log(
+            f"{line}mass [g],position [cm],spin [rpm],time [s],turns\n20.0,15.0,400,13.0,1\n".encode()
+        )
     ).sources
-    return 100 * next(float(source.relative[0]) for source in sources if source.name == "g")
+    return 100 * next(
+        float(source.relative[0]) for source in sources if source.name == "g"
+    )
 
 
 Claim = tuple[str, str, Callable[[], Any]]
@@ -253,8 +359,12 @@ CLAIMS: list[Claim] = [
 """What a page says, with {} for what the code gives in its place."""
 
 
-@pytest.mark.parametrize(("page", "words", "found"), CLAIMS, ids=[words for _, words, _ in CLAIMS])
-def test_a_number_is_what_the_code_gives(page: str, words: str, found: Callable[[], Any]) -> None:
+@pytest.mark.parametrize(
+    ("page", "words", "found"), CLAIMS, ids=[words for _, words, _ in CLAIMS]
+)
+def test_a_number_is_what_the_code_gives(
+    page: str, words: str, found: Callable[[], Any]
+) -> None:
     values = found()
     filled = words.format(*(values if isinstance(values, (tuple, list)) else (values,)))
     # What links lead to is left out.
@@ -277,21 +387,29 @@ def test_a_code_or_column_on_a_page_is_one_of_gyro() -> None:
 
 def anchors(text: str) -> set[str]:
     """What GitHub calls the headings of a page."""
-    heads = re.findall(r"^#+ (.*)$", re.sub(r"(?ms)^```.*?^```$", "", text), re.MULTILINE)
+    heads = re.findall(
+        r"^#+ (.*)$", re.sub(r"(?ms)^```.*?^```$", "", text), re.MULTILINE
+    )
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
 def test_a_link_leads_somewhere(path: Path) -> None:
-    for name, anchor in re.findall(r"\]\(([^)#\n]*)#?([^)\n]*)\)", path.read_text("utf-8")):
+    for name, anchor in re.findall(
+        r"\]\(([^)#\n]*)#?([^)\n]*)\)", path.read_text("utf-8")
+    ):
         target = path.parent / name if name else path
         assert target.exists(), name
-        assert not anchor or anchor in anchors(target.read_text(encoding="utf-8")), anchor
+        assert not anchor or anchor in anchors(target.read_text(encoding="utf-8")), (
+            anchor
+        )
 
 
 @pytest.mark.parametrize("page", docs.PAGES)
 @pytest.mark.parametrize("width", [80, 250])
-def test_a_terminal_shows_a_page_whole(page: str, width: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_terminal_shows_a_page_whole(
+    page: str, width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
     shown = re.sub(r"\x1b\[[\d;]*m", "", docs.for_terminal(docs.page_text(page), width))
     assert max(map(cell_len, shown.splitlines())) <= min(width, docs.WIDEST)
@@ -299,7 +417,9 @@ def test_a_terminal_shows_a_page_whole(page: str, width: int, monkeypatch: pytes
     assert shown.count("…") == docs.page_text(page).count("…")
     assert re.findall(r"\*\*|```|\|--|<!--|\]\(", shown) == []
     # Rich before 15 puts a frame around it.
-    assert shown.lstrip("\n ┏━┓").partition("\n")[0].strip("┃ ") == docs.page_title(page)
+    assert shown.lstrip("\n ┏━┓").partition("\n")[0].strip("┃ ") == docs.page_title(
+        page
+    )
 
 
 def test_all_pages_are_listed_and_a_pipe_gets_markdown() -> None:

@@ -30,7 +30,9 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("command", ["analyze", "check"])
-def test_fault_of_gyro_in_one_log_leaves_the_others(command: str, home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fault_of_gyro_in_one_log_leaves_the_others(
+    command: str, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def breaking(source: Any, **options: Any) -> Any:
         if "broken" in str(source):
             raise KeyError("a fault planted by the test")
@@ -46,7 +48,9 @@ def test_fault_of_gyro_in_one_log_leaves_the_others(command: str, home: Path, mo
     assert [one["input"]["name"] for one in found] == names
     (fault,) = found[1]["diagnostics"]
     assert (fault["code"], fault["severity"]) == ("G901", "error")
-    assert fault["message"].startswith("this is a fault of gyro, not of your log: KeyError in gyrodata.cli.")
+    assert fault["message"].startswith(
+        "this is a fault of gyro, not of your log: KeyError in gyrodata.cli."
+    )
     assert "GYRO_DEBUG=1" in fault["hint"]
     assert "planted" not in done.output
     assert "Traceback" not in done.output
@@ -55,7 +59,11 @@ def test_fault_of_gyro_in_one_log_leaves_the_others(command: str, home: Path, mo
 def test_fault_in_any_command_ends_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gyrodata.cli.check_command.blank_log", lambda *_: 1 / 0)
     done = CliRunner().invoke(app, ["template"])
-    assert (done.exit_code, "error G901" in done.output, "Traceback" in done.output) == (3, True, False)
+    assert (
+        done.exit_code,
+        "error G901" in done.output,
+        "Traceback" in done.output,
+    ) == (3, True, False)
 
 
 def shell(line: str) -> subprocess.CompletedProcess[bytes]:
@@ -69,7 +77,9 @@ def shell(line: str) -> subprocess.CompletedProcess[bytes]:
 
 @posix
 def test_report_and_grades_are_written_without_an_error_stream(home: Path) -> None:
-    done = shell("gyro analyze log.csv -o report 2>&- && gyro grade class --workers 0 --exit-zero 2>/dev/full")
+    done = shell(
+        "gyro analyze log.csv -o report 2>&- && gyro grade class --workers 0 --exit-zero 2>/dev/full"
+    )
     assert done.returncode == 0
     assert (home / "report" / "report.html").is_file()
     assert (home / "class-grades" / "class.html").is_file()

@@ -53,21 +53,29 @@ def evil() -> Analysis:
     writer = csv.writer(out)
     for i, note in enumerate(EVIL):
         rpm = 200 + 60 * i
-        writer.writerow([f"[{i}]*" if i else "-1", 20, 15, rpm, round(rpm * 0.0993, 2), 1, note])
+        writer.writerow(
+            [f"[{i}]*" if i else "-1", 20, 15, rpm, round(rpm * 0.0993, 2), 1, note]
+        )
     writer.writerow(["odd", 20, 15, 300, 61.0, 1, "=1"])
     return analyze((HEAD + out.getvalue()).encode(), name="Лаба_4 100% \\x|<i>.csv")
 
 
 def with_texts(text: str) -> Analysis:
     """The same runs, with one text in the log's name and in every note."""
-    return replace(evil(), name=text, readings=replace(evil().readings, notes=(text,) * len(evil().run_table)))
+    return replace(
+        evil(),
+        name=text,
+        readings=replace(evil().readings, notes=(text,) * len(evil().run_table)),
+    )
 
 
 def gyro(*arguments: str | Path) -> Result:
     return CliRunner().invoke(app, [*map(str, arguments)], env={"TERM": "dumb"})
 
 
-TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1aé", max_size=40)
+TEXTS = st.text(max_size=40) | st.text(
+    "\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1aé", max_size=40
+)
 
 
 # --- what is read ------------------------------------------------------------------------------------------
@@ -75,13 +83,20 @@ TEXTS = st.text(max_size=40) | st.text("\\{}[]()<>|*_`~#$%&^-+=@!;:,.'\"\n\t 1a�
 
 def test_a_document_is_written_beside_figures_that_it_can_show(tmp_path: Path) -> None:
     log = SAMPLES / "salort_one_torque.csv"
-    for form, figures, document, shown in (("latex", "svg", "tex", "pdf"), ("markdown", "pdf", "md", "svg")):
+    for form, figures, document, shown in (
+        ("latex", "svg", "tex", "pdf"),
+        ("markdown", "pdf", "md", "svg"),
+    ):
         folder = tmp_path / form
         done = gyro("analyze", log, "-f", form, "--figures", figures, "-o", folder)
         assert f"report: {folder / 'report'}.{document}" in done.stderr
-        assert (folder / f"report.{document}").read_text(encoding="utf-8") == done.stdout
+        assert (folder / f"report.{document}").read_text(
+            encoding="utf-8"
+        ) == done.stdout
         drawn = {path.name for path in folder.iterdir()}
-        assert {f"{name}.{end}" for name in plotting.FIGURES for end in (shown, figures)} <= drawn
+        assert {
+            f"{name}.{end}" for name in plotting.FIGURES for end in (shown, figures)
+        } <= drawn
 
 
 def test_the_commands_that_a_report_names_answer() -> None:
@@ -92,7 +107,9 @@ def test_the_commands_that_a_report_names_answer() -> None:
         "tip", "precession", "twist", "earth", "platform", "statistics", "theory"
     ]  # fmt: skip
     for command in commands:
-        done = gyro(*(str(path) if word == path.name else word for word in command.split()))
+        done = gyro(
+            *(str(path) if word == path.name else word for word in command.split())
+        )
         assert done.exit_code == 0, command
         assert len(done.stdout) > 300
 
@@ -102,7 +119,9 @@ def test_a_report_that_is_handed_in_has_one_answer(tmp_path: Path) -> None:
     report = gyro("analyze", tmp_path / "lab.csv", "-f", "markdown").stdout
     (tmp_path / "report.md").write_text(report, encoding="utf-8")
     told = gyro("check", "--hand-in", tmp_path).stdout
-    assert "G718: I_zz = (4.420 ± 0.032) × 10⁻³ kg·m², read from report.md, line 7" in told
+    assert (
+        "G718: I_zz = (4.420 ± 0.032) × 10⁻³ kg·m², read from report.md, line 7" in told
+    )
 
 
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:/\d+)?")
@@ -113,14 +132,21 @@ def test_each_number_of_a_document_is_on_the_page_in_order(kind: str) -> None:
     """On the page each of them is compared with its place in results.json."""
     analysis = analyze(KINDS[kind].encode(), name="log.csv")
     # A note may contain any number.
-    analysis = replace(analysis, readings=replace(analysis.readings, notes=("",) * len(analysis.run_table)))
+    analysis = replace(
+        analysis,
+        readings=replace(analysis.readings, notes=("",) * len(analysis.run_table)),
+    )
     told = known(analysis)
     text = re.sub(r"\\(.)", r"\1", markdown_report(analysis))
     text = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0|\s+", " ", text.replace("−", "-"))
     for words in told:
         plain = re.escape(re.sub(r"M0|\s+", " ", words.replace("−", "-")))
         text = re.sub(rf"(?<![\d.]){plain}(?!\d|\.\d)", " ", text)
-    shown = [number.replace("−", "-") for _, number in Structure(make_page(analysis)).numbers if number not in told]
+    shown = [
+        number.replace("−", "-")
+        for _, number in Structure(make_page(analysis)).numbers
+        if number not in told
+    ]
     assert NUMBER.findall(text) == NUMBER.findall(" ".join(shown))
 
 
@@ -152,18 +178,32 @@ def test_the_document_is_sound_whatever_the_log_says(text: str) -> None:
     )
 
 
-@pytest.mark.parametrize(("engine", "analysis"), [("lualatex", evil), ("pdflatex", lambda: analyze(SAMPLE))])
+@pytest.mark.parametrize(
+    ("engine", "analysis"), [("lualatex", evil), ("pdflatex", lambda: analyze(SAMPLE))]
+)
 def test_the_document_compiles_when_latex_is_installed(
     engine: str, analysis: Callable[[], Analysis], tmp_path: Path
 ) -> None:
     found = shutil.which("kpsewhich")
-    if shutil.which(engine) is None or found is None or subprocess.run([found, "siunitx.sty"]).returncode:
+    if (
+        shutil.which(engine) is None
+        or found is None
+        or subprocess.run([found, "siunitx.sty"]).returncode
+    ):
         pytest.skip(f"no {engine} with siunitx on this machine")
     (tmp_path / "report.tex").write_text(latex_report(analysis()), encoding="utf-8")
     for name in plotting.FIGURES:
         Image.new("RGB", (66, 42), "white").save(tmp_path / f"{name}.png")
-    command = [engine, "-interaction=nonstopmode", "-halt-on-error", "-recorder", "report.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=240, check=False)
+    command = [
+        engine,
+        "-interaction=nonstopmode",
+        "-halt-on-error",
+        "-recorder",
+        "report.tex",
+    ]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, timeout=240, check=False
+    )
     assert done.returncode == 0, done.stdout[-3000:].decode("utf-8", "replace")
     assert "passwd" not in (tmp_path / "report.fls").read_text("utf-8", "replace")
 
@@ -173,12 +213,21 @@ def test_the_document_compiles_when_latex_is_installed(
 
 def shown_as(source: str) -> str:
     """HTML that a reader of tables and raw HTML makes of Markdown."""
-    library = pytest.importorskip("markdown_it", reason="markdown-it-py is not installed")
-    rendered: str = library.MarkdownIt("commonmark").enable("table").enable("strikethrough").render(source)
+    library = pytest.importorskip(
+        "markdown_it", reason="markdown-it-py is not installed"
+    )
+    rendered: str = (
+        library.MarkdownIt("commonmark")
+        .enable("table")
+        .enable("strikethrough")
+        .render(source)
+    )
     return rendered
 
 
-OTHER_TAG = re.compile(r"<(?!/?(?:h[1-3]|p|em|strong|code|img|ul|li|table|thead|tbody|t[rhd])\b)")
+OTHER_TAG = re.compile(
+    r"<(?!/?(?:h[1-3]|p|em|strong|code|img|ul|li|table|thead|tbody|t[rhd])\b)"
+)
 
 
 @given(TEXTS)
@@ -191,8 +240,14 @@ def test_a_hostile_log_is_a_harmless_page() -> None:
     page = shown_as(markdown_report(evil()))
     assert "<script" not in page
     assert "<i>" not in page
-    assert re.findall(r'<img src="([^"]*)', page) == [f"{name}.png" for name in IN_ORDER]
-    assert not [code for code in re.findall("<code>(.*?)</code>", page) if "cmd" in code or "alert" in code]
+    assert re.findall(r'<img src="([^"]*)', page) == [
+        f"{name}.png" for name in IN_ORDER
+    ]
+    assert not [
+        code
+        for code in re.findall("<code>(.*?)</code>", page)
+        if "cmd" in code or "alert" in code
+    ]
     assert html.escape(EVIL[2]) in page
 
 
@@ -222,7 +277,9 @@ def test_no_cell_is_a_formula_and_negative_numbers_stay_numbers(text: str) -> No
 @settings(derandomize=True, deadline=None, max_examples=50)
 def test_no_text_commands_a_terminal(text: str) -> None:
     analysis = with_texts(text)
-    runs = tuple(replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table)
+    runs = tuple(
+        replace(run, run=text, reason=text, flagged=True) for run in analysis.run_table
+    )
     shown = summary(replace(analysis, run_table=runs))
     assert not [c for c in shown if unicodedata.category(c) == "Cc" and c != "\n"]
 
@@ -252,7 +309,14 @@ def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
     report = tmp_path / "report"
     commands = [
         ["analyze", str(SAMPLE), "--format", "json", "--out", str(report)],
-        ["analyze", str(SAMPLE), str(SAMPLES / "heidelberg_ball.csv"), "--format", "ndjson", "--no-report"],
+        [
+            "analyze",
+            str(SAMPLE),
+            str(SAMPLES / "heidelberg_ball.csv"),
+            "--format",
+            "ndjson",
+            "--no-report",
+        ],
         ["analyze", str(SAMPLE), "--format", "csv", "--no-report"],
         ["analyze", str(SAMPLE), "--format", "csv", "--table", "logs", "--no-report"],
         ["check", str(SAMPLE), "--format", "json"],
@@ -276,8 +340,17 @@ def test_numbers_for_programs_have_12_digits(tmp_path: Path) -> None:
 def test_objects_have_all_digits_and_their_json_is_rounded() -> None:
     lab = analyze(SAMPLE)
     told = lab.to_dict()["result"]
-    values = [lab.inertia.value, lab.inertia.u, *lab.inertia.interval_95, *(run.residual for run in lab.run_table)]
-    shown = [told["inertia"]["value"], told["inertia"]["u"], *told["inertia"]["interval_95"]]
+    values = [
+        lab.inertia.value,
+        lab.inertia.u,
+        *lab.inertia.interval_95,
+        *(run.residual for run in lab.run_table),
+    ]
+    shown = [
+        told["inertia"]["value"],
+        told["inertia"]["u"],
+        *told["inertia"]["interval_95"],
+    ]
     shown += [run["residual"] for run in told["runs"]]
     assert shown == [float(f"{value:.12g}") for value in values]
     assert max(significant(repr(value)) for value in values) > 12

@@ -32,7 +32,9 @@ from gyrodata import schema
 
 ROOT = Path(__file__).parent.parent
 CLASS = ROOT / "sample_data" / "class"
-EXPECTED = Path(__file__).parent / "grading" / "expected" / "class.txt"  # what `gyro grade sample_data/class` prints
+EXPECTED = (
+    Path(__file__).parent / "grading" / "expected" / "class.txt"
+)  # what `gyro grade sample_data/class` prints
 
 
 def rows_of(grades: Path) -> dict[str, dict[str, str]]:
@@ -44,7 +46,9 @@ def rows_of(grades: Path) -> dict[str, dict[str, str]]:
 def graded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
     """The sample class, graded once."""
     folder = tmp_path_factory.mktemp("graded")
-    return gyro("grade", CLASS, "--out", folder / "grades", "--workers", "2"), folder / "grades"
+    return gyro(
+        "grade", CLASS, "--out", folder / "grades", "--workers", "2"
+    ), folder / "grades"
 
 
 @pytest.fixture
@@ -68,22 +72,38 @@ def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
     assert "graded 14 (new): adlernina, bakertom" in done.stderr
     assert "1 file is of no student and left aside: README.txt" in done.stderr
     rows = rows_of(folder)
-    assert [rows[number]["total"] for number in ("102", "111", "112", "113")] == ["20.00", "", "", ""], "never a zero"
+    assert [rows[number]["total"] for number in ("102", "111", "112", "113")] == [
+        "20.00",
+        "",
+        "",
+        "",
+    ], "never a zero"
     for student in make_sample_class.STUDENTS:
-        assert rows[re.findall(r"_(\d+)_", student.file)[0]]["slips"].split("; ")[0] == student.slip, student.file
+        assert (
+            rows[re.findall(r"_(\d+)_", student.file)[0]]["slips"].split("; ")[0]
+            == student.slip
+        ), student.file
     assert {path.name for path in folder.iterdir()} == {
         "class.html", "desk-todo.csv", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json",
         "journal.ndjson", "published",
     }  # fmt: skip
-    stems = {Path(name).stem for name in make_sample_class.make() if name != "README.txt"}
+    stems = {
+        Path(name).stem for name in make_sample_class.make() if name != "README.txt"
+    }
     written = {path.name: path.read_bytes() for path in (folder / "feedback").iterdir()}
-    assert set(written) == {f"{stem}{ending}" for stem in stems for ending in (".html", ".md")}
+    assert set(written) == {
+        f"{stem}{ending}" for stem in stems for ending in (".html", ".md")
+    }
     with zipfile.ZipFile(folder / "feedback.zip") as archive:
         assert {name: archive.read(name) for name in archive.namelist()} == written
 
 
 def bytes_of(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
 
 
 def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
@@ -97,45 +117,81 @@ def test_a_second_run_grades_nobody_and_changes_no_byte(grades: Path) -> None:
     assert bytes_of(grades) == before, "a page that is gone is written again"
 
 
-def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something_else(grades: Path) -> None:
+def test_a_page_is_written_again_if_a_person_changed_it_or_if_it_shows_something_else(
+    grades: Path,
+) -> None:
     page = min(grades.glob("feedback/*.md"))
     right = page.read_bytes()
     page.write_bytes(b"mine")
     done = gyro("grade", CLASS, "--out", grades)
-    assert f"feedback/{page.name} was changed by hand; what it was is kept as published/feedback/" in done.stderr
-    assert [one.read_bytes() for one in grades.glob("published/feedback/*")] == [b"mine"]
+    assert (
+        f"feedback/{page.name} was changed by hand; what it was is kept as published/feedback/"
+        in done.stderr
+    )
+    assert [one.read_bytes() for one in grades.glob("published/feedback/*")] == [
+        b"mine"
+    ]
     assert page.read_bytes() == right
     before = bytes_of(grades / "feedback")
     gyro("grade", CLASS, "--out", grades, "--figures")
-    assert sum(b"data:image/png" in data for data in bytes_of(grades / "feedback").values()) == 12
+    assert (
+        sum(
+            b"data:image/png" in data for data in bytes_of(grades / "feedback").values()
+        )
+        == 12
+    )
     gyro("grade", CLASS, "--out", grades)
-    assert bytes_of(grades / "feedback") == before, "without the option there are no figures"
-    (grades / "desk.csv").write_text("student,what,value,by,why\n101,comment,Well done,TA,\n", encoding="utf-8")
+    assert bytes_of(grades / "feedback") == before, (
+        "without the option there are no figures"
+    )
+    (grades / "desk.csv").write_text(
+        "student,what,value,by,why\n101,comment,Well done,TA,\n", encoding="utf-8"
+    )
     gyro("grade", CLASS, "--out", grades)
-    changed = [name for name, data in bytes_of(grades / "feedback").items() if data != before[name]]
+    changed = [
+        name
+        for name, data in bytes_of(grades / "feedback").items()
+        if data != before[name]
+    ]
     assert sorted(Path(name).suffix for name in changed) == [".html", ".md"]
     with zipfile.ZipFile(grades / "feedback.zip") as archive:
-        assert {name: archive.read(name) for name in archive.namelist()} == bytes_of(grades / "feedback")
+        assert {name: archive.read(name) for name in archive.namelist()} == bytes_of(
+            grades / "feedback"
+        )
 
 
-def test_pages_of_a_student_who_left_the_class_are_moved(grades: Path, tmp_path: Path) -> None:
+def test_pages_of_a_student_who_left_the_class_are_moved(
+    grades: Path, tmp_path: Path
+) -> None:
     shutil.copytree(CLASS, tmp_path / "class")
     (gone,) = (tmp_path / "class").glob("bakertom*")
     gone.unlink()
     pages = sorted(path.name for path in grades.glob("feedback/bakertom*"))
     done = gyro("grade", tmp_path / "class", "--out", grades)
     assert len(pages) == 2
-    assert [name for name in pages if f"feedback/{name} is of nobody in this class" not in done.stderr] == []
-    kept = (re.sub("-[0-9a-f]{12}(?=[.])", "", path.name) for path in grades.glob("published/feedback/*"))
+    assert [
+        name
+        for name in pages
+        if f"feedback/{name} is of nobody in this class" not in done.stderr
+    ] == []
+    kept = (
+        re.sub("-[0-9a-f]{12}(?=[.])", "", path.name)
+        for path in grades.glob("published/feedback/*")
+    )
     assert sorted(kept) == pages
     assert list(grades.glob("feedback/bakertom*")) == []
 
 
 def test_feedback_tells_a_bonus_and_says_full_marks_only_for_them(grades: Path) -> None:
-    desk = "student,what,value,by,why\n101,bonus,-1,TA,see my mail\n102,late,2,TA,a day\n"
+    desk = (
+        "student,what,value,by,why\n101,bonus,-1,TA,see my mail\n102,late,2,TA,a day\n"
+    )
     (grades / "desk.csv").write_text(desk, encoding="utf-8")
     gyro("grade", CLASS, "--out", grades)
-    first, second = (next(grades.glob(f"feedback/*_{one}_*.md")).read_text(encoding="utf-8") for one in (101, 102))
+    first, second = (
+        next(grades.glob(f"feedback/*_{one}_*.md")).read_text(encoding="utf-8")
+        for one in (101, 102)
+    )
     assert "Bonus given by hand: -1 – see my mail (TA)." in first
     assert "Full marks" not in first + second
     assert "Late, as decided by hand. 2 points were taken off for it." in second
@@ -145,20 +201,38 @@ def test_a_cluster_writes_the_same_files(
     graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with ProcessPoolExecutor(2) as cluster:
-        monkeypatch.setattr("gyrodata.cli.grade_command._executor_of", lambda address: cluster)
-        done = gyro("grade", CLASS, "--out", tmp_path / "grades", "--cluster", "tcp://localhost:8786")
+        monkeypatch.setattr(
+            "gyrodata.cli.grade_command._executor_of", lambda address: cluster
+        )
+        done = gyro(
+            "grade",
+            CLASS,
+            "--out",
+            tmp_path / "grades",
+            "--cluster",
+            "tcp://localhost:8786",
+        )
     assert done.stdout == graded[0].stdout
     assert bytes_of(tmp_path / "grades") == bytes_of(graded[1])
 
 
-def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_json_ndjson_and_csv(
+    graded: tuple[Result, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(gyro("grade", CLASS, "--format", "json").stdout)
     jsonschema.validate(document, schema.json_schema("grades"))
-    assert document == json.loads((graded[1] / "grades.json").read_text(encoding="utf-8"))
+    assert document == json.loads(
+        (graded[1] / "grades.json").read_text(encoding="utf-8")
+    )
     assert document["changes"] is None
-    lines = [json.loads(line) for line in gyro("grade", CLASS, "--format", "ndjson").stdout.splitlines()]
-    assert [{k: v for k, v in line.items() if k not in ("schema", "tool")} for line in lines] == document["students"]
+    lines = [
+        json.loads(line)
+        for line in gyro("grade", CLASS, "--format", "ndjson").stdout.splitlines()
+    ]
+    assert [
+        {k: v for k, v in line.items() if k not in ("schema", "tool")} for line in lines
+    ] == document["students"]
     table = gyro("grade", CLASS, "--format", "csv").stdout
     assert table == (graded[1] / "grades.csv").read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [], "nothing is written to disk"
@@ -167,14 +241,33 @@ def test_json_ndjson_and_csv(graded: tuple[Result, Path], tmp_path: Path, monkey
 # --- what changes -------------------------------------------------------------------------------------------
 
 
-def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_path: Path) -> None:
+def test_a_dry_run_tells_what_would_change_and_writes_nothing(
+    grades: Path, tmp_path: Path
+) -> None:
     rubric = tmp_path / "rubric.toml"
-    rubric.write_text(gyro("grade", "--print-rubric", "full").stdout.replace('slip = "50 %"', 'slip = "25 %"'))
+    rubric.write_text(
+        gyro("grade", "--print-rubric", "full").stdout.replace(
+            'slip = "50 %"', 'slip = "25 %"'
+        )
+    )
     before = bytes_of(grades)
-    done = gyro("grade", CLASS, "--out", grades, "--rubric", rubric, "--dry-run", "--format", "json")
+    done = gyro(
+        "grade",
+        CLASS,
+        "--out",
+        grades,
+        "--rubric",
+        rubric,
+        "--dry-run",
+        "--format",
+        "json",
+    )
     assert bytes_of(grades) == before
     assert "graded 14 (the rubric changed): adlernina" in done.stderr
-    assert "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n" in done.stderr
+    assert (
+        "grades.csv would change for 7:\n  castilloines (103): 17.00 → 18.50 (inertia 3.00 → 4.50)\n"
+        in done.stderr
+    )
     changes = json.loads(done.stdout)["changes"]
     jsonschema.validate(json.loads(done.stdout), schema.json_schema("grades"))
     assert changes[0] == {
@@ -183,9 +276,13 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(grades: Path, tmp_
     }  # fmt: skip
 
 
-def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(grades: Path) -> None:
+def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(
+    grades: Path,
+) -> None:
     table, kept = grades / "grades.csv", grades / "published"
-    edited = table.read_text(encoding="utf-8").replace("113,moreaulea,not graded,,", "113,moreaulea,graded,15.00,")
+    edited = table.read_text(encoding="utf-8").replace(
+        "113,moreaulea,not graded,,", "113,moreaulea,graded,15.00,"
+    )
     table.write_text(edited, encoding="utf-8")
     done = gyro("grade", CLASS, "--out", grades)
     assert "moreaulea (113): 15.00 → not graded" in done.stderr
@@ -207,51 +304,130 @@ def test_one_log_is_sent_to_the_command_for_it(name: str, tmp_path: Path) -> Non
     for row in csv.reader(io.StringIO(LOG)):
         book.worksheets[0].append(row)
     book.save(out)
-    make_folder(tmp_path, {name: out.getvalue() if name.endswith("x") else LOG, "report.txt": "I_zz = 4.4e-3 kg m^2"})
+    make_folder(
+        tmp_path,
+        {
+            name: out.getvalue() if name.endswith("x") else LOG,
+            "report.txt": "I_zz = 4.4e-3 kg m^2",
+        },
+    )
     done = gyro("grade", tmp_path / name)
     assert (done.exit_code, list(tmp_path.glob("*grades*"))) == (2, [])
     _, *command = shlex.split(done.stderr.partition("run: ")[2].strip())
-    assert (command[:2], "G719" in gyro(*command).stdout) == (["check", "--hand-in"], True)
+    assert (command[:2], "G719" in gyro(*command).stdout) == (
+        ["check", "--hand-in"],
+        True,
+    )
 
 
 def test_a_log_of_an_earlier_year_is_found(grades: Path, tmp_path: Path) -> None:
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
     root = make_folder(tmp_path / "class", {"ann/lab.csv": log})
-    done = gyro("grade", root, "--out", tmp_path / "new", "--previous", grades, "--format", "json", "--exit-zero")
-    flags = [(flag["kind"], flag["students"], flag["previous"]) for flag in json.loads(done.stdout)["flags"]]
+    done = gyro(
+        "grade",
+        root,
+        "--out",
+        tmp_path / "new",
+        "--previous",
+        grades,
+        "--format",
+        "json",
+        "--exit-zero",
+    )
+    flags = [
+        (flag["kind"], flag["students"], flag["previous"])
+        for flag in json.loads(done.stdout)["flags"]
+    ]
     example = "sample_data/class/bakertom_102_9002_gyroscope.csv"
-    assert flags == [("shared rows", ["ann"], ["grades/102"]), ("shared rows", ["ann"], [example])]
+    assert flags == [
+        ("shared rows", ["ann"], ["grades/102"]),
+        ("shared rows", ["ann"], [example]),
+    ]
     refused = gyro("grade", root, "--previous", CLASS / "README.txt")
-    assert (refused.exit_code, "folder that an earlier run wrote, with its journal" in refused.stderr) == (2, True)
+    assert (
+        refused.exit_code,
+        "folder that an earlier run wrote, with its journal" in refused.stderr,
+    ) == (2, True)
 
 
-def test_hostile_names_stay_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hostile_names_stay_text(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
-    names = ["=cmd|' C calc'!A0", "@SUM(1)", "..", "a<b>&c", "Ünïcode 名前", "\t=1", "＝1", "a,b\n=1"]
+    names = [
+        "=cmd|' C calc'!A0",
+        "@SUM(1)",
+        "..",
+        "a<b>&c",
+        "Ünïcode 名前",
+        "\t=1",
+        "＝1",
+        "a,b\n=1",
+    ]
     names.append("Żółć\u2028\udcff")
-    root = make_folder(tmp_path / "class", {f"{number}-{name}.csv": log for number, name in enumerate(names)})
-    words = ("grade", root, "--pattern", r"(?s)^\d+-(?P<student>.+)\.csv$", "--out", "\x1b[2J\x7f", "--workers", "0")
+    root = make_folder(
+        tmp_path / "class",
+        {f"{number}-{name}.csv": log for number, name in enumerate(names)},
+    )
+    words = (
+        "grade",
+        root,
+        "--pattern",
+        r"(?s)^\d+-(?P<student>.+)\.csv$",
+        "--out",
+        "\x1b[2J\x7f",
+        "--workers",
+        "0",
+    )
     done = gyro(*words)
     assert done.exit_code == 0, done.stderr
     assert "␛[2J\ufffd/grades.csv" in done.output
     assert not {"\x1b", "\x7f"} & set(done.output)
     (out,) = set(tmp_path.iterdir()) - {root}
-    rows = list(csv.reader(io.StringIO((out / "grades.csv").read_text(encoding="utf-8"))))
+    rows = list(
+        csv.reader(io.StringIO((out / "grades.csv").read_text(encoding="utf-8")))
+    )
     assert len(rows) == 2 + len(names)
-    assert [cell for row in rows for cell in row if cell[:1] in tuple("=+-@\t\r＝") and cell != "--"] == []
+    assert [
+        cell
+        for row in rows
+        for cell in row
+        if cell[:1] in tuple("=+-@\t\r＝") and cell != "--"
+    ] == []
     assert "<b>&c" not in (out / "class.html").read_text(encoding="utf-8")
 
 
 @contextmanager
-def grading(tmp_path: Path, count: int, *, hears_control_c: bool = True) -> Iterator[subprocess.Popen[str]]:
+def grading(
+    tmp_path: Path, count: int, *, hears_control_c: bool = True
+) -> Iterator[subprocess.Popen[str]]:
     """Start to grade a class of so many equal logs, and wait for the first line of the journal."""
     log = (CLASS / "bakertom_102_9002_gyroscope.csv").read_bytes()
-    root = make_folder(tmp_path / "class", {f"s{number:04d}.csv": log for number in range(count)})
-    command = [sys.executable, "-m", "gyrodata", "grade", root, "-o", tmp_path / "g", "--workers", "2"]
+    root = make_folder(
+        tmp_path / "class", {f"s{number:04d}.csv": log for number in range(count)}
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "gyrodata",
+        "grade",
+        root,
+        "-o",
+        tmp_path / "g",
+        "--workers",
+        "2",
+    ]
     ours = {**os.environ, "PYTHONPATH": str(ROOT)}
     pipe = subprocess.PIPE
-    with started(command, hears_control_c=hears_control_c, env=ours, stdout=pipe, stderr=pipe, text=True) as run:
+    with started(
+        command,
+        hears_control_c=hears_control_c,
+        env=ours,
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+    ) as run:
         journal, begun = tmp_path / "g" / "journal.ndjson", time.monotonic()
         while run.poll() is None and not (journal.exists() and journal.stat().st_size):
             assert time.monotonic() - begun < 60, "no submission is graded"
@@ -265,12 +441,17 @@ def test_control_c_stops_at_once_and_says_what_is_kept(tmp_path: Path) -> None:
         os.killpg(run.pid, signal.SIGINT)
         out, errors = run.communicate(timeout=30)
     assert (run.returncode, out) == (130, "")
-    assert errors == "stopped; what was done is kept, and the same command goes on from there\n"
+    assert (
+        errors
+        == "stopped; what was done is kept, and the same command goes on from there\n"
+    )
     assert (tmp_path / "g" / "journal.ndjson").read_bytes().endswith(b"\n")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
-def test_command_started_in_the_background_does_not_hear_control_c(tmp_path: Path) -> None:
+def test_command_started_in_the_background_does_not_hear_control_c(
+    tmp_path: Path,
+) -> None:
     with grading(tmp_path, 40, hears_control_c=False) as run:
         os.killpg(run.pid, signal.SIGINT)
         out, errors = run.communicate(timeout=60)

@@ -16,12 +16,17 @@ from gyrodata.errors import Diagnostic, LogError
 from gyrodata.procedure import check_log
 from gyrodata.readings import read_log
 
-SAMPLE = (Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv").read_text(encoding="utf-8")
+SAMPLE = (Path(__file__).parent.parent / "sample_data" / "air_gyroscope.csv").read_text(
+    encoding="utf-8"
+)
 CORPUS = Path(__file__).parent / "fuzz" / "corpus"
 HEAD = "# g: 9.803 m/s^2\n# motion: steady\nmass [g],position [cm],spin [rpm],time [s],turns\n"
 KEYS = {
     **{f"u_{key}": "0 s" for key in ("time", "time_bias", "spin_delay")},
-    **{f"u_{key}": "0 %" for key in ("spin", "spin_scale", "mass", "mass_scale", "g", "turns")},
+    **{
+        f"u_{key}": "0 %"
+        for key in ("spin", "spin_scale", "mass", "mass_scale", "g", "turns")
+    },
     **{f"u_{key}": "0 mm" for key in ("position", "position_zero")},
 }
 """Every uncertainty as none."""
@@ -45,21 +50,34 @@ def nine_runs(stated: dict[str, str], noise: float) -> str:
     text = "".join(f"# {key}: {value}\n" for key, value in stated.items()) + HEAD
     for m, s in product((20.0, 40.0, 60.0), (200.0, 400.0, 600.0)):
         time = 2 * np.pi * INERTIA * s * np.pi / 30 / (m * 1e-3 * 9.803 * 0.15)
-        spin, time = s * (1 + 0.002 * noise * random.standard_normal()), time + 0.14 * noise * random.standard_normal()
+        spin, time = (
+            s * (1 + 0.002 * noise * random.standard_normal()),
+            time + 0.14 * noise * random.standard_normal(),
+        )
         text += f"{m:.2f},15.0,{spin:.13g},{time:.13g},1\n"
     return text
 
 
-@pytest.mark.parametrize("name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides", ""])
+@pytest.mark.parametrize(
+    "name", ["all-uncertainties-zero", "all-uncertainties-zero-both-sides", ""]
+)
 def test_exact_readings_that_scatter_are_refused_and_the_hint_works(name: str) -> None:
-    text = (CORPUS / f"{name}.csv").read_text() if name else f"# u_time: 0 s\n# u_spin: 0 %\n{SAMPLE}"
+    text = (
+        (CORPUS / f"{name}.csv").read_text()
+        if name
+        else f"# u_time: 0 s\n# u_spin: 0 %\n{SAMPLE}"
+    )
     text = f"# motion: steady\n{text}"
     error = refusal(text)
     assert error.code == "G421"
-    assert not name or "times as much as the stated uncertainties allow" in error.message
+    assert (
+        not name or "times as much as the stated uncertainties allow" in error.message
+    )
     for line in re.findall(r"# (u_\w+: [\d.]+ [s%])", error.hint):
         text = re.sub(rf"# {line.split(':')[0]}: .*", f"# {line}", text)
-    assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
+    assert gyrodata.analyze(text.encode()).inertia.value == pytest.approx(
+        INERTIA, rel=0.02
+    )
 
 
 def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
@@ -71,14 +89,22 @@ def test_one_exact_run_has_the_uncertainty_of_the_balance() -> None:
 
 def test_two_runs_without_any_uncertainty_are_refused() -> None:
     *head, first, _, _, _, _, _, _, last, _ = nine_runs(KEYS, 1.0).splitlines()
-    assert "the runs are too few to show how well they agree" in refusal("\n".join([*head, first, last])).message
+    assert (
+        "the runs are too few to show how well they agree"
+        in refusal("\n".join([*head, first, last])).message
+    )
 
 
 @pytest.mark.parametrize("percent", [10, 50])
 @pytest.mark.parametrize("key", ["u_spin_scale", "u_position_zero", "u_mass", "u_spin"])
 @pytest.mark.parametrize("others", [False, True], ids=["others usual", "others zero"])
-def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bool) -> None:
-    stated = {**(KEYS if others else {}), key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %"}
+def test_a_scale_that_is_hardly_known_is_in_u(
+    key: str, percent: int, others: bool
+) -> None:
+    stated = {
+        **(KEYS if others else {}),
+        key: f"{1.5 * percent} mm" if "zero" in key else f"{percent} %",
+    }
     exact = gyrodata.analyze(nine_runs(stated, 0.0).encode()).inertia
     assert exact.u is not None
     # A log that is silent about the delay of the spin is corrected for it.
@@ -103,7 +129,9 @@ def test_a_scale_that_is_hardly_known_is_in_u(key: str, percent: int, others: bo
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("count", ["1/3", "2/3", "1"])
-def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: str) -> None:
+def test_one_count_for_all_weights_is_refused_and_explained(
+    seed: int, count: str
+) -> None:
     table = draw(Bench(thirds=True), seed)
     weights = dict(zip(table.mass, table.turns.copy(), strict=True))
     table.turns[:] = count
@@ -111,11 +139,15 @@ def test_one_count_for_all_weights_is_refused_and_explained(seed: int, count: st
     assert error.code == "G420"
     likeliest = error.message.partition("; or else")[0]
     for grams, turns in weights.items():
-        named = re.search(rf"{grams:g}\.?0* g at [\d.]+ cm fit ([\d/]+) turn", likeliest)
+        named = re.search(
+            rf"{grams:g}\.?0* g at [\d.]+ cm fit ([\d/]+) turn", likeliest
+        )
         assert (named and named[1]) == (None if turns == count else turns)
         table.turns[table.mass == grams] = turns
     # The advice is followed.
-    assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(INERTIA, rel=0.05)
+    assert gyrodata.analyze(write(table).encode()).inertia.value == pytest.approx(
+        INERTIA, rel=0.05
+    )
 
 
 def test_released_rods_that_no_inertia_explains_are_refused() -> None:

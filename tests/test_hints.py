@@ -34,12 +34,19 @@ def headed(new: str) -> str:
 def cell(at: int, change: Callable[[str], str]) -> str:
     """Change a cell of the third run."""
     cells = ROW.split(",")
-    return GOOD.replace(ROW, ",".join([*cells[:at], change(cells[at]), *cells[at + 1 :]]))
+    return GOOD.replace(
+        ROW, ",".join([*cells[:at], change(cells[at]), *cells[at + 1 :]])
+    )
 
 
 def table(head: str, *cells: Callable[[list[str]], str]) -> str:
     """Write the runs in other columns."""
-    return "\n".join([LINES[0], head, *(",".join(one(row) for one in cells) for row in ROWS)]) + "\n"
+    return (
+        "\n".join(
+            [LINES[0], head, *(",".join(one(row) for one in cells) for row in ROWS)]
+        )
+        + "\n"
+    )
 
 
 FIRST = [lambda row, i=i: row[i] for i in range(4)]
@@ -50,7 +57,11 @@ def period(row: list[str]) -> str:
     return f"{3 * float(row[3]):.2f}"
 
 
-NEWTONS = [lambda row: f"{float(row[0]) * 9.803e-3:.5f}", *FIRST[1:], lambda row: row[4]]
+NEWTONS = [
+    lambda row: f"{float(row[0]) * 9.803e-3:.5f}",
+    *FIRST[1:],
+    lambda row: row[4],
+]
 
 CASES: list[tuple[str, str]] = [
     ("G203", cell(2, lambda text: "6O4")),
@@ -93,13 +104,17 @@ OTHERWISE = {
 def said_of(log: str | bytes, **options: Any) -> tuple[Any, list[Diagnostic]]:
     """Give I_zz, or None, and all that is said."""
     try:
-        analysis = analyze_briefly(log.encode() if isinstance(log, str) else log, **options)
+        analysis = analyze_briefly(
+            log.encode() if isinstance(log, str) else log, **options
+        )
     except GyroError as error:
         return None, list(error.diagnostics)
     return analysis.inertia, list(analysis.diagnostics)
 
 
-def assert_mended(log: str | bytes, code: str, options: dict[str, Any], widest: float = 4.0) -> None:
+def assert_mended(
+    log: str | bytes, code: str, options: dict[str, Any], widest: float = 4.0
+) -> None:
     """See that a log is no longer told of, and that its answer is the truth."""
     inertia, said = said_of(log, **options)
     assert [d for d in said if d.code == code or d.severity == "error"] == []
@@ -126,7 +141,9 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
             "settings": dict([stated.groups()] if stated else []),
         }
     if line := re.search(r'did you mean "(# [^"]+)"', hint):
-        return put(line[1]) if wrong.startswith("#") else log.replace(lines[at], line[1]), {}
+        return put(line[1]) if wrong.startswith("#") else log.replace(
+            lines[at], line[1]
+        ), {}
     if meant := re.search(r"did you mean ([^\s?]+)\?", hint):
         return put(meant[1]), {}
     if longer := re.search(r"such as ([\d.]+),", hint):
@@ -140,7 +157,9 @@ def carry_out(log: str, told: Diagnostic) -> tuple[str, dict[str, Any]]:
     return "\n".join(lines) + "\n", {}
 
 
-@pytest.mark.parametrize(("code", "log"), CASES, ids=[f"{code}-{k}" for k, (code, _) in enumerate(CASES)])
+@pytest.mark.parametrize(
+    ("code", "log"), CASES, ids=[f"{code}-{k}" for k, (code, _) in enumerate(CASES)]
+)
 def test_a_hint_obeyed_to_the_letter_gives_the_truth(code: str, log: str) -> None:
     told = [d for d in said_of(log)[1] if d.code == code]
     # Without a word the reader understands it by itself.
@@ -151,7 +170,10 @@ def test_a_hint_obeyed_to_the_letter_gives_the_truth(code: str, log: str) -> Non
 def test_a_wider_time_ends_the_quarrel_of_the_runs() -> None:
     log = f"# u_time: 0.01 s\n# u_angle: 0 deg\n# u_spin: 0.01 %\n{GOOD}"
     before = gyrodata.analyze(log.encode())
-    stated = named(next(d.hint for d in before.diagnostics if d.code == "G411"), r"(# u_time: [\d.]+ s)")
+    stated = named(
+        next(d.hint for d in before.diagnostics if d.code == "G411"),
+        r"(# u_time: [\d.]+ s)",
+    )
     after = gyrodata.analyze(log.replace("# u_time: 0.01 s", stated).encode())
     assert "G411" not in [d.code for d in after.diagnostics]
     assert [doubt.kind for doubt in before.doubts] == ["scatter"]
@@ -161,7 +183,12 @@ def test_a_wider_time_ends_the_quarrel_of_the_runs() -> None:
 
 
 def test_the_uncertainty_that_is_named_is_the_one_to_state() -> None:
-    assert "u_time" in next(d for d in said_of(f"# u_time: 0.6 s\n{GOOD}")[1] if d.code == "G432").hint
+    assert (
+        "u_time"
+        in next(
+            d for d in said_of(f"# u_time: 0.6 s\n{GOOD}")[1] if d.code == "G432"
+        ).hint
+    )
     assert_mended(f"# u_time: 0.1 s\n{GOOD}", "G432", {})
 
 
@@ -175,7 +202,12 @@ def written(cells: list[list[str]], delimiter: str = ",") -> str:
 
 def changed(row: int, at: int, text: str) -> str:
     """Change one cell of the table, the header being row 0."""
-    return written([[text if (i, k) == (row, at) else old for k, old in enumerate(r)] for i, r in enumerate(TABLE)])
+    return written(
+        [
+            [text if (i, k) == (row, at) else old for k, old in enumerate(r)]
+            for i, r in enumerate(TABLE)
+        ]
+    )
 
 
 def named(hint: str, pattern: str) -> str:
@@ -187,7 +219,9 @@ def named(hint: str, pattern: str) -> str:
 
 def quoted(cells: list[list[str]]) -> str:
     """Write decimal commas in quotes, as a hint shows."""
-    return written([[f'"{cell}"' if "," in cell else cell for cell in row] for row in cells])
+    return written(
+        [[f'"{cell}"' if "," in cell else cell for cell in row] for row in cells]
+    )
 
 
 def above(line: str, log: str = GOOD) -> str:
@@ -254,30 +288,47 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
 """Code, log, and what the words of the hint make of it."""
 
 
-@pytest.mark.parametrize(("code", "log", "mend"), READER, ids=[f"{one[0]}-{k}" for k, one in enumerate(READER)])
-def test_a_hint_of_the_reader_gives_the_truth(code: str, log: str | bytes, mend: Callable[[str], Any]) -> None:
+@pytest.mark.parametrize(
+    ("code", "log", "mend"),
+    READER,
+    ids=[f"{one[0]}-{k}" for k, one in enumerate(READER)],
+)
+def test_a_hint_of_the_reader_gives_the_truth(
+    code: str, log: str | bytes, mend: Callable[[str], Any]
+) -> None:
     made = mend(next(d.hint for d in said_of(log)[1] if d.code == code))
     mended, options = made if isinstance(made, tuple) else (made, {})
     assert_mended(mended, code, options)
 
 
-def test_a_file_that_is_not_there_is_proposed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_not_there_is_proposed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("lab.csv").write_text(GOOD, encoding="utf-8")
-    for name, hint in (("lab.cv", "did you mean lab.csv?"), (".", "if it is a folder, give the file in it")):
+    for name, hint in (
+        ("lab.cv", "did you mean lab.csv?"),
+        (".", "if it is a folder, give the file in it"),
+    ):
         with pytest.raises(GyroError) as caught:
             gyrodata.analyze(name)
         assert caught.value.diagnostics[0].hint == hint
 
 
 def test_the_answer_with_the_unit_that_is_asked_for() -> None:
-    told = next(d for d in said_of(above("# reported_inertia: 4.4e-3"))[1] if d.code == "G308")
+    told = next(
+        d for d in said_of(above("# reported_inertia: 4.4e-3"))[1] if d.code == "G308"
+    )
     mended = above("# reported_inertia: " + named(told.hint, r"like (.*)"))
     assert_mended(mended, "G308", {})
-    assert gyrodata.analyze(mended.encode()).readings.reported["inertia"].value == pytest.approx(4.4e-3)
+    assert gyrodata.analyze(mended.encode()).readings.reported[
+        "inertia"
+    ].value == pytest.approx(4.4e-3)
 
 
 def test_every_hint_of_a_log_is_carried_out_or_asks_for_the_lab() -> None:
-    carried = {one[0] for one in (*CASES, *READER)} | set(" ".join(OTHERWISE.values()).split())
+    carried = {one[0] for one in (*CASES, *READER)} | set(
+        " ".join(OTHERWISE.values()).split()
+    )
     assert carried <= set(explanations())
     assert {code for code in explanations() if re.match("G[1-4]", code)} <= carried

@@ -29,7 +29,8 @@ def test_agrees_with_gtc() -> None:
     assert line.chi2 == pytest.approx(oracle.ssr, rel=1e-7)
     # Without errors in x and with uncertain numbers for y its propagation is the whole of the covariance.
     propagated = type_b.line_fit_wls(
-        [float(x) for x in YORK_X], [ureal(*pair) for pair in zip(YORK_Y, u_y, strict=True)]
+        [float(x) for x in YORK_X],
+        [ureal(*pair) for pair in zip(YORK_Y, u_y, strict=True)],
     )
     plain = fit_line(YORK_X, YORK_Y, cov_y=YORK_U2Y)
     assert plain.u_slope == pytest.approx(uncertainty(propagated.a_b[1]), rel=1e-12)
@@ -44,7 +45,9 @@ def agrees_with_exact_arithmetic(
     with mpmath.workdps(50):
         xs, ys, full = (mpmath.matrix(values.tolist()) for values in (x, y, U))
         ux, uy, uxy = full[:n, :n], full[n:, n:], full[:n, n:]
-        p = mpmath.matrix([mpmath.mpf(float(np.polyfit(x, y, 1)[0])), 0][: 1 + constant])
+        p = mpmath.matrix(
+            [mpmath.mpf(float(np.polyfit(x, y, 1)[0])), 0][: 1 + constant]
+        )
         true = xs.copy()
         for _ in range(200):
             design = mpmath.matrix([[true[i], 1][: 1 + constant] for i in range(n)])
@@ -67,18 +70,25 @@ def agrees_with_exact_arithmetic(
     assert line.chi2 == pytest.approx(float(chi2), rel=1e-12)
 
 
-def correlated(seed: int, constant: bool = True) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def correlated(
+    seed: int, constant: bool = True
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nine points and a full covariance: errors of their own, and three that all share in different measure."""
     random, n = np.random.default_rng(seed), 9
     shared = random.standard_normal((2 * n, 3))
     U = 0.01 * (np.diag(random.uniform(0.5, 2, 2 * n)) + 0.5 * shared @ shared.T)
-    errors, truth = np.linalg.cholesky(U) @ random.standard_normal(2 * n), np.linspace(1, 9, n)
+    errors, truth = (
+        np.linalg.cholesky(U) @ random.standard_normal(2 * n),
+        np.linspace(1, 9, n),
+    )
     return truth + errors[:n], 1.7 * truth + (4 if constant else 0) + errors[n:], U
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("constant", [True, False])
-def test_full_covariances_agree_with_exact_arithmetic(seed: int, constant: bool) -> None:
+def test_full_covariances_agree_with_exact_arithmetic(
+    seed: int, constant: bool
+) -> None:
     x, y, U = correlated(seed, constant)
     line = fit_line(x, y, U[:9, :9], U[9:, 9:], U[:9, 9:], intercept=constant)
     agrees_with_exact_arithmetic(line, x, y, U, constant)
@@ -88,14 +98,20 @@ def test_full_covariances_agree_with_exact_arithmetic(seed: int, constant: bool)
 def test_singular_covariances_agree_with_exact_arithmetic() -> None:
     # One ruler for all x, an exact y, the rest alone.
     random, n = np.random.default_rng(4), 8
-    x, variances = np.linspace(1, 8, n), np.array([0.0, 0.04, 0.04, 0.09, 0.04, 0.01, 0.04, 0.04])
+    x, variances = (
+        np.linspace(1, 8, n),
+        np.array([0.0, 0.04, 0.04, 0.09, 0.04, 0.01, 0.04, 0.04]),
+    )
     y = 2.5 * x + 1 + np.sqrt(variances) * random.standard_normal(n)
     U = np.zeros((2 * n, 2 * n))
     U[:n, :n], U[n:, n:] = 0.03, np.diag(variances)
     agrees_with_exact_arithmetic(fit_line(x, y, U[:n, :n], variances), x, y, U)
     # Exact x and a shared error alone in y leave the slope exact, and the whole error in the constant.
     line = fit_line(x, 2.5 * x + 1, None, np.full((n, n), 0.04))
-    assert (line.slope, line.u_slope) == (pytest.approx(2.5, rel=1e-13), pytest.approx(0, abs=1e-12))
+    assert (line.slope, line.u_slope) == (
+        pytest.approx(2.5, rel=1e-13),
+        pytest.approx(0, abs=1e-12),
+    )
     assert (line.u_intercept, line.dof) == (pytest.approx(0.2, rel=1e-12), 0)
 
 
@@ -106,7 +122,9 @@ def test_iminuit_agrees() -> None:
 
     def chi2(slope: float, constant: float) -> float:
         left = y - slope * x - constant
-        return float(left @ np.linalg.solve(yy + slope**2 * xx - slope * (xy + xy.T), left))
+        return float(
+            left @ np.linalg.solve(yy + slope**2 * xx - slope * (xy + xy.T), left)
+        )
 
     minuit = iminuit.Minuit(chi2, slope=1.5, constant=3.0)
     minuit.errordef, minuit.tol = 1, 1e-6
@@ -126,11 +144,21 @@ def test_iminuit_agrees() -> None:
         ([1, 2, math.nan], [1, 2, 3], {}, "not finite"),
         ([1, 2, 3], [1, 2], {}, "same length"),
         (XS, YS, {"cov_y": [1, 2]}, "cov_y has shape"),
-        (XS, YS, {"cov_y": [1, 2, math.inf]}, "cov_y contains a value that is not finite"),
+        (
+            XS,
+            YS,
+            {"cov_y": [1, 2, math.inf]},
+            "cov_y contains a value that is not finite",
+        ),
         (XS, YS, {"cov_y": [1, -2, 1]}, "negative variance"),
         (XS, YS, {"cov_y": np.eye(3) + 2e-9 * np.eye(3, k=1)}, "not symmetric"),
         (XS, YS, {"cov_y": [[1, 2, 0], [2, 1, 0], [0, 0, 1]]}, "negative eigenvalue"),
-        (XS, YS, {"cov_y": [[0, 1e-3, 0], [1e-3, 1, 0], [0, 0, 1]]}, "variance 0 has a covariance"),
+        (
+            XS,
+            YS,
+            {"cov_y": [[0, 1e-3, 0], [1e-3, 1, 0], [0, 0, 1]]},
+            "variance 0 has a covariance",
+        ),
         (XS, YS, {"cov_x": 1e-4, "cov_y": 1e-4, "cov_xy": 1.01e-4}, "larger than"),
         (XS, YS, {"cov_y": 0.0}, "all covariances are zero"),
         ([1, 2, 3, 4], [1, 2, 4, 9], {"cov_y": [0, 0, 0, 1]}, "not on one line"),
@@ -149,6 +177,8 @@ def test_p_is_the_upper_tail_of_chi_square_by_mpmath(count: int) -> None:
     for size in (0.1, 1.0, 1.3):
         y = 2 * x + size * np.sqrt(2) * np.cos(5 * x)
         line = fit_line(x, y, cov_y=1.0)
-        expected = float(mpmath.gammainc(mpmath.mpf(count - 2) / 2, line.chi2 / 2, regularized=True))
+        expected = float(
+            mpmath.gammainc(mpmath.mpf(count - 2) / 2, line.chi2 / 2, regularized=True)
+        )
         assert line.p == pytest.approx(expected, rel=1e-9)
     assert (fit_line(x, y).p, fit_line(x[:2], y[:2], cov_y=1.0).p) == (None, None)

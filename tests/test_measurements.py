@@ -41,7 +41,11 @@ def budget(log: str, **settings: str) -> dict[str, float]:
 
 
 def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
-    return [one for one in gyrodata.analyze(log.encode(), settings=settings).diagnostics if one.code == code]
+    return [
+        one
+        for one in gyrodata.analyze(log.encode(), settings=settings).diagnostics
+        if one.code == code
+    ]
 
 
 @pytest.mark.parametrize(
@@ -55,7 +59,9 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
         (RATE, "precession_rate", 0.16),
     ],
 )  # fmt: skip
-def test_reading_in_any_form_has_its_si_value(log: str, field: str, value: float) -> None:
+def test_reading_in_any_form_has_its_si_value(
+    log: str, field: str, value: float
+) -> None:
     assert result(log)["runs"][0][field] == pytest.approx(value)
 
 
@@ -63,7 +69,13 @@ SURFACE = "# position_from: surface\n# ball_diameter: 10 cm\n"
 # The spin falls by 1/e in 1000 s, within a factor of 2.
 LATE = math.exp(math.log(2) ** 2) / 1000
 # Read 2 s ± 1.7 s late, and corrected for 2 s: the factor of 2 is then an error of the correction.
-LATE_BY_2_S = math.sqrt(1.7**2 * 4 ** math.log(2) + 4 * (4 ** math.log(2) - 2 * 2 ** (math.log(2) / 2) + 1)) / 1000
+LATE_BY_2_S = (
+    math.sqrt(
+        1.7**2 * 4 ** math.log(2)
+        + 4 * (4 ** math.log(2) - 2 * 2 ** (math.log(2) / 2) + 1)
+    )
+    / 1000
+)
 TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
 
 
@@ -104,7 +116,9 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
          {"mass": None, "position": None, "position_zero": None, "g": None, "torque": math.hypot(0.005, DIGIT / 30)}),
     ],
 )  # fmt: skip
-def test_each_source_of_error_has_its_size(log: str, shares: dict[str, float | None]) -> None:
+def test_each_source_of_error_has_its_size(
+    log: str, shares: dict[str, float | None]
+) -> None:
     told = budget(log)
     assert {name: told.get(name) for name in shares} == {
         name: share and pytest.approx(share, rel=2e-3) for name, share in shares.items()
@@ -113,7 +127,11 @@ def test_each_source_of_error_has_its_size(log: str, shares: dict[str, float | N
 
 def test_a_spin_read_once_is_read_late() -> None:
     # A spin-down shows the decay time: 100 s.
-    down = budget("# spin_down: 412 rpm to 151.6 rpm in 100 s\n" + HEAD + ROW.replace("206", "250"))
+    down = budget(
+        "# spin_down: 412 rpm to 151.6 rpm in 100 s\n"
+        + HEAD
+        + ROW.replace("206", "250")
+    )
     assert down["spin_delay"] == pytest.approx(0.017, rel=0.01)
 
 
@@ -122,47 +140,78 @@ def delayed(*lines: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("lines", [(), ("# u_time: 0.2 s",)])
-def test_a_late_reading_is_corrected_as_by_the_usual_spin_down(lines: tuple[str, ...]) -> None:
+def test_a_late_reading_is_corrected_as_by_the_usual_spin_down(
+    lines: tuple[str, ...],
+) -> None:
     silent, at_the_middle = delayed(*lines), delayed(*lines, "# u_spin_delay: 0 s")
     # The usual fall is by 1/e in 1000 s.
     stated = delayed(*lines, "# spin_down: 600 rpm to 532.152 rpm in 120 s")
     value, u = silent["inertia"]["value"], silent["inertia"]["u"]
     assert value == pytest.approx(stated["inertia"]["value"], abs=0.05 * u)
-    assert at_the_middle["inertia"]["value"] / value == pytest.approx(math.exp(2 / 1000), abs=2e-4)
+    assert at_the_middle["inertia"]["value"] / value == pytest.approx(
+        math.exp(2 / 1000), abs=2e-4
+    )
     assert u > stated["inertia"]["u"] > at_the_middle["inertia"]["u"]
-    effects = [{one["effect"]: one for one in each["effects"]}["spin_delay"] for each in (silent, at_the_middle)]
-    assert [(one["kept"], one["in_u"]) for one in effects] == [(True, True), (False, False)]
-    assert [one["bias"] for one in effects] == [pytest.approx(math.expm1(2 / 1000), rel=1e-3), 0.0]
+    effects = [
+        {one["effect"]: one for one in each["effects"]}["spin_delay"]
+        for each in (silent, at_the_middle)
+    ]
+    assert [(one["kept"], one["in_u"]) for one in effects] == [
+        (True, True),
+        (False, False),
+    ]
+    assert [one["bias"] for one in effects] == [
+        pytest.approx(math.expm1(2 / 1000), rel=1e-3),
+        0.0,
+    ]
 
 
 def test_a_delay_that_is_stated_is_not_late_on_average() -> None:
     exact = delayed("# u_spin_delay: 0 s")["inertia"]
-    for line in ("# u_spin_delay: 1.7 s", "# spin_down: 600 rpm to 500 rpm in 100 s\n# u_spin_delay: 0 s"):
-        assert delayed(line)["inertia"]["value"] == pytest.approx(exact["value"], rel=2e-4)
+    for line in (
+        "# u_spin_delay: 1.7 s",
+        "# spin_down: 600 rpm to 500 rpm in 100 s\n# u_spin_delay: 0 s",
+    ):
+        assert delayed(line)["inertia"]["value"] == pytest.approx(
+            exact["value"], rel=2e-4
+        )
 
 
-def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time() -> None:
+def test_a_spin_that_was_read_before_the_run_is_corrected_for_half_of_its_time() -> (
+    None
+):
     row = "20.0,15.0,400,40.0,1\n"
     heads = HEAD, HEAD.replace("spin [rpm]", "spin before [rpm]")
-    at_the_middle, before = (result(f"# u_spin_delay: 0 s\n{head}{row}") for head in heads)
+    at_the_middle, before = (
+        result(f"# u_spin_delay: 0 s\n{head}{row}") for head in heads
+    )
     # The spin in the middle was lower, and so I_zz is larger. What was read is shown as it was read.
     ratio = before["inertia"]["value"] / at_the_middle["inertia"]["value"]
     assert ratio == pytest.approx(math.exp(20 / 1000), rel=2e-3)
     assert before["runs"][0]["spin"] == pytest.approx(400 * RPM, rel=1e-12)
 
 
-@pytest.mark.parametrize("decimals", [("0.3333333", "0.6666667"), ("0.333333", "0.666667")])
-def test_a_fraction_with_many_decimals_is_the_fraction(decimals: tuple[str, str]) -> None:
+@pytest.mark.parametrize(
+    "decimals", [("0.3333333", "0.6666667"), ("0.333333", "0.666667")]
+)
+def test_a_fraction_with_many_decimals_is_the_fraction(
+    decimals: tuple[str, str],
+) -> None:
     rows = ROWS.replace("13.06,1/3", "26.12,2/3")
     fraction = result(HEAD + rows)["inertia"]
-    decimal = result(HEAD + rows.replace("1/3", decimals[0]).replace("2/3", decimals[1]))["inertia"]
+    decimal = result(
+        HEAD + rows.replace("1/3", decimals[0]).replace("2/3", decimals[1])
+    )["inertia"]
     assert decimal["value"] == pytest.approx(fraction["value"], rel=2e-6)
     assert decimal["u"] == pytest.approx(fraction["u"], rel=1e-4)
 
 
 def test_rounding_is_shared_and_sighting_is_of_each_run() -> None:
     def shared(turns: str) -> dict[str, bool]:
-        return {one["source"]: one["shared"] for one in result(HEAD + ROWS.replace("1/3", turns))["budget"]}
+        return {
+            one["source"]: one["shared"]
+            for one in result(HEAD + ROWS.replace("1/3", turns))["budget"]
+        }
 
     assert shared("0.33").items() >= {"angle": False, "rounded_turns": True}.items()
     assert "rounded_turns" not in shared("1/3")
@@ -174,8 +223,12 @@ def test_only_the_spin_of_a_log_without_u_spin_delay_is_corrected() -> None:
         down = "# spin_down: 412 rpm to 151.566 rpm in 100 s\n# balanced: yes\n"
         return result(f"{down}{line}{HEAD}20.0,15.0,250,7.1,1/3\n")["inertia"]
 
-    silent, exact, vague = map(inertia, ("", "# u_spin_delay: 0 s\n", "# u_spin_delay: 3 s\n"))
-    assert exact["value"] / silent["value"] == pytest.approx(math.exp(2 / 100), rel=1e-3)
+    silent, exact, vague = map(
+        inertia, ("", "# u_spin_delay: 0 s\n", "# u_spin_delay: 3 s\n")
+    )
+    assert exact["value"] / silent["value"] == pytest.approx(
+        math.exp(2 / 100), rel=1e-3
+    )
     assert vague["value"] == pytest.approx(exact["value"], rel=1e-3)
     assert vague["u"] > silent["u"] > exact["u"]
 
@@ -204,7 +257,9 @@ def test_equal_values_share_their_error(second: str, source: str, shared: bool) 
 
 
 def test_report_says_where_an_uncertainty_is_from() -> None:
-    told = result("# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33"))["uncertainties"]
+    told = result(
+        "# weight_diameter: 4 ± 0.1 cm\n" + HEAD + ROWS.replace("1/3", "0.33")
+    )["uncertainties"]
     assert {one["source"]: one["text"] for one in told}.items() >= {
         "spin": "0.2 % a reading and rounding",
         "angle": "1° at each end of a part of a turn",
@@ -215,9 +270,15 @@ def test_report_says_where_an_uncertainty_is_from() -> None:
 
 def test_only_a_run_without_a_weight_needs_its_sense() -> None:
     assert not found(HEAD + ROWS, "G402")
-    log = HEAD.strip() + ",precession_sense\n" + ROWS.replace("1/3\n", "1/3,\n") + "0,,{},160.2,1/12,{}\n"
+    log = (
+        HEAD.strip()
+        + ",precession_sense\n"
+        + ROWS.replace("1/3\n", "1/3,\n")
+        + "0,,{},160.2,1/12,{}\n"
+    )
     signs = [
-        result(log.format(*last))["residual_torque"]["value"] > 0 for last in ((401, "ccw"), (401, "cw"), (-401, "ccw"))
+        result(log.format(*last))["residual_torque"]["value"] > 0
+        for last in ((401, "ccw"), (401, "cw"), (-401, "ccw"))
     ]
     assert signs == [True, False, False]
 
@@ -227,22 +288,34 @@ def test_balance_test_limits_m0_by_its_torque() -> None:
         log = f"# {line}\n# transverse_inertia: {inertia} kg*m^2\n{HEAD}20.00,15.0,206,20.4,1\n20.00,15.0,407,40.4,1\n"
         return result(log)["residual_torque"]["u"]
 
-    drift, tilt = width("balance_drift: 5 deg in 60 s at 400 rpm"), width("balance_tilt: 3 deg in 10 s")
+    drift, tilt = (
+        width("balance_drift: 5 deg in 60 s at 400 rpm"),
+        width("balance_tilt: 3 deg in 10 s"),
+    )
     assert tilt < 0.7 * drift < 0.5 * width("station: 1")
     # I_zz times the spin times the drift's rate; twice I times the tilt over the square of its time.
-    assert width("balance_drift: 10 deg in 60 s at 200 rpm") == pytest.approx(drift, rel=1e-6)
+    assert width("balance_drift: 10 deg in 60 s at 200 rpm") == pytest.approx(
+        drift, rel=1e-6
+    )
     assert width("balance_tilt: 12 deg in 20 s") == pytest.approx(tilt, rel=1e-6)
-    assert width("balance_tilt: 1.5 deg in 10 s", "0.012") == pytest.approx(tilt, rel=1e-6)
+    assert width("balance_tilt: 1.5 deg in 10 s", "0.012") == pytest.approx(
+        tilt, rel=1e-6
+    )
 
 
 def test_balanced_line_is_obeyed_and_no_imbalance_narrows_u() -> None:
     rows = "20.00,15.0,206,20.5,1\n20.00,15.0,407,40.5,1\n40.00,15.0,405,20.1,1\n60.00,15.0,404,13.4,1\n"
-    free, obeyed = (result(f"{line}{HEAD}{rows}") for line in ("", "# u_imbalance: 0 N*m\n"))
+    free, obeyed = (
+        result(f"{line}{HEAD}{rows}") for line in ("", "# u_imbalance: 0 N*m\n")
+    )
     assert free["residual_torque"]["u"] > 1e-4
     assert obeyed["residual_torque"]["u"] < 1e-7
     assert obeyed["inertia"]["u"] < free["inertia"]["u"]
     for words, meant in (("yes", True), ("нет", False), ("", None)):
-        assert gyrodata.read_log(f"# balanced: {words}\n{HEAD}{rows}".encode()).balanced is meant
+        assert (
+            gyrodata.read_log(f"# balanced: {words}\n{HEAD}{rows}".encode()).balanced
+            is meant
+        )
 
 
 HIGH = "20.00,15.00,206.0,7.060,1/3"
@@ -250,11 +323,17 @@ HIGH = "20.00,15.00,206.0,7.060,1/3"
 
 @pytest.mark.parametrize(
     ("header", "value"),
-    [("precession_period [s]", 21.18), ("torque [N*m]", 0.0294200), ("inertia [kg*m^2]", 4.5972e-3)],
+    [
+        ("precession_period [s]", 21.18),
+        ("torque [N*m]", 0.0294200),
+        ("inertia [kg*m^2]", 4.5972e-3),
+    ],
 )
 def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) -> None:
     log = f"{HEAD.strip()},{header}\n{HIGH},{{:.8f}}\n"
-    assert [bool(found(log.format(factor * value), "G401")) for factor in (0.9, 1.0, 1.1)] == [True, False, True]
+    assert [
+        bool(found(log.format(factor * value), "G401")) for factor in (0.9, 1.0, 1.1)
+    ] == [True, False, True]
 
 
 @pytest.mark.parametrize(
@@ -270,7 +349,9 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
          'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs'),
     ],
 )  # fmt: skip
-def test_readings_that_contradict_each_other_are_named(log: str, code: str, line: int | None, words: str) -> None:
+def test_readings_that_contradict_each_other_are_named(
+    log: str, code: str, line: int | None, words: str
+) -> None:
     try:
         diagnostics = gyrodata.analyze(log.encode()).diagnostics
     except gyrodata.LogError as error:
@@ -291,7 +372,12 @@ def test_i_zz_is_that_of_ball_and_rod() -> None:
     log = head + "".join(rows)
     assert result(log)["inertia"]["value"] == pytest.approx(4.44e-3, rel=1e-5)
     # What is left out makes it wrong by 2 %.
-    assert result(re.sub(",weight_diameter.*|,[68]$", "", log, flags=re.MULTILINE))["inertia"]["value"] > 4.52e-3
+    assert (
+        result(re.sub(",weight_diameter.*|,[68]$", "", log, flags=re.MULTILINE))[
+            "inertia"
+        ]["value"]
+        > 4.52e-3
+    )
 
 
 BALL = "# ball_mass: 4.1 kg\n# ball_diameter: 10.16 cm\n"
@@ -315,24 +401,50 @@ CELLS = {
     "precession_rate": (0.632, 0.632, 0.316), "pitch": (40.0,) * 3, "transverse_inertia": (0.006,) * 3,
     "nutation_period": (0.4, 0.2, 0.13),
 }  # fmt: skip
-STATED = {"number": "0.03", "angle": "0.4 deg", "time": "2 ms", "length": "0.2 mm", "torque": "0.3 mN*m"}
+STATED = {
+    "number": "0.03",
+    "angle": "0.4 deg",
+    "time": "2 ms",
+    "length": "0.2 mm",
+    "torque": "0.3 mN*m",
+}
 
 
 def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
     heard = set()
     for name, shape in SHAPES.items():
         roles = [header.split(" ")[0] for header in shape.splitlines()[-1].split(",")]
-        log = shape + "".join(",".join(str(CELLS[role][i]) for role in roles) + "\n" for i in range(3))
+        log = shape + "".join(
+            ",".join(str(CELLS[role][i]) for role in roles) + "\n" for i in range(3)
+        )
 
-        def told(keys: Iterable[str], log: str = log, name: str = name) -> tuple[object, set[str]]:
+        def told(
+            keys: Iterable[str], log: str = log, name: str = name
+        ) -> tuple[object, set[str]]:
             """Give the budget if these are stated, and those that are said to change nothing."""
             keys = list(keys)
-            us = ("0.3 %" if key.endswith("_scale") else STATED.get(kind_of_role(key), "0.4 %") for key in keys)
+            us = (
+                "0.3 %"
+                if key.endswith("_scale")
+                else STATED.get(kind_of_role(key), "0.4 %")
+                for key in keys
+            )
             lines = "".join(f"# {key}: {u}\n" for key, u in zip(keys, us, strict=True))
-            a = analyze_briefly((lines + log).encode(), "steady" if "pitch" in log else "auto")
-            ball = compare_with_ball(a.fit.inertia, a.readings.constants, a.readings.uncertainties)
-            shares = {one.source: round(one.u_inertia / a.inertia.value, 9) for one in a.budget}
-            return (shares, ball), {keys[one.line - 1] for one in a.diagnostics if one.code == "G406" and one.line}
+            a = analyze_briefly(
+                (lines + log).encode(), "steady" if "pitch" in log else "auto"
+            )
+            ball = compare_with_ball(
+                a.fit.inertia, a.readings.constants, a.readings.uncertainties
+            )
+            shares = {
+                one.source: round(one.u_inertia / a.inertia.value, 9)
+                for one in a.budget
+            }
+            return (shares, ball), {
+                keys[one.line - 1]
+                for one in a.diagnostics
+                if one.code == "G406" and one.line
+            }
 
         silent = told([])
         # One may be refused only because another one is stated as well.
@@ -340,7 +452,9 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
         assert told(refused) == (silent[0], refused), name
         for key in set(UNCERTAINTIES) - refused:
             changed, none = told([key])
-            assert (changed != silent[0], none) == (True, set()), f"{key} in the log {name}"
+            assert (changed != silent[0], none) == (True, set()), (
+                f"{key} in the log {name}"
+            )
             heard.add(key)
     assert set(UNCERTAINTIES) - heard == {"u_inertia"}, "I_zz is the result"
 
@@ -348,14 +462,32 @@ def test_every_uncertainty_changes_the_budget_or_is_refused() -> None:
 @pytest.mark.parametrize(
     ("line", "head", "why"),
     [
-        ("u_g: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "the torque is given, and no mass"),
-        ("u_spin_delay: 3 s", "torque [mN*m],time [s],turns", "one spin is given for the whole log"),
-        ("u_inertia: 1 %", "torque [mN*m],spin [rpm],time [s],turns", "I_zz is the result"),
+        (
+            "u_g: 1 %",
+            "torque [mN*m],spin [rpm],time [s],turns",
+            "the torque is given, and no mass",
+        ),
+        (
+            "u_spin_delay: 3 s",
+            "torque [mN*m],time [s],turns",
+            "one spin is given for the whole log",
+        ),
+        (
+            "u_inertia: 1 %",
+            "torque [mN*m],spin [rpm],time [s],turns",
+            "I_zz is the result",
+        ),
     ],
 )
-def test_reason_why_an_uncertainty_changes_nothing_is_said(line: str, head: str, why: str) -> None:
+def test_reason_why_an_uncertainty_changes_nothing_is_said(
+    line: str, head: str, why: str
+) -> None:
     row = ",".join(str(CELLS[header.split(" ")[0]][0]) for header in head.split(","))
-    (told,) = found(f"# {line}\n{head}\n{row}\n", "G406", **({} if "spin" in head else {"spin": "400 rpm"}))
+    (told,) = found(
+        f"# {line}\n{head}\n{row}\n",
+        "G406",
+        **({} if "spin" in head else {"spin": "400 rpm"}),
+    )
     assert told.message.startswith(line.partition(":")[0])
     assert (why in told.message, told.line) == (True, 1)
 
@@ -380,5 +512,7 @@ def test_digits_that_decide_u_are_named_with_u_before_and_after() -> None:
 
 def test_torque_is_used_if_a_mass_has_no_position() -> None:
     rows = "10.1,0.0161,703,119.9,1\n20.0,0.0318,500,43.13,1\n50.3,0.0799,605,20.6,1\n"
-    lab = gyrodata.analyze(f"mass [g],torque [N*m],spin [rpm],time [s],turns\n{rows}".encode())
+    lab = gyrodata.analyze(
+        f"mass [g],torque [N*m],spin [rpm],time [s],turns\n{rows}".encode()
+    )
     assert lab.inertia.value == pytest.approx(4.15e-3, rel=0.02)

@@ -19,7 +19,11 @@ UP_AND_DOWN = (math.radians(-30), math.radians(30))
 
 
 def made(noise: dict[str, Uncertainty] = TYPICAL, **truth: Any) -> str:
-    design = {name: truth.pop(name) for name in ("masses", "spins", "pitches", "turns") if name in truth}
+    design = {
+        name: truth.pop(name)
+        for name in ("masses", "spins", "pitches", "turns")
+        if name in truth
+    }
     return simulate(Truth(**truth), Design(**design), noise).log
 
 
@@ -29,16 +33,26 @@ def analysed(log: str, model: str = "auto") -> gyrodata.Analysis:
 
 def simulated(**truth: object) -> str:
     """A log without errors that states no uncertainty, so that the usual ones are taken."""
-    return "".join(line for line in made(EXACT, **truth).splitlines(True) if not line.startswith("# u_"))
+    return "".join(
+        line
+        for line in made(EXACT, **truth).splitlines(True)
+        if not line.startswith("# u_")
+    )
 
 
 def effect(analysis: gyrodata.Analysis, name: str) -> dict[str, Any]:
     """One row of the table of effects, as in the JSON."""
-    return next(found for found in analysis.to_dict()["result"]["effects"] if found["effect"] == name)
+    return next(
+        found
+        for found in analysis.to_dict()["result"]["effects"]
+        if found["effect"] == name
+    )
 
 
 @pytest.mark.parametrize("pitches", [(0.0,), (math.radians(2),)])
-def test_sizes_of_effects_are_the_same_if_they_are_computed_again(pitches: tuple[float, ...]) -> None:
+def test_sizes_of_effects_are_the_same_if_they_are_computed_again(
+    pitches: tuple[float, ...],
+) -> None:
     """The choice of the model has computed some of them already."""
     analysis = analysed(simulated(pitches=pitches))
     assert changes.list_effects(replace(analysis.lab, effects=())) == analysis.effects
@@ -53,7 +67,9 @@ def test_a_slight_tilt_is_left_out_and_a_strong_one_kept() -> None:
     assert effect(strong, "tilt")["kept"]
 
 
-@pytest.mark.parametrize(("model", "tilt"), [("horizontal", False), ("steady", True), ("released", True)])
+@pytest.mark.parametrize(
+    ("model", "tilt"), [("horizontal", False), ("steady", True), ("released", True)]
+)
 def test_a_model_that_is_asked_for_is_used(model: str, tilt: bool) -> None:
     analysis = analysed(made(pitches=UP_AND_DOWN), model)
     assert analysis.to_dict()["result"]["model"] == analysis.model.name == model
@@ -62,17 +78,25 @@ def test_a_model_that_is_asked_for_is_used(model: str, tilt: bool) -> None:
 
 
 def test_a_log_of_a_released_rod_has_that_model() -> None:
-    analysis = analysed(made(motion="released", masses=(0.06, 0.12), spins=(150 * RPM, 200 * RPM)))
+    analysis = analysed(
+        made(motion="released", masses=(0.06, 0.12), spins=(150 * RPM, 200 * RPM))
+    )
     assert analysis.model.name == "released"
     assert abs(analysis.inertia.value - 4.44e-3) < 3 * analysis.inertia.u
     assert {"nutation", "release"} <= {share.source for share in analysis.budget}
     # Two runs do not show the phase of the nutation.
-    two = analysed(made(EXACT, motion="released", spins=(400 * RPM,), masses=(0.02, 0.06)))
+    two = analysed(
+        made(EXACT, motion="released", spins=(400 * RPM,), masses=(0.02, 0.06))
+    )
     assert abs(two.inertia.value - 4.44e-3) < 3 * two.inertia.u
     assert two.inertia.u > 1e-3 * 4.44e-3
 
 
-RELEASED = {"motion": "released", "imbalance": 2e-4, "spins": (60 * RPM, 100 * RPM, 200 * RPM)}
+RELEASED = {
+    "motion": "released",
+    "imbalance": 2e-4,
+    "spins": (60 * RPM, 100 * RPM, 200 * RPM),
+}
 
 
 @pytest.mark.parametrize(
@@ -80,12 +104,17 @@ RELEASED = {"motion": "released", "imbalance": 2e-4, "spins": (60 * RPM, 100 * R
     [
         ("release", RELEASED | {"turns": (2 / 3,)}),
         ("release", RELEASED | {"turns": (1 / 3,), "masses": (0.0, 0.02, 0.04, 0.06)}),
-        ("tilt", {"spins": (20 * RPM, 60 * RPM, 200 * RPM), "pitches": (math.radians(-85),)}),
+        (
+            "tilt",
+            {"spins": (20 * RPM, 60 * RPM, 200 * RPM), "pitches": (math.radians(-85),)},
+        ),
         ("tilt", {"pitches": (math.radians(30),)}),
     ],
     ids=str,
 )
-def test_the_size_of_an_effect_is_that_of_two_analyses(name: str, truth: dict[str, object]) -> None:
+def test_the_size_of_an_effect_is_that_of_two_analyses(
+    name: str, truth: dict[str, object]
+) -> None:
     log = simulated(**truth)
     within, without = analysed(log), analysed(log, "horizontal")
     found, u = effect(within, name), within.inertia.u / within.inertia.value
@@ -96,19 +125,28 @@ def test_the_size_of_an_effect_is_that_of_two_analyses(name: str, truth: dict[st
 
 
 @pytest.mark.parametrize("turns", [1 / 3, 2 / 3, 2.0])
-def test_a_silent_log_of_a_released_rod_is_fitted_as_released_if_it_matters(turns: float) -> None:
+def test_a_silent_log_of_a_released_rod_is_fitted_as_released_if_it_matters(
+    turns: float,
+) -> None:
     log = simulated(**RELEASED, turns=(turns,))
     silent, told = analysed(log.replace("# motion: released\n", "")), analysed(log)
     size = effect(silent, "release")["size"]
     assert silent.model.released == (size > changes.DROP_ONE) == (turns > 1)
     if not silent.model.released:
-        assert abs(silent.inertia.value - told.inertia.value) < changes.DROP_ONE * silent.inertia.u
+        assert (
+            abs(silent.inertia.value - told.inertia.value)
+            < changes.DROP_ONE * silent.inertia.u
+        )
         return
     assert abs(silent.inertia.value - told.inertia.value) < silent.inertia.u
-    assert "assumes that it was released" in next(found.message for found in silent.diagnostics if found.code == "G418")
+    assert "assumes that it was released" in next(
+        found.message for found in silent.diagnostics if found.code == "G418"
+    )
 
 
-def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin() -> None:
+def test_of_a_ball_that_is_not_balanced_are_those_of_a_line_through_the_origin() -> (
+    None
+):
     found = effect(analysed(made(imbalance=1e-3)), "residual_torque")
     assert found["bias"] == pytest.approx(-0.03, abs=0.015)
     assert found["kept"]
@@ -122,10 +160,16 @@ def test_with_the_latitude_the_turning_floor_is_corrected_for() -> None:
         "mm": "position position_zero",
     }
     log = "# g: 9.803 m/s^2\n# motion: steady\n# latitude: 42.5 deg\n"
-    log += "".join(f"# u_{key}: 1e-6 {unit}\n" for unit, keys in small.items() for key in keys.split())
+    log += "".join(
+        f"# u_{key}: 1e-6 {unit}\n"
+        for unit, keys in small.items()
+        for key in keys.split()
+    )
     log += "mass [g],position [cm],spin [rpm],time [s],turns,precession_sense\n"
     for mass, rpm in itertools.product((20, 40, 60), (200, 400, 600)):
-        seconds = 2 * math.pi / (mass * 1e-3 * 9.803 * 0.15 / (4.44e-3 * rpm * RPM) - floor)
+        seconds = (
+            2 * math.pi / (mass * 1e-3 * 9.803 * 0.15 / (4.44e-3 * rpm * RPM) - floor)
+        )
         log += f"{mass}.0000,15.0000,{rpm}.000,{seconds:.8f},1,ccw\n"
     analysis = analysed(log)
     assert analysis.inertia.value == pytest.approx(4.44e-3, rel=1e-6)

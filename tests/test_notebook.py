@@ -20,8 +20,13 @@ def shown(notebook: dict[str, Any]) -> list[Any]:
         texts: dict[str, str] = {}
         for output in cell.get("outputs", ()):
             # Under load a kernel sends what is printed in several pieces.
-            for kind, text in {**output.get("data", {}), output.get("name", "error"): output.get("text", "")}.items():
-                texts[kind] = texts.get(kind, "") + ("" if kind == "image/svg+xml" else "".join(text))
+            for kind, text in {
+                **output.get("data", {}),
+                output.get("name", "error"): output.get("text", ""),
+            }.items():
+                texts[kind] = texts.get(kind, "") + (
+                    "" if kind == "image/svg+xml" else "".join(text)
+                )
         told.append({kind: Steady(text) for kind, text in texts.items()})
     return [texts for texts in told if texts]
 
@@ -35,6 +40,16 @@ def test_what_is_stored_is_what_comes() -> None:
 def test_nothing_stored_is_of_one_machine() -> None:
     text = NOTEBOOK.read_text(encoding="utf-8")
     assert len(text) < 160_000
-    assert re.findall(r"/(?:tmp|home|root|usr)\b|site-packages|Users| object at 0x|\"stderr\"", text) == []
-    counts = [cell["execution_count"] for cell in STORED["cells"] if cell["cell_type"] == "code"]
+    assert (
+        re.findall(
+            r"/(?:tmp|home|root|usr)\b|site-packages|Users| object at 0x|\"stderr\"",
+            text,
+        )
+        == []
+    )
+    counts = [
+        cell["execution_count"]
+        for cell in STORED["cells"]
+        if cell["cell_type"] == "code"
+    ]
     assert counts == list(range(1, len(counts) + 1))

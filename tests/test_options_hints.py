@@ -23,14 +23,24 @@ G, HEAD = "# g: 9.803 m/s^2\n", "mass [g],position [cm],spin [rpm],time [s],turn
 ROWS = [line.split(",") for line in lab().text().splitlines()[-9:]]
 
 
-def log(head: str = HEAD, cells: str = "01234", top: str = G, rows: list[list[str]] = ROWS) -> str:
+def log(
+    head: str = HEAD, cells: str = "01234", top: str = G, rows: list[list[str]] = ROWS
+) -> str:
     """Write the runs with some of their columns."""
-    return top + head + "".join(",".join(row[int(at)] for at in cells) + "\n" for row in rows)
+    return (
+        top
+        + head
+        + "".join(",".join(row[int(at)] for at in cells) + "\n" for row in rows)
+    )
 
 
 LOG, WITHOUT_G = log(), log(top="")
 WITHOUT_TURNS = log("mass [g],position [cm],spin [rpm],time [s]\n", "0123")
-ONE_SPIN = log("mass [g],position [cm],time [s],turns\n", "0134", rows=[row for row in ROWS if row[2] == "398"])
+ONE_SPIN = log(
+    "mass [g],position [cm],time [s],turns\n",
+    "0134",
+    rows=[row for row in ROWS if row[2] == "398"],
+)
 ONE_PLACE = log("mass [g],spin [rpm],time [s],turns\n", "0234")
 CLOCK = log(HEAD.replace("time [s]", "clock [s]"))
 
@@ -59,7 +69,9 @@ def typed_as(hint: str, text: str, meant: str = "") -> str:
     number, _, rest = (text if re.match(r"[\d.]", text) else meant).partition(" ")
     if hint == "write the number alone":
         return number
-    unit = re.search(r"(?:one behind it|its unit|write one of): ([^,]+)", hint) or re.match(r"write (\S+) ", hint)
+    unit = re.search(
+        r"(?:one behind it|its unit|write one of): ([^,]+)", hint
+    ) or re.match(r"write (\S+) ", hint)
     assert unit, hint
     return f"{number} {unit[1]} {rest if ' ' in rest else ''}".strip()
 
@@ -74,9 +86,16 @@ NAMES: list[tuple[str, str, str, dict[str, str], str, dict[str, str]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("source", "code", "option", "given", "proposed", "mended"), NAMES)
+@pytest.mark.parametrize(
+    ("source", "code", "option", "given", "proposed", "mended"), NAMES
+)
 def test_name_that_is_proposed_or_listed_gives_the_truth(
-    source: str, code: str, option: str, given: dict[str, str], proposed: str, mended: dict[str, str]
+    source: str,
+    code: str,
+    option: str,
+    given: dict[str, str],
+    proposed: str,
+    mended: dict[str, str],
 ) -> None:
     assert re.search(proposed, refused(source, code, **{option: given}).hint)
     assert_right(source, **{option: mended})
@@ -96,8 +115,14 @@ VALUES = [
 """Log, key, value, the number meant where the value has none, and what the hint makes of it."""
 
 
-@pytest.mark.parametrize(("source", "key", "text", "meant", "mended"), VALUES, ids=[f"{v[1]}={v[2]}" for v in VALUES])
-def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, meant: str, mended: str) -> None:
+@pytest.mark.parametrize(
+    ("source", "key", "text", "meant", "mended"),
+    VALUES,
+    ids=[f"{v[1]}={v[2]}" for v in VALUES],
+)
+def test_a_value_is_typed_as_the_hint_says(
+    source: str, key: str, text: str, meant: str, mended: str
+) -> None:
     hint = refused(source, "G504", settings={key: text}).hint
     assert typed_as(hint, text, meant) == mended
     if key == "position":
@@ -113,14 +138,28 @@ def test_a_value_is_typed_as_the_hint_says(source: str, key: str, text: str, mea
 CONFIGS = [
     ("G505", "[log]\ng = '9.803 m/s^2'\n", lambda _, text: text.replace("[log]\n", "")),
     ("G505", "g = ['9.803 m/s^2']\n", lambda hint, _: hint.partition(": ")[2]),
-    ("G504", "g = 'fast'\n", lambda hint, _: f'g = "{typed_as(hint, "fast", "9.803")}"'),
+    (
+        "G504",
+        "g = 'fast'\n",
+        lambda hint, _: f'g = "{typed_as(hint, "fast", "9.803")}"',
+    ),
     ("G505", "g = 9.803 m/s^2\n", lambda hint, _: hint.partition(": ")[2]),
-    ("G501", "gg = '9.803 m/s^2'\n", lambda hint, text: text.replace("gg", hint.split()[3].strip("?"))),
+    (
+        "G501",
+        "gg = '9.803 m/s^2'\n",
+        lambda hint, text: text.replace("gg", hint.split()[3].strip("?")),
+    ),
 ]
 
 
-@pytest.mark.parametrize(("code", "text", "mend"), CONFIGS, ids=[text.split("\n")[0] for _, text, _ in CONFIGS])
-def test_a_file_of_constants_is_mended(code: str, text: str, mend: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("code", "text", "mend"),
+    CONFIGS,
+    ids=[text.split("\n")[0] for _, text, _ in CONFIGS],
+)
+def test_a_file_of_constants_is_mended(
+    code: str, text: str, mend: Any, tmp_path: Path
+) -> None:
     path = tmp_path / "station.toml"
     path.write_text(text)
     path.write_text(mend(refused(WITHOUT_G, code, config=path).hint, text))

@@ -24,7 +24,9 @@ from gyrodata.results import Analysis
 
 def words(page: str) -> str:
     """All that is read, as one line with plain blanks and minus signs."""
-    plain = html.unescape(re.sub(r"<[^>]+>", "", re.sub(r"<(style|script).*?</\1>", "", page, flags=re.S)))
+    plain = html.unescape(
+        re.sub(r"<[^>]+>", "", re.sub(r"<(style|script).*?</\1>", "", page, flags=re.S))
+    )
     return re.sub(r"\s+", " ", plain.replace("−", "-").replace("\xa0", " "))
 
 
@@ -48,23 +50,39 @@ def test_headings_images_tables_and_identities(page: str) -> None:
     levels = [int(tag[1]) for tag, _ in tags if re.fullmatch("h[1-6]", tag)]
     assert (levels[0], levels.count(1)) == (1, 1)
     assert all(after - before <= 1 for before, after in pairwise(levels))
-    assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [f"what {name} shows" for name in IN_ORDER]
+    assert [attrs["alt"] for tag, attrs in tags if tag == "img"] == [
+        f"what {name} shows" for name in IN_ORDER
+    ]
     identities = [attrs["id"] for _, attrs in tags if "id" in attrs]
     assert len(set(identities)) == len(identities)
-    assert {str(attrs["href"])[1:] for tag, attrs in tags if tag == "a"} <= set(identities)
+    assert {str(attrs["href"])[1:] for tag, attrs in tags if tag == "a"} <= set(
+        identities
+    )
     names = [tag for tag, _ in tags]
     assert names.count("caption") == names.count("table") == names.count("thead") > 6
-    assert all(attrs.get("scope") in ("col", "row") for tag, attrs in tags if tag == "th")
+    assert all(
+        attrs.get("scope") in ("col", "row") for tag, attrs in tags if tag == "th"
+    )
     boxes = [attrs for _, attrs in tags if attrs.get("class") == "box"]
-    assert all(box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0" for box in boxes)
+    assert all(
+        box["role"] == "region" and box["aria-label"] and box["tabindex"] == "0"
+        for box in boxes
+    )
 
 
 def test_nothing_comes_from_outside_or_from_the_log_as_code(page: str) -> None:
     for tag, attrs in Structure(page).tags:
-        assert all(str(attrs.get(key, "#")).startswith(("data:", "#")) for key in ("src", "href")), tag
+        assert all(
+            str(attrs.get(key, "#")).startswith(("data:", "#"))
+            for key in ("src", "href")
+        ), tag
         assert not any(key.startswith("on") for key in attrs), tag
-    assert not re.search(r"https?://|url\(|@import|<script>alert|<img src=x|<b>3|log<1>", page)
-    assert html.escape("<script>alert('x')</script> & more") in page.replace("&#39;", "&#x27;")
+    assert not re.search(
+        r"https?://|url\(|@import|<script>alert|<img src=x|<b>3|log<1>", page
+    )
+    assert html.escape("<script>alert('x')</script> & more") in page.replace(
+        "&#39;", "&#x27;"
+    )
 
 
 def shows(text: str, shown: float) -> bool:
@@ -88,13 +106,20 @@ def test_every_number_of_the_page_is_in_results_json_and_equal(kind: str) -> Non
     assert len(page.numbers) > 40
     assert not {"nan", "None", "inf"} & set(page.text.split())
     for attributes, text in page.numbers:
-        place, expected = str(attributes["data-from"]), find(document, str(attributes["data-from"]))
+        place, expected = (
+            str(attributes["data-from"]),
+            find(document, str(attributes["data-from"])),
+        )
         if isinstance(expected, str):
             assert attributes["value"] == text == expected, place
             continue
         value = float(str(attributes["value"]))
         assert value == expected, place
-        assert shows(text, value / float(str(attributes["data-size"]))), (place, text, value)
+        assert shows(text, value / float(str(attributes["data-size"]))), (
+            place,
+            text,
+            value,
+        )
     # And what is left holds no other number.
     left = re.sub(r"\s+", " ", page.text.replace("\xa0", " ").replace("−", "-"))
     left = re.sub(r"10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|M0", "", left)
@@ -107,9 +132,17 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
     text = words(page)
     assert said(inertia_text(analysis.inertia.value, analysis.inertia.u)) in text
     assert analysis.sha256 in text
-    texts = [*analysis.advice, *(diagnostic.message for diagnostic in analysis.diagnostics)]
-    texts += [*(effect.reason for effect in analysis.effects), *(fit.note for fit in analysis.fits)]
-    texts += [number_text(group.product.value, group.product.u) for group in analysis.torques]
+    texts = [
+        *analysis.advice,
+        *(diagnostic.message for diagnostic in analysis.diagnostics),
+    ]
+    texts += [
+        *(effect.reason for effect in analysis.effects),
+        *(fit.note for fit in analysis.fits),
+    ]
+    texts += [
+        number_text(group.product.value, group.product.u) for group in analysis.torques
+    ]
     assert [told for told in texts if said(told) not in text] == []
     rows = re.findall(r'<tr class="flagged">(.*?)</tr>', page, re.S)
     assert len(rows) == sum(run.flagged for run in analysis.run_table) == 1
@@ -119,8 +152,13 @@ def test_it_says_what_the_result_says(analysis: Analysis, page: str) -> None:
 def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
     log = KINDS["far too much scatter"].replace("40.1,1", "60.1,1")
     analysis = analyze(log.encode(), name="log.csv", keep_flagged=True)
-    for text in (words(make_page(analysis)).partition("Gyroscope lab report")[2], summary(analysis)):
-        assert "Do not rely on this answer: " in (before := re.split("I_?zz = ", text)[0])
+    for text in (
+        words(make_page(analysis)).partition("Gyroscope lab report")[2],
+        summary(analysis),
+    ):
+        assert "Do not rely on this answer: " in (
+            before := re.split("I_?zz = ", text)[0]
+        )
         assert "contradict each other" in before
     for form in (markdown_report, latex_report):
         assert "Do not rely on this answer" in form(analysis).partition("95")[0]
@@ -130,8 +168,12 @@ def test_what_not_even_u_can_save_is_said_before_the_answer() -> None:
 def test_one_run_is_worked_out_by_hand() -> None:
     """The first one with a load that is in the fit, and each step follows from the numbers before it."""
     head, row = KINDS["one torque"].splitlines()[1], "{},15,{},{:.2f},1\n".format
-    runs = "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"
-    runs += "".join(row(20 * k, rpm, 0.0993 * rpm / k) for k in (2, 3) for rpm in (206, 407, 605))
+    runs = (
+        "0,,401,160.2,1/12\n20,15,206,30.9,1\n20,15,407,13.47,1/3\n20,15,601,59.5,1\n"
+    )
+    runs += "".join(
+        row(20 * k, rpm, 0.0993 * rpm / k) for k in (2, 3) for rpm in (206, 407, 605)
+    )
     analysis = analyze(f"# g: 9.803 m/s^2\n{head}\n{runs}".encode())
     assert [run.left_out for run in analysis.run_table[:3]] == [False, True, False]
     text = markdown_report(analysis).replace("\\", "")
@@ -142,18 +184,27 @@ def test_one_run_is_worked_out_by_hand() -> None:
     assert steps[1].startswith("φ̇ = 2π × (1/3) / 13.47 s = ")
     for step in steps:
         *_, worked, result = step.split(" = ")
-        sum_ = re.sub(r" (?:rad²/s²|rad/s|m/s²|N·m|kg|rpm|rad|m|s)(?![\w·/])", "", worked).replace("×", "*")
+        sum_ = re.sub(
+            r" (?:rad²/s²|rad/s|m/s²|N·m|kg|rpm|rad|m|s)(?![\w·/])", "", worked
+        ).replace("×", "*")
         number = float(result.split()[0]) * (1e-3 if "10⁻³" in result else 1)
-        assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(number, rel=5e-4), step
+        assert eval(sum_.replace("2π", "2*math.pi")) == pytest.approx(
+            number, rel=5e-4
+        ), step
     assert analysis.run_table[2].inertia == pytest.approx(number, rel=2e-4)
 
 
 def test_first_screen_has_author_and_few_words_and_details_are_folded() -> None:
     lines = "# date: 2026-03-14\n# Author: Ana <b>Müller</b>\n# course: Physics II\n"
-    analysis = analyze(f"{lines}{LOG}".encode().replace(b",206,20.4,", b",206.0,20.40,"), name="log.csv")
+    analysis = analyze(
+        f"{lines}{LOG}".encode().replace(b",206,20.4,", b",206.0,20.40,"),
+        name="log.csv",
+    )
     page = make_page(analysis)
     first = words(page.partition("<figure")[0])
-    assert re.search("Author: Ana <b>Müller</b> · Course: Physics II · .* · Date: 2026-03-14", first)
+    assert re.search(
+        "Author: Ana <b>Müller</b> · Course: Physics II · .* · Date: 2026-03-14", first
+    )
     assert len(first.split()) <= 120
     folded = re.findall(r'<details>\s*<summary><h2 id="(\w+)"', page)
     assert folded[:3] == ["sensitivity", "fits", "effects"]
@@ -163,21 +214,41 @@ def test_first_screen_has_author_and_few_words_and_details_are_folded() -> None:
     assert "/ 20.40 s = " in by_hand
 
 
-def test_angular_momentum_and_centre_of_mass_are_on_the_page(analysis: Analysis, page: str) -> None:
+def test_angular_momentum_and_centre_of_mass_are_on_the_page(
+    analysis: Analysis, page: str
+) -> None:
     momentum, centre = analysis.angular_momentum, analysis.centre_of_mass
-    assert momentum.value == pytest.approx(analysis.inertia.value * 607 * 2 * math.pi / 60)
-    assert f"L = Izz ψ̇ = {number_text(momentum.value, momentum.u)} kg·m²/s" in words(page)
+    assert momentum.value == pytest.approx(
+        analysis.inertia.value * 607 * 2 * math.pi / 60
+    )
+    assert f"L = Izz ψ̇ = {number_text(momentum.value, momentum.u)} kg·m²/s" in words(
+        page
+    )
     assert centre is not None
-    assert centre.value == pytest.approx(analysis.residual_torque.value / (4.10 * 9.803))
-    assert f"{number_text(centre.value, centre.u, 1e-6)} µm, along the rod" in words(page)
+    assert centre.value == pytest.approx(
+        analysis.residual_torque.value / (4.10 * 9.803)
+    )
+    assert f"{number_text(centre.value, centre.u, 1e-6)} µm, along the rod" in words(
+        page
+    )
 
 
-def test_worksheet_keeps_numbers_and_asks_for_conclusions(analysis: Analysis, page: str) -> None:
-    worksheet = make_page(replace(analysis, options=replace(analysis.options, worksheet=True)))
+def test_worksheet_keeps_numbers_and_asks_for_conclusions(
+    analysis: Analysis, page: str
+) -> None:
+    worksheet = make_page(
+        replace(analysis, options=replace(analysis.options, worksheet=True))
+    )
     assert worksheet.count("Hint:") == worksheet.count('class="task"') == 8
-    assert not re.search("agrees with|agree with one|is constant|is proportional|perfectly balanced", words(worksheet))
+    assert not re.search(
+        "agrees with|agree with one|is constant|is proportional|perfectly balanced",
+        words(worksheet),
+    )
     shown = {text for _, text in Structure(worksheet).numbers}
-    assert {number_text(group.product.value, group.product.u).split()[0] for group in analysis.torques} - shown == set()
+    assert {
+        number_text(group.product.value, group.product.u).split()[0]
+        for group in analysis.torques
+    } - shown == set()
     assert [worksheet.count(f"<{tag}") for tag in ("figure", "table")] == [
         page.count(f"<{tag}") for tag in ("figure", "table")
     ]
@@ -185,6 +256,8 @@ def test_worksheet_keeps_numbers_and_asks_for_conclusions(analysis: Analysis, pa
 
 def test_numbers_of_questions_can_be_removed(page: str) -> None:
     assert len(re.findall(r"\(question [124]|\(question 3 [a-e]\)", words(page))) == 10
-    assert "(question" not in words(make_page(analyze(LOG, settings={"question_numbers": "no"})))
+    assert "(question" not in words(
+        make_page(analyze(LOG, settings={"question_numbers": "no"}))
+    )
     with pytest.raises(InputError, match='write "no" to omit'):
         analyze(LOG, settings={"question_numbers": "off-ish"})

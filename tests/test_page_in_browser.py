@@ -54,7 +54,10 @@ def test_on_a_phone(analysis: Analysis, tmp_path: Path) -> None:
     assert out["requests"] == []
     assert out["focused"]
 
-    times = [f"{run.time:.1f}" for run in sorted(analysis.run_table, key=lambda run: run.time)]
+    times = [
+        f"{run.time:.1f}"
+        for run in sorted(analysis.run_table, key=lambda run: run.time)
+    ]
     assert out["heads"][4] == "time [s]"
     assert out["up"] == [times, [None] * 4 + ["ascending"] + [None] * 5]
     assert out["down"] == [times[::-1], [None] * 4 + ["descending"] + [None] * 5]

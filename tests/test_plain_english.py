@@ -26,15 +26,26 @@ CODE = sorted((ROOT / "gyrodata").rglob("*.py"))
 def docstrings() -> Iterator[str]:
     kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
     for path in CODE:
-        nodes = (node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, kinds))
-        yield from ((ast.get_docstring(node) or "").partition("\n\n")[0] for node in nodes)
+        nodes = (
+            node
+            for node in ast.walk(ast.parse(path.read_text("utf-8")))
+            if isinstance(node, kinds)
+        )
+        yield from (
+            (ast.get_docstring(node) or "").partition("\n\n")[0] for node in nodes
+        )
 
 
 TEXTS = {
-    path.stem: re.sub(r"```.*?```|`[^`]*`|<!--.*?-->", " ", path.read_text("utf-8"), flags=re.S) for path in DOCUMENTS
+    path.stem: re.sub(
+        r"```.*?```|`[^`]*`|<!--.*?-->", " ", path.read_text("utf-8"), flags=re.S
+    )
+    for path in DOCUMENTS
 }
 TEXTS["diagnostics"] = (ROOT / "gyrodata" / "diagnostics.toml").read_text("utf-8")
-TEXTS["comments"] = "\n".join(text for path in CODE for text in re.findall(r"#\s+(.*)", path.read_text("utf-8")))
+TEXTS["comments"] = "\n".join(
+    text for path in CODE for text in re.findall(r"#\s+(.*)", path.read_text("utf-8"))
+)
 # Patterns per 1,000 words. A number here may only become smaller.
 MOST = {"docstrings": 0.5, "comments": 1.0, "diagnostics": 2.5}
 
@@ -43,4 +54,6 @@ MOST = {"docstrings": 0.5, "comments": 1.0, "diagnostics": 2.5}
 def test_text_has_few_odd_patterns(name: str) -> None:
     text = TEXTS[name] if name in TEXTS else "\n".join(docstrings())
     found = [match[0] for match in ODD.finditer(text)]
-    assert 1000 * len(found) / len(re.findall(r"\w+", text)) <= MOST.get(name, 2.5), found
+    assert 1000 * len(found) / len(re.findall(r"\w+", text)) <= MOST.get(name, 2.5), (
+        found
+    )

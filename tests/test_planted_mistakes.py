@@ -32,7 +32,10 @@ def clean_log() -> list[list[float]]:
     for mass, turns in ((20.1, 1 / 3), (40.3, 2 / 3), (60.2, 1.0)):
         for spin in (206.0, 394.0, 604.0):
             torque = mass * 1e-3 * G * 0.148 + M0
-            time = turns * 2 * np.pi * TRUTH * spin * np.pi / 30 / torque + random.normal(0, 0.1)
+            time = (
+                turns * 2 * np.pi * TRUTH * spin * np.pi / 30 / torque
+                + random.normal(0, 0.1)
+            )
             rows.append([mass, 14.8, spin, turns, round(time, 2)])
     return rows
 
@@ -41,11 +44,19 @@ Rows = list[list[float]]
 
 
 def changed(
-    column: int, change: Callable[[float], float], row: int | None = None, mass: float | None = None
+    column: int,
+    change: Callable[[float], float],
+    row: int | None = None,
+    mass: float | None = None,
 ) -> Callable[[Rows], Rows]:
     """Change a column: in all rows, in one, or in those of one weight."""
     return lambda rows: [
-        [change(v) if i == column and row in (None, at) and mass in (None, one[0]) else v for i, v in enumerate(one)]
+        [
+            change(v)
+            if i == column and row in (None, at) and mass in (None, one[0])
+            else v
+            for i, v in enumerate(one)
+        ]
         for at, one in enumerate(rows)
     ]
 
@@ -59,7 +70,10 @@ def log_text(rows: Rows, header: dict[int, str], lines: list[str]) -> str:
     cells = [[f"{v:.6g}" if i != TURNS else {1 / 3: "1/3", 2 / 3: "2/3"}.get(v, f"{v:g}") for i, v in enumerate(row)]
              for row in rows]  # fmt: skip
     g = [] if any(line.startswith("# g:") for line in lines) else [f"# g: {G} m/s^2"]
-    return "\n".join([*g, *lines, ",".join(head), *(",".join(row) for row in cells)]) + "\n"
+    return (
+        "\n".join([*g, *lines, ",".join(head), *(",".join(row) for row in cells)])
+        + "\n"
+    )
 
 
 PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]] = {
@@ -107,14 +121,21 @@ def analysed(text: str) -> tuple[str, dict[str, Any]]:
     try:
         analysis = gyrodata.analyze(text.encode())
     except gyrodata.LogError as error:
-        return str(error), {"result": None, "diagnostics": [asdict(one) for one in error.diagnostics]}
+        return str(error), {
+            "result": None,
+            "diagnostics": [asdict(one) for one in error.diagnostics],
+        }
     shown = [summary(analysis, verbose=False), *map(str, analysis.diagnostics)]
     return "\n".join(shown), analysis.to_dict()
 
 
 def planted_log(name: str, ball: bool) -> str:
     change, header, lines, _ = PLANTED[name]
-    stated = [line for line in BALL if ball and line.split(":")[0] not in {one.split(":")[0] for one in lines}]
+    stated = [
+        line
+        for line in BALL
+        if ball and line.split(":")[0] not in {one.split(":")[0] for one in lines}
+    ]
     if not ball:
         lines = [line for line in lines if "ball" not in line]
     return log_text(change(clean_log()), header, [*stated, *lines])
@@ -126,7 +147,11 @@ def outcome(text: str, cause: str) -> tuple[bool, bool, bool]:
     result = found["result"]
     off = None if result is None else abs(result["inertia"]["value"] - TRUTH)
     wrong = off is not None and off > 3 * result["inertia"]["u"] and off > 0.03 * TRUTH
-    said = result is None or bool(result["doubts"]) or any(d["severity"] != "note" for d in found["diagnostics"])
+    said = (
+        result is None
+        or bool(result["doubts"])
+        or any(d["severity"] != "note" for d in found["diagnostics"])
+    )
     return wrong, said, re.search(cause, shown) is not None
 
 
@@ -146,7 +171,9 @@ def test_mistake_is_said_and_its_cause_named_with_ball(name: str) -> None:
     assert named
 
 
-@pytest.mark.parametrize("name", [name for name in PLANTED if not name.startswith("27")])
+@pytest.mark.parametrize(
+    "name", [name for name in PLANTED if not name.startswith("27")]
+)
 def test_mistake_is_not_silent_without_ball(name: str) -> None:
     text = planted_log(name, ball=False)
     wrong, said, _ = outcome(text, "")
@@ -163,7 +190,11 @@ def test_check_shows_every_doubt_of_analyze(name: str) -> None:
     doubts = result["doubts"] if result else []
     done = CliRunner().invoke(app, ["check", "-"], input=text)
     if doubts:
-        machine = json.loads(CliRunner().invoke(app, ["check", "-", "--format", "json"], input=text).stdout)
+        machine = json.loads(
+            CliRunner()
+            .invoke(app, ["check", "-", "--format", "json"], input=text)
+            .stdout
+        )
         assert machine["doubts"] == doubts
     assert all(doubt["words"] in done.output for doubt in doubts)
     assert done.output.count("Do not rely on this answer") == bool(doubts)
@@ -182,4 +213,6 @@ def test_banner_is_above_the_answer_and_no_run_is_praised() -> None:
 def test_hanger_that_the_message_weighs_gives_the_answer() -> None:
     shown, _ = analysed(planted_log("18 a hanger of 5 g forgotten", ball=False))
     missing = float(re.search(r"a hanger of ([\d.]+) g", shown)[1])
-    assert is_right_and_silent(log_text(changed(MASS, lambda v: v - 5.0 + missing)(clean_log()), {}, []))
+    assert is_right_and_silent(
+        log_text(changed(MASS, lambda v: v - 5.0 + missing)(clean_log()), {}, [])
+    )

@@ -28,12 +28,17 @@ def log(
     """A log without noise but for a fixed ± 0.1 s; `scale` multiplies I_zz and the masses."""
     rows = ["# g: 9.803 m/s^2", HEADER]
     for number, (mass, spin) in enumerate((m, s) for m in masses for s in spins):
-        torque = 1e-3 * mass * scale * 9.803 * 1e-2 * position + 0.0007 * scale * np.sign(position)
+        torque = (
+            1e-3 * mass * scale * 9.803 * 1e-2 * position
+            + 0.0007 * scale * np.sign(position)
+        )
         period = 2 * np.pi * 0.00444 * scale * spin * np.pi / 30 / abs(torque)
         turns, time = ("1", period) if period < 90 else ("1/3", period / 3)
         turns, place = "2" if number == wrong else turns, f"{position}" if mass else ""
         name = names[number] if names else str(number + 1)
-        rows.append(f'"{name}",{mass * scale:.6g},{place},{spin},{time + 0.1 * (-1) ** number:.2f},{turns}')
+        rows.append(
+            f'"{name}",{mass * scale:.6g},{place},{spin},{time + 0.1 * (-1) ** number:.2f},{turns}'
+        )
     return "\n".join(rows).encode() + b"\n"
 
 
@@ -43,13 +48,22 @@ LOGS = {
     "one run": log([50], [400]),
     "nine torques": log([20, 30, 40, 50, 60, 70, 80, 90, 100], [200, 400, 600]),
     "sixty torques": log([10 + 2 * i for i in range(60)], [300]),
-    "two odd runs": log([20, 40, 60], [200, 400, 600], wrong=4).replace(b'"8",60,15.0,400,13', b'"8",60,15.0,400,16'),
-    "both senses": log([2, 4, 6], [200, 400, 600], position=900).replace(b"2,900,200,", b"2,-900,200,"),
+    "two odd runs": log([20, 40, 60], [200, 400, 600], wrong=4).replace(
+        b'"8",60,15.0,400,13', b'"8",60,15.0,400,16'
+    ),
+    "both senses": log([2, 4, 6], [200, 400, 600], position=900).replace(
+        b"2,900,200,", b"2,-900,200,"
+    ),
     "long numbers": log([20, 40, 60], [200, 400, 600], position=-15, scale=50),
     "tiny": log([20, 40, 60], [200, 400, 600], scale=1e-3),
 }
 # A slide has no space for the legend of sixty torques.
-SEEN = [(name, style) for name in LOGS for style in plotting.SIZES if (name, style) != ("sixty torques", "slides")]
+SEEN = [
+    (name, style)
+    for name in LOGS
+    for style in plotting.SIZES
+    if (name, style) != ("sixty torques", "slides")
+]
 PLACED = r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? scale\(([\d.]+).*?>(.*?)</g>"
 TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
 UNITS = {"period": ["[rpm", "[s"], "product": ["[rpm", "[rad²/s²"], "torque": ["[rad²/s²", "N·m"],
@@ -57,7 +71,10 @@ UNITS = {"period": ["[rpm", "[s"], "product": ["[rpm", "[rad²/s²"], "torque": 
 
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:
-    return {name: data.decode() for name, data in plotting.render(analysis, "svg", medium).items()}
+    return {
+        name: data.decode()
+        for name, data in plotting.render(analysis, "svg", medium).items()
+    }
 
 
 def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
@@ -65,10 +82,14 @@ def boxes(svg: str) -> list[tuple[str, float, float, float, float]]:
     found = []
     for text, x, y, turn, scale, glyphs in TEXT.findall(svg):
         size = 100 * float(scale)
-        starts = [float(at) for at in re.findall(r"<use [^>]*translate\(([\d.]+) ", glyphs)]
+        starts = [
+            float(at) for at in re.findall(r"<use [^>]*translate\(([\d.]+) ", glyphs)
+        ]
         long, at = float(scale) * max(starts, default=0.0), (float(x), float(y))
         flat = at[0], at[1] - 0.6 * size, at[0] + long, at[1]
-        found.append((text, *((at[0] - 0.6 * size, at[1] - long, *at) if turn else flat)))
+        found.append(
+            (text, *((at[0] - 0.6 * size, at[1] - long, *at) if turn else flat))
+        )
     return found
 
 
@@ -78,7 +99,9 @@ def analyses() -> dict[str, Analysis]:
 
 
 @pytest.mark.parametrize(("name", "medium"), SEEN)
-def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str, analyses: dict[str, Analysis]) -> None:
+def test_texts_of_any_log_are_inside_and_apart(
+    name: str, medium: str, analyses: dict[str, Analysis]
+) -> None:
     for which, svg in drawn(analyses[name], medium).items():
         size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg)
         assert size
@@ -86,9 +109,16 @@ def test_texts_of_any_log_are_inside_and_apart(name: str, medium: str, analyses:
         texts = boxes(svg)
         said = " ".join(text for text, *_ in texts)
         assert [unit for unit in UNITS[which] if unit not in said] == [], said
-        assert [text for text, *(a, b, c, d) in texts if min(a, b) < 0 or c > wide or d > tall] == []
+        assert [
+            text
+            for text, *(a, b, c, d) in texts
+            if min(a, b) < 0 or c > wide or d > tall
+        ] == []
         for (one, *first), (other, *second) in combinations(texts, 2):
-            across, up = (min(first[i + 2], second[i + 2]) - max(first[i], second[i]) for i in (0, 1))
+            across, up = (
+                min(first[i + 2], second[i + 2]) - max(first[i], second[i])
+                for i in (0, 1)
+            )
             assert across <= 1.5 or up <= 1.5, (which, one, other)
 
 
@@ -98,16 +128,24 @@ def test_same_log_same_bytes_in_any_process() -> None:
         "for form in ('png', 'svg', 'pdf'):\n    print(plotting.render(lab, form))\n"
     )
     line, ours = [sys.executable, "-c", program], {**os.environ, "PYTHONHASHSEED": "1"}
-    shown = subprocess.run(line, input=LOGS["3 x 3"], capture_output=True, check=True, env=ours).stdout.decode()
+    shown = subprocess.run(
+        line, input=LOGS["3 x 3"], capture_output=True, check=True, env=ours
+    ).stdout.decode()
     lab = analyze(LOGS["3 x 3"], name="log.csv")
-    assert shown.splitlines() == [str(plotting.render(lab, form)) for form in ("png", "svg", "pdf")]
+    assert shown.splitlines() == [
+        str(plotting.render(lab, form)) for form in ("png", "svg", "pdf")
+    ]
 
 
 def on_axes(analysis: Analysis, name: str) -> tuple[Axes, list[Line2D]]:
     """Draw a figure on axes, and give its marks of runs, a line for each look."""
     ax = Figure().add_subplot()
     assert plotting.plot_on(analysis, name, ax) is ax
-    return ax, [line for line in ax.lines if line.get_marker() != "None" and len(line.get_xdata())]  # type: ignore[arg-type]
+    return ax, [
+        line
+        for line in ax.lines
+        if line.get_marker() != "None" and len(line.get_xdata())
+    ]  # type: ignore[arg-type]
 
 
 def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> None:
@@ -118,27 +156,58 @@ def test_a_flagged_run_is_hollow_and_named(analyses: dict[str, Analysis]) -> Non
         assert sum(line.get_markerfacecolor() == "white" for line in lines) == 2
         assert ax.get_legend_handles_labels()[1].count("hollow: left out") == 1
         assert [text.get_text()[:5] for text in ax.texts] == ["run 5", "run 8"]
-        assert "Drawn hollow: run 5, left out; run 8, left out." in plotting.alt_text(analysis, which)
+        assert "Drawn hollow: run 5, left out; run 8, left out." in plotting.alt_text(
+            analysis, which
+        )
 
 
-def test_figures_show_the_numbers_of_the_analysis(analyses: dict[str, Analysis]) -> None:
+def test_figures_show_the_numbers_of_the_analysis(
+    analyses: dict[str, Analysis],
+) -> None:
     analysis = analyses["3 x 3"]
     spins, torques = 30 / np.pi * analysis.runs["spin"], 1e3 * analysis.runs["torque"]
-    columns = {**analysis.runs, "spin": spins, "torque": torques, "number": range(1, 10)}
-    shown = ("spin", "period"), ("spin", "product"), ("product", "torque"), ("number", "studentized_residual")
+    columns = {
+        **analysis.runs,
+        "spin": spins,
+        "torque": torques,
+        "number": range(1, 10),
+    }
+    shown = (
+        ("spin", "period"),
+        ("spin", "product"),
+        ("product", "torque"),
+        ("number", "studentized_residual"),
+    )
     for name, axes in zip(plotting.FIGURES, shown, strict=True):
         lines = on_axes(analysis, name)[1]
         expected = np.column_stack([columns[axis] for axis in axes])
-        np.testing.assert_allclose(np.concatenate([line.get_xydata() for line in lines[::-1]]), expected)
+        np.testing.assert_allclose(
+            np.concatenate([line.get_xydata() for line in lines[::-1]]), expected
+        )
         # Each torque has its own colour and its own symbol, the same in every figure and on the page.
-        looks = [(line.get_label().partition("\n")[0], line.get_color(), line.get_marker()) for line in lines[::-1]]
+        looks = [
+            (line.get_label().partition("\n")[0], line.get_color(), line.get_marker())
+            for line in lines[::-1]
+        ]
         assert looks == list(plotting.list_looks(analysis))
         assert [len(set(part)) for part in zip(*looks, strict=True)] == [3, 3, 3]
 
 
 def test_names_from_the_log_are_plain_text() -> None:
-    names = ["$x^{", "<script>", "a very long name of a run", "运行", "tab\there", "\\alpha", "run 7", "8", "9"]
-    analysis = analyze(log([20, 40, 60], [200, 400, 600], wrong=3, names=names), name="log.csv")
+    names = [
+        "$x^{",
+        "<script>",
+        "a very long name of a run",
+        "运行",
+        "tab\there",
+        "\\alpha",
+        "run 7",
+        "8",
+        "9",
+    ]
+    analysis = analyze(
+        log([20, 40, 60], [200, 400, 600], wrong=3, names=names), name="log.csv"
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for form in ("png", "svg", "pdf"):

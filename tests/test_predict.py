@@ -43,7 +43,9 @@ def gyro(command: str) -> Result:
 def asked(command: str) -> dict[str, Any]:
     done = gyro(f"{command} --format json")
     assert done.exit_code == 0, done.output
-    assert not {"NaN", "Infinity"} & set(re.findall(r"\w+", re.sub(r'"[^"]*"', "", done.stdout)))
+    assert not {"NaN", "Infinity"} & set(
+        re.findall(r"\w+", re.sub(r'"[^"]*"', "", done.stdout))
+    )
     return json.loads(done.stdout)  # type: ignore[no-any-return]
 
 
@@ -57,7 +59,9 @@ def part(told: Any, place: str) -> Any:
 def roots(pitch: float) -> list[float]:
     """Both solutions of eq. (8), the slow one first, to 30 digits."""
     with mpmath.workdps(30):
-        a = (mpmath.mpf(INERTIA) - mpmath.mpf(ACROSS)) * mpmath.sin(mpmath.radians(pitch))
+        a = (mpmath.mpf(INERTIA) - mpmath.mpf(ACROSS)) * mpmath.sin(
+            mpmath.radians(pitch)
+        )
         b = mpmath.mpf(INERTIA) * 400 * mpmath.pi / 30
         root = mpmath.sqrt(b * b + 4 * a * TORQUE)
         return [float((-b + root) / (2 * a)), float((-b - root) / (2 * a))]
@@ -110,7 +114,9 @@ NUMBERS = [
 
 
 @pytest.mark.parametrize(("command", "place", "value", "rel"), NUMBERS)
-def test_a_predicted_number_is_that_of_its_formula(command: str, place: str, value: float, rel: float) -> None:
+def test_a_predicted_number_is_that_of_its_formula(
+    command: str, place: str, value: float, rel: float
+) -> None:
     assert part(asked(command), place) == pytest.approx(value, rel=rel, abs=1e-12)
 
 
@@ -120,18 +126,26 @@ def test_a_predicted_number_is_that_of_its_formula(command: str, place: str, val
         (f"{ROD} --spin 50rpm --pitch 60deg", "slow", "too slow for steady precession"),
         (f"{ROD} --spin '-400 rpm'", "fast", "goes round, clockwise seen from above"),
         (f"{ROD} --spin 0rpm", "slow", "swings like a pendulum"),
-        (f"precession {TOP} --mass 0g --position 15cm --spin 400rpm", "period", "without a torque"),
+        (
+            f"precession {TOP} --mass 0g --position 15cm --spin 400rpm",
+            "period",
+            "without a torque",
+        ),
         (f"platform {WHEEL.replace('200', '0')}", "period", "stays at rest"),
         (f"{PULL} {I_ZZ} --spin 0rpm", "speed", "Any force moves it, however small"),
     ],
 )
-def test_a_number_that_does_not_exist_is_null_and_said(command: str, place: str, said: str) -> None:
+def test_a_number_that_does_not_exist_is_null_and_said(
+    command: str, place: str, said: str
+) -> None:
     assert part(asked(command), place) is None
     assert said in " ".join(gyro(command).stdout.split())
 
 
 def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
-    command = f"precession {TOP} --mass 60g --position -15cm --spin 200rpm --pitch 10deg"
+    command = (
+        f"precession {TOP} --mass 60g --position -15cm --spin 200rpm --pitch 10deg"
+    )
     told = asked(command)
     assert told["released"]["greatest_sag"] < told["released"]["sag"] < 0
     assert "; negative: the rod rises" in gyro(command).stdout
@@ -146,7 +160,13 @@ def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
     st.floats(-9, 3), st.sampled_from([0.5, 1.0, 1.3, 40.0]), st.floats(-1.57, 1.57),
 )  # fmt: skip
 def test_any_rod_has_numbers_or_a_reason(
-    side: float, load: float, sense: float, speed: float, size: float, shape: float, pitch: float
+    side: float,
+    load: float,
+    sense: float,
+    speed: float,
+    size: float,
+    shape: float,
+    pitch: float,
 ) -> None:
     told = asked(
         f"precession --inertia '{10**size} kg m^2' --transverse '{shape * 10**size} kg m^2' --pitch '{pitch} rad' "
@@ -173,12 +193,16 @@ def test_a_free_wheel_pushed_as_told_turns_over(spin: int, way: str) -> None:
 
     def moves(time: float, state: np.ndarray) -> np.ndarray:
         # The forces turn with the axle; each hand is at one end.
-        by_hand = 2 * np.cross(0.2 * state[:3], Rotation.from_rotvec(turn * time).apply(force))
+        by_hand = 2 * np.cross(
+            0.2 * state[:3], Rotation.from_rotvec(turn * time).apply(force)
+        )
         return np.array([*np.cross(state[3:], state[:3]) / 0.06, *by_hand])
 
     start = [*axle, *(0.1 * spin * RPM * axle + 0.06 * turn)]
     for time, expected in ((1.0, -axle), (0.5, np.cross(turning, axle))):
-        end = solve_ivp(moves, (0, time), start, method="DOP853", rtol=1e-10, atol=1e-12).y[:3, -1]
+        end = solve_ivp(
+            moves, (0, time), start, method="DOP853", rtol=1e-10, atol=1e-12
+        ).y[:3, -1]
         np.testing.assert_allclose(end, expected, atol=1e-7)
 
 
@@ -192,12 +216,28 @@ def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
         axis, momentum = state[:3], state[3:6]
         velocity, aside = np.cross(momentum, axis) / 6.5e-3, np.cross(axis, force)
         sideways = 0.2 * velocity @ aside / np.linalg.norm(aside)
-        return np.array([*velocity, *np.cross(0.2 * axis, force), sideways, math.asin(max(-1, min(1, -axis[2])))])
+        return np.array(
+            [
+                *velocity,
+                *np.cross(0.2 * axis, force),
+                sideways,
+                math.asin(max(-1, min(1, -axis[2]))),
+            ]
+        )
 
     time = 3 * 2 * math.pi / told["nutation_rate"]
-    done = solve_ivp(moves, (0, time), [*rod, *(INERTIA * rpm * RPM * rod), 0, 0], rtol=1e-9, atol=1e-11)
+    done = solve_ivp(
+        moves,
+        (0, time),
+        [*rod, *(INERTIA * rpm * RPM * rod), 0, 0],
+        rtol=1e-9,
+        atol=1e-11,
+    )
     speed, yields = np.abs(done.y[6:, -1]) / time
-    assert (told["speed"], told["yields"]) == (pytest.approx(speed, rel=1e-5), pytest.approx(yields, rel=1e-5))
+    assert (told["speed"], told["yields"]) == (
+        pytest.approx(speed, rel=1e-5),
+        pytest.approx(yields, rel=1e-5),
+    )
     estimate = 0.02 / (INERTIA * abs(rpm) * RPM * speed) - 1
     assert told["estimate_error"] == pytest.approx(estimate, rel=1e-3, abs=1e-5)
     assert done.y[6, -1] * told["angle_deg"] > 0
@@ -207,7 +247,9 @@ def test_tip_is_the_motion_integrated_in_vectors(rpm: int) -> None:
 def test_log_gives_the_numbers_that_no_option_gives(command: str) -> None:
     analysis, told = gyrodata.analyze(LOG), asked(f"{command} --log {LOG}")
     fastest = max(analysis.run_table, key=lambda run: run.spin)
-    assert told["options"]["inertia"] == pytest.approx(analysis.inertia.value, rel=1e-11)
+    assert told["options"]["inertia"] == pytest.approx(
+        analysis.inertia.value, rel=1e-11
+    )
     assert told["options"]["spin"] == pytest.approx(fastest.spin, rel=1e-11)
     assert sum("from air_gyroscope.csv" in note for note in told["notes"]) >= 2
     own = asked(f"{command} --log {LOG} --inertia '5e-3 kg m^2' --spin 100rpm")
@@ -229,16 +271,31 @@ def test_command_without_options_names_the_values_it_assumes(command: str) -> No
 def test_a_log_that_is_refused_is_refused_as_by_analyze(tmp_path: Path) -> None:
     text = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,56O,13.06,1/3\n"
     (tmp_path / "wrong.csv").write_text(text, encoding="utf-8")
-    expected = CliRunner().invoke(app, ["analyze", str(tmp_path / "wrong.csv"), "--no-report"])
+    expected = CliRunner().invoke(
+        app, ["analyze", str(tmp_path / "wrong.csv"), "--no-report"]
+    )
     done = gyro(f"tip --log {tmp_path / 'wrong.csv'}")
-    assert (done.exit_code, done.stderr, done.stdout) == (expected.exit_code, expected.stderr, "")
+    assert (done.exit_code, done.stderr, done.stdout) == (
+        expected.exit_code,
+        expected.stderr,
+        "",
+    )
 
 
 def test_a_doubtful_log_has_its_doubt_in_the_notes(tmp_path: Path) -> None:
-    rows = [f"{m},15.0,{s},{19.84 * s**0.8 / m:.2f},1" for m in (20.0, 40.0, 60.0) for s in (200, 300, 400, 500, 600)]
+    rows = [
+        f"{m},15.0,{s},{19.84 * s**0.8 / m:.2f},1"
+        for m in (20.0, 40.0, 60.0)
+        for s in (200, 300, 400, 500, 600)
+    ]
     log = tmp_path / "odd.csv"
-    log.write_text("mass [g],position [cm],spin [rpm],time [s],turns\n" + "\n".join(rows) + "\n", encoding="utf-8")
-    assert asked(f"tip --log {log}")["notes"][0].endswith(gyrodata.analyze(log).doubts[0].words)
+    log.write_text(
+        "mass [g],position [cm],spin [rpm],time [s],turns\n" + "\n".join(rows) + "\n",
+        encoding="utf-8",
+    )
+    assert asked(f"tip --log {log}")["notes"][0].endswith(
+        gyrodata.analyze(log).doubts[0].words
+    )
 
 
 @pytest.mark.parametrize(
@@ -250,7 +307,9 @@ def test_a_doubtful_log_has_its_doubt_in_the_notes(tmp_path: Path) -> None:
         ("earth --hours 1e6", "G610", "less than or equal to 1000"),
     ],
 )
-def test_an_impossible_option_is_refused_with_its_remedy(command: str, code: str, said: str) -> None:
+def test_an_impossible_option_is_refused_with_its_remedy(
+    command: str, code: str, said: str
+) -> None:
     done = gyro(command)
     assert (done.exit_code, done.stdout) == (2, "")
     assert code in done.stderr

@@ -37,7 +37,9 @@ def values(text: str) -> list[tuple[float, float | None]]:
         assert readings.ok, readings.diagnostics
         (cell,) = readings.columns[KEY].readings
         found.append((cell.value, None if cell.u is None else cell.u.at(cell.value)))
-    answer = read_log(f"# reported_inertia: {text}\n{HEAD}\n{ROW}\n").reported["inertia"]
+    answer = read_log(f"# reported_inertia: {text}\n{HEAD}\n{ROW}\n").reported[
+        "inertia"
+    ]
     assert answer.problem is None
     return [*found, (answer.value, answer.u)]
 
@@ -55,22 +57,38 @@ WAYS: list[tuple[str, float, float | None]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "value", "u"), WAYS, ids=[text for text, _, _ in WAYS])
-def test_quantity_is_the_same_wherever_it_is_written(text: str, value: float, u: float | None) -> None:
+@pytest.mark.parametrize(
+    ("text", "value", "u"), WAYS, ids=[text for text, _, _ in WAYS]
+)
+def test_quantity_is_the_same_wherever_it_is_written(
+    text: str, value: float, u: float | None
+) -> None:
     for found, spread in values(text):
         assert found == pytest.approx(value, rel=1e-14)
         assert spread == (u and pytest.approx(u, rel=1e-12))
 
 
 @pytest.mark.parametrize(
-    "text", ["kg m^2", "46 300 g cm^2", "4.4e-3 ± 0.1e-3 s", "1/0 kg m^2", "nan kg m^2", "9" * 201]
+    "text",
+    [
+        "kg m^2",
+        "46 300 g cm^2",
+        "4.4e-3 ± 0.1e-3 s",
+        "1/0 kg m^2",
+        "nan kg m^2",
+        "9" * 201,
+    ],
 )
 def test_text_that_is_not_a_quantity_is_refused_everywhere(text: str) -> None:
     assert not by_cell(text).ok
     assert not by_line(text).ok
     with pytest.raises(GyroError):
         by_setting(text)
-    assert read_log(f"# reported_inertia: {text}\n{HEAD}\n{ROW}\n").reported["inertia"].problem
+    assert (
+        read_log(f"# reported_inertia: {text}\n{HEAD}\n{ROW}\n")
+        .reported["inertia"]
+        .problem
+    )
 
 
 def test_comma_that_may_part_thousands_is_asked_about() -> None:
@@ -85,7 +103,14 @@ def test_comma_that_may_part_thousands_is_asked_about() -> None:
 
 @pytest.mark.parametrize(
     ("text", "turns"),
-    [("π", 1 / 2), ("2π", 1), ("π/2", 1 / 4), ("2 pi/3", 1 / 3), ("1.5 pi", 3 / 4), ("4π rad", 2)],
+    [
+        ("π", 1 / 2),
+        ("2π", 1),
+        ("π/2", 1 / 4),
+        ("2 pi/3", 1 / 3),
+        ("1.5 pi", 3 / 4),
+        ("4π rad", 2),
+    ],
 )
 def test_angle_in_parts_of_pi_has_its_value(text: str, turns: float) -> None:
     head = HEAD.replace("turns", "angle [rad]")
@@ -122,5 +147,7 @@ def test_printed_value_is_read_and_written_again(pair: tuple[float, float]) -> N
         (9.9996, 0.0996, "10.00 ± 0.10 kg·m²"),
     ],
 )
-def test_moments_of_inertia_as_they_are_read(value: float, u: float | None, text: str) -> None:
+def test_moments_of_inertia_as_they_are_read(
+    value: float, u: float | None, text: str
+) -> None:
     assert inertia_text(value, u) == text

@@ -32,7 +32,9 @@ def test_the_main_commands_install_and_analyse_or_test() -> None:
 
 
 PIPELINES = (ROOT / "gyrodata" / "docs" / "pipelines.md").read_text(encoding="utf-8")
-(WITH_OTHERS,) = (block.body.splitlines() for block in blocks(PIPELINES) if block.mark == "tools")
+(WITH_OTHERS,) = (
+    block.body.splitlines() for block in blocks(PIPELINES) if block.mark == "tools"
+)
 
 
 @pytest.mark.parametrize("line", WITH_OTHERS)
@@ -53,11 +55,18 @@ def test_another_tool_takes_it(line: str, tmp_path: Path) -> None:
     told = made.read_text(encoding="utf-8") if made.exists() else done.stdout
     # pandas shows six digits.
     right = f"{gyrodata.analyze(tmp_path / 'sample_data' / 'air_gyroscope.csv').inertia.value:.6f}"
-    assert right in re.sub(r"(0\.\d{6})\d+", lambda found: f"{float(found[0]):.6f}", told)
+    assert right in re.sub(
+        r"(0\.\d{6})\d+", lambda found: f"{float(found[0]):.6f}", told
+    )
 
 
 def test_what_is_not_tried_sets_a_machine_up() -> None:
-    lines = [line for b in blocks(README + PIPELINES) if b.kind == "sh" for line in b.body.splitlines()]
+    lines = [
+        line
+        for b in blocks(README + PIPELINES)
+        if b.kind == "sh"
+        for line in b.body.splitlines()
+    ]
     left = {line.split()[0] for line in lines if line.startswith(INSTALLS)}
     assert left == {"python3", "source", "hyperfine"}
 
@@ -70,12 +79,19 @@ def test_first_answer_and_length_of_the_readme() -> None:
 
 
 def test_readme_and_first_timer_have_the_same_first_log() -> None:
-    rows = [line.split(",") for b in blocks(README) if b.mark == "file" for line in b.body.splitlines()]
+    rows = [
+        line.split(",")
+        for b in blocks(README)
+        if b.mark == "file"
+        for line in b.body.splitlines()
+    ]
     page = (ROOT / "gyrodata" / "docs" / "first-timer.md").read_text(encoding="utf-8")
     (table,) = (cells(block.body) for block in blocks(page) if block.mark == "workbook")
     assert [[cell for cell in row[1:] if cell] for row in table[1:]] == rows
 
 
 def test_commands_of_the_readme_run_in_every_shell() -> None:
-    typed = "".join(block.body for block in blocks(README) if block.kind in ("console", "sh"))
+    typed = "".join(
+        block.body for block in blocks(README) if block.kind in ("console", "sh")
+    )
     assert re.findall(r"\b(?:sed|head|tail|grep)\b|2>", typed) == []

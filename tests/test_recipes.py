@@ -22,9 +22,13 @@ import pytest
 ROOT = Path(__file__).parent.parent
 SAMPLE = ROOT / "sample_data" / "air_gyroscope.csv"
 TEXT = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
-WRITTEN = dict(re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTILINE | re.DOTALL))
+WRITTEN = dict(
+    re.findall(r"^\* \*\*(.*?)\*\*(.*?)(?=^\* |^## )", TEXT, re.MULTILINE | re.DOTALL)
+)
 
-RECIPES: dict[str, str] = tomllib.loads(Path(__file__).with_name("recipes.toml").read_text(encoding="utf-8"))
+RECIPES: dict[str, str] = tomllib.loads(
+    Path(__file__).with_name("recipes.toml").read_text(encoding="utf-8")
+)
 """By its name in the map."""
 
 SCRIPT = """
@@ -52,7 +56,9 @@ print(json.dumps({
 
 def files_of(patch: str) -> list[tuple[str, list[str]]]:
     """Name each file of a patch, with its lines."""
-    parts = [part.splitlines() for part in patch.strip().removeprefix("@ ").split("\n@ ")]
+    parts = [
+        part.splitlines() for part in patch.strip().removeprefix("@ ").split("\n@ ")
+    ]
     return [(lines[0], lines[1:]) for lines in parts if lines]
 
 
@@ -60,7 +66,11 @@ def files_of(patch: str) -> list[tuple[str, list[str]]]:
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Copy the package, and carry every recipe out on it."""
     folder = tmp_path_factory.mktemp("copy")
-    shutil.copytree(ROOT / "gyrodata", folder / "gyrodata", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "gyrodata",
+        folder / "gyrodata",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
     for patch in RECIPES.values():
         for name, body in files_of(patch):
             path = folder / "gyrodata" / name
@@ -68,13 +78,22 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
             old = "\n".join(line[1:] for line in body if line[0] != "+")
             new = "\n".join(line[1:] for line in body if line[0] != "-")
             assert old in text, f"{name} has no {old!r} any more"
-            path.write_text(text.replace(old, new, 1) if old else text + new + "\n", encoding="utf-8")
+            path.write_text(
+                text.replace(old, new, 1) if old else text + new + "\n",
+                encoding="utf-8",
+            )
     return folder
 
 
 def run(copy: Path, *words: str | Path) -> Any:
     environment = {**os.environ, "PYTHONPATH": str(copy)}
-    done = subprocess.run([sys.executable, *words], cwd=copy, env=environment, capture_output=True, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, *words],
+        cwd=copy,
+        env=environment,
+        capture_output=True,
+        encoding="utf-8",
+    )
     assert done.stdout, done.stderr
     return json.loads(done.stdout)
 
@@ -84,8 +103,14 @@ def test_a_recipe_names_its_files_in_six_lines(recipe: str) -> None:
     told, rooms = WRITTEN[recipe], re.findall(r"`([\w/]+\.py)`", WRITTEN[recipe])
     assert len(told.strip().splitlines()) <= 6
     assert rooms
-    assert [name for name in rooms if not any((ROOT / top / name).is_file() for top in ("gyrodata", ""))] == []
-    assert [name for name, _ in files_of(RECIPES.get(recipe, "")) if f"`{name}`" not in told] == []
+    assert [
+        name
+        for name in rooms
+        if not any((ROOT / top / name).is_file() for top in ("gyrodata", ""))
+    ] == []
+    assert [
+        name for name, _ in files_of(RECIPES.get(recipe, "")) if f"`{name}`" not in told
+    ] == []
 
 
 def test_recipes_carried_out_work(copy: Path) -> None:
@@ -97,10 +122,30 @@ def test_recipes_carried_out_work(copy: Path) -> None:
     assert seen["spin_high"] == [pytest.approx(1 / 1.01, rel=1e-4)]
     assert seen["doubts"] == ["a spin is over 600 rpm"]
     assert seen["bars"] == 10
-    words = ("lift of the air", "every spin 1 % higher", "a spin is over 600 rpm", "(spins.png)", "each spin was set.")
+    words = (
+        "lift of the air",
+        "every spin 1 % higher",
+        "a spin is over 600 rpm",
+        "(spins.png)",
+        "each spin was set.",
+    )
     assert [word for word in words if word not in seen["report"]] == []
     home = copy / "class" / "Doe, Jane(jdoe)" / "Submission attachment(s)"
     home.mkdir(parents=True)
     shutil.copy(SAMPLE, home / "lab.csv")
-    told = run(copy, "-m", "gyrodata", "grade", "class", "--lms", "sakai", "--format", "json", "--workers", "0")
-    assert [(student["student"], student["name"]) for student in told["students"]] == [("jdoe", "Doe, Jane")]
+    told = run(
+        copy,
+        "-m",
+        "gyrodata",
+        "grade",
+        "class",
+        "--lms",
+        "sakai",
+        "--format",
+        "json",
+        "--workers",
+        "0",
+    )
+    assert [(student["student"], student["name"]) for student in told["students"]] == [
+        ("jdoe", "Doe, Jane")
+    ]

@@ -23,7 +23,10 @@ def test_the_stored_report_is_what_the_command_writes(tmp_path: Path) -> None:
     for folder in (REPORT, tmp_path / "report"):
         assert sorted(path.name for path in folder.iterdir()) == names
     for name in set(names) - set(FIGURES):
-        kept, made = (Steady((folder / name).read_text("utf-8")) for folder in (REPORT, tmp_path / "report"))
+        kept, made = (
+            Steady((folder / name).read_text("utf-8"))
+            for folder in (REPORT, tmp_path / "report")
+        )
         assert kept == made, name
     for name in FIGURES:
         kept, made = (dots(folder / name) for folder in (REPORT, tmp_path / "report"))

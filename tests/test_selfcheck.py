@@ -16,21 +16,30 @@ SALORT = Path(__file__).parent.parent / "sample_data" / "salort_one_torque.csv"
 
 
 def selfcheck(log: str, labs: int, *options: str) -> str:
-    done = CliRunner().invoke(app, ["selfcheck", "-", "--labs", str(labs), *options], input=log)
+    done = CliRunner().invoke(
+        app, ["selfcheck", "-", "--labs", str(labs), *options], input=log
+    )
     assert done.exit_code == 0, done.output
     return done.stdout
 
 
 def fits(log: str, labs: int) -> dict[str, dict[str, Any]]:
     """Performance of each fit by its name."""
-    return {one["name"]: one for one in json.loads(selfcheck(log, labs, "--format", "json"))["estimators"]}
+    return {
+        one["name"]: one
+        for one in json.loads(selfcheck(log, labs, "--format", "json"))["estimators"]
+    }
 
 
-@pytest.mark.parametrize("bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str)
+@pytest.mark.parametrize(
+    "bench", [Bench(hand=0.12), Bench(repeats=3, imbalance=0.2, hand=0.13)], ids=str
+)
 def test_the_recommended_fit_is_honest_and_the_textbook_is_not(bench: Bench) -> None:
     by_name = fits(write(draw(bench, 3), "# u_time: 0.14 s"), 200)
     best = by_name["recommended"]
-    assert best["coverage_68"] == pytest.approx(0.683, abs=0.1)  # three standard deviations of a binomial of 200
+    assert best["coverage_68"] == pytest.approx(
+        0.683, abs=0.1
+    )  # three standard deviations of a binomial of 200
     assert best["coverage_95"] == pytest.approx(0.954, abs=0.044)
     assert best["bias"] == pytest.approx(0, abs=0.002)
     assert best["mean_u"] == pytest.approx(best["rmse"], rel=0.2)
@@ -42,12 +51,17 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
     log = write(draw(Bench(repeats=3, hand=0.5), 3), "# u_time: 0.14 s")
     found = json.loads(selfcheck(log, 200, "--format", "json"))
     assert found["scatter"] == pytest.approx(0.5 / 0.14, rel=0.4)
-    stated, own = (found[table][0] for table in ("estimators", "estimators_with_scatter"))
+    stated, own = (
+        found[table][0] for table in ("estimators", "estimators_with_scatter")
+    )
     assert (stated["name"], own["name"]) == ("recommended", "recommended")
     assert own["coverage_95"] == pytest.approx(0.95, abs=0.05)
     assert own["rmse"] > 1.4 * stated["rmse"]
     text = selfcheck(log, 10)
-    assert f"the scatter of this log is {found['scatter']:.2g} times what is stated" in text.splitlines()[0]
+    assert (
+        f"the scatter of this log is {found['scatter']:.2g} times what is stated"
+        in text.splitlines()[0]
+    )
     assert text.count("\nrecommended ") == 2
     agreeing = selfcheck(log.replace("0.14 s", "0.5 s"), 10)
     assert "agrees" in agreeing.splitlines()[0]
@@ -55,7 +69,9 @@ def test_a_log_with_more_scatter_is_also_tried_with_its_own() -> None:
 
 
 def test_salort_log_is_covered_and_no_lab_is_refused() -> None:
-    found = json.loads(selfcheck(SALORT.read_text(encoding="utf-8"), 120, "--format", "json"))
+    found = json.loads(
+        selfcheck(SALORT.read_text(encoding="utf-8"), 120, "--format", "json")
+    )
     for best in (found["estimators"][0], found["estimators_with_scatter"][0]):
         assert (best["name"], best["refused"]) == ("recommended", 0)
         assert best["coverage_95"] > 0.9

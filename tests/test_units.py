@@ -10,7 +10,10 @@ from gyrodata.units import SI, Uncertainty, UnitError, parse_unit
 
 RPM = 2 * math.pi / 60
 WRITTEN = {
-    ("rate", RPM): "rpm; RPM; r.p.m.; 1/min; min^-1; min⁻¹; rev/min; r/min; U/min; Umdr./min; tr/min; obr/min; об/мин; "
+    (
+        "rate",
+        RPM,
+    ): "rpm; RPM; r.p.m.; 1/min; min^-1; min⁻¹; rev/min; r/min; U/min; Umdr./min; tr/min; obr/min; об/мин; "
     "revolutions per minute; U min^-1",
     ("rate", 2 * math.pi): "Hz; Гц; rev/s; rps; об/с",
     ("rate", 1.0): "rad/s; рад/с; rad·s⁻1; rad s^-1",
@@ -31,7 +34,10 @@ def test_unit_in_every_spelling_has_its_factor(kind: str, factor: float) -> None
         assert parse_unit(text, kind).factor == pytest.approx(factor, rel=1e-15), text
 
 
-@pytest.mark.parametrize("text", ["9**9**9*m", "m^99", "[" * 64, "x" * 65, "m**(10**10)", "__import__", "kg)("])
+@pytest.mark.parametrize(
+    "text",
+    ["9**9**9*m", "m^99", "[" * 64, "x" * 65, "m**(10**10)", "__import__", "kg)("],
+)
 def test_unit_that_would_take_for_ever_is_refused_at_once(text: str) -> None:
     for kind in SI:
         with pytest.raises(UnitError):
@@ -53,23 +59,32 @@ def test_factors_are_those_of_the_registry_of_pint() -> None:
     [("milliseconds", "time", 1e-3), ("Ounces", "mass", 0.028349523125), ("feet", "length", 0.3048),
      ("micrometers", "length", 1e-6), ("millinewtons", "force", 1e-3)],
 )  # fmt: skip
-def test_unit_written_as_a_word_is_converted_by_pint(name: str, kind: str, factor: float) -> None:
+def test_unit_written_as_a_word_is_converted_by_pint(
+    name: str, kind: str, factor: float
+) -> None:
     assert parse_unit(name, kind).factor == pytest.approx(factor, rel=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), [("hand", "length"), ("point", "length"), ("grams", "time"), ("turns", "mass")]
+    ("name", "kind"),
+    [("hand", "length"), ("point", "length"), ("grams", "time"), ("turns", "mass")],
 )
-def test_word_that_is_no_usual_unit_of_its_kind_is_refused(name: str, kind: str) -> None:
+def test_word_that_is_no_usual_unit_of_its_kind_is_refused(
+    name: str, kind: str
+) -> None:
     with pytest.raises(UnitError):
         parse_unit(name, kind)
 
 
 def test_uncertainty_is_absolute_relative_or_both() -> None:
-    assert parse_uncertainty("0.2 % + 0.5 rpm", "rate").at(-400 * RPM) == pytest.approx(1.3 * RPM)
+    assert parse_uncertainty("0.2 % + 0.5 rpm", "rate").at(-400 * RPM) == pytest.approx(
+        1.3 * RPM
+    )
     assert parse_uncertainty("± 0,5 mm", "length") == Uncertainty(0.0005)
     assert parse_uncertainty("1 % + 1 mm, k=2", "length") == Uncertainty(0.0005, 0.005)
-    assert parse_uncertainty("1.96 mm (95 %)", "length").absolute == pytest.approx(0.001)
+    assert parse_uncertainty("1.96 mm (95 %)", "length").absolute == pytest.approx(
+        0.001
+    )
     for text in ("", "-1 mm", "0.5", "1 % + x", "2 g", "1.0(1) mm"):
         with pytest.raises(UnitError):
             parse_uncertainty(text, "length")

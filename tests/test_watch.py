@@ -24,7 +24,9 @@ MIDDLE = "40.00,15.0,203,10.1,1\n40.00,15.0,405,20.1,1\n"
 FAST = "40.00,15.0,607,30.1,1\n"
 HEAVY = "60.00,15.0,201,6.8,1\n60.00,15.0,404,13.4,{}\n"
 SLIP = HEAD + LIGHT + MIDDLE + FAST + HEAVY.format(2)
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
+pytestmark = pytest.mark.skipif(
+    os.name == "nt", reason="signals are another thing there"
+)
 
 
 def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
@@ -32,7 +34,10 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
     command = [sys.executable, "-m", "gyrodata", "analyze", path.name, "--watch"]
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUTF8": "1"}
     shown, seen, begun = path.with_name("shown.txt"), 0, time.monotonic()
-    with shown.open("wb") as out, started(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run:
+    with (
+        shown.open("wb") as out,
+        started(command, cwd=path.parent, env=ours, stdout=out, stderr=out) as run,
+    ):
         for line, step in steps:
             while (at := shown.read_text("utf-8").find(line, seen)) < 0:
                 assert time.monotonic() - begun < 60, (line, shown.read_text("utf-8"))
@@ -42,7 +47,9 @@ def watched(path: Path, *steps: tuple[str, Callable[[], object]]) -> str:
         time.sleep(0.3)
         run.send_signal(signal.SIGINT)
         assert run.wait(30) == 130
-    assert {one.name for one in path.parent.iterdir()} <= {path.name, shown.name}, "no report is written"
+    assert {one.name for one in path.parent.iterdir()} <= {path.name, shown.name}, (
+        "no report is written"
+    )
     return shown.read_text("utf-8")
 
 
@@ -59,12 +66,24 @@ def test_each_change_of_the_file_is_one_block(tmp_path: Path) -> None:
         ("3 runs, 1 torque", partial(log.write_text, HEAD + LIGHT + "40.00,15.0,2x3")),
         ("log.csv: no answer yet", save_by_rename),
         ("5 runs, 2 torques", log.unlink),
-        ("log.csv: cannot be read now", partial(log.write_text, HEAD + LIGHT + MIDDLE + FAST)),
+        (
+            "log.csv: cannot be read now",
+            partial(log.write_text, HEAD + LIGHT + MIDDLE + FAST),
+        ),
         ("6 runs, 2 torques", log.touch),
         ("", partial(log.write_text, HEAD + LIGHT + MIDDLE + FAST)),
     )
-    blocks = [block.splitlines()[0].removeprefix("log.csv: ") for block in text.split("-" * 72 + "\n")]
-    answers = ["3 runs, 1 torque", "no answer yet", "5 runs, 2 torques", "cannot be read now", "6 runs, 2 torques"]
+    blocks = [
+        block.splitlines()[0].removeprefix("log.csv: ")
+        for block in text.split("-" * 72 + "\n")
+    ]
+    answers = [
+        "3 runs, 1 torque",
+        "no answer yet",
+        "5 runs, 2 torques",
+        "cannot be read now",
+        "6 runs, 2 torques",
+    ]
     assert blocks == answers
     assert "log.csv:6:12: error" in text
     assert "\033" not in text
@@ -79,16 +98,38 @@ def test_a_file_that_is_not_there_is_refused_at_once(tmp_path: Path) -> None:
     ("log", "title", "words"),
     [
         # An odd run is repeated before its weight comes off.
-        (SLIP, "while 60.00 g at 15.0 cm is on the rod", "repeat run 8 (line 10): fits 1 turn, not 2"),
-        (SLIP + "0,,400,160,1/12\n", "still to do", "repeat run 8 (line 10), with 60.00 g at 15.0 cm: fits 1 turn"),
+        (
+            SLIP,
+            "while 60.00 g at 15.0 cm is on the rod",
+            "repeat run 8 (line 10): fits 1 turn, not 2",
+        ),
+        (
+            SLIP + "0,,400,160,1/12\n",
+            "still to do",
+            "repeat run 8 (line 10), with 60.00 g at 15.0 cm: fits 1 turn",
+        ),
         # What the weight on the rod lacks is said of it.
-        (HEAD + LIGHT + MIDDLE, "while 40.00 g at 15.0 cm is on the rod", "add 1 run, for example at 600 rpm"),
+        (
+            HEAD + LIGHT + MIDDLE,
+            "while 40.00 g at 15.0 cm is on the rod",
+            "add 1 run, for example at 600 rpm",
+        ),
         (HEAD + LIGHT + MIDDLE, "still to do", "no run without a weight"),
-        (HEAD + LIGHT, "while 20.00 g", "3 runs, and nothing is missing; if you have time, repeat run"),
-        (SAMPLE, "what would reduce u most", "time three times as many turns of the rod in every run: u of I_zz from"),
+        (
+            HEAD + LIGHT,
+            "while 20.00 g",
+            "3 runs, and nothing is missing; if you have time, repeat run",
+        ),
+        (
+            SAMPLE,
+            "what would reduce u most",
+            "time three times as many turns of the rod in every run: u of I_zz from",
+        ),
     ],
 )
-def test_a_lab_half_way_is_told_what_to_do_next(log: str, title: str, words: str, tmp_path: Path) -> None:
+def test_a_lab_half_way_is_told_what_to_do_next(
+    log: str, title: str, words: str, tmp_path: Path
+) -> None:
     (tmp_path / "log.csv").write_text(log, encoding="utf-8")
     text = watched(tmp_path / "log.csv", ("torque", lambda: None))
     part = next(block for block in text.split("\n\n") if block.startswith(title))

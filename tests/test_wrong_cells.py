@@ -50,7 +50,12 @@ SLIPS = [
     (9, "time", "80.03", "time 20.03 s would fit, not 80.03 (is it a minute less?)"),
     (5, "spin", "39.4", f"spin 394 rpm would fit, not 39.4{POINT}"),
     (5, "spin", "6.567", "spin 394.02 rpm would fit, not 6.567 (is it in Hz?)"),
-    (5, "position", "1.48", "position 14.8 cm, as in the other runs, would fit, not 1.48"),
+    (
+        5,
+        "position",
+        "1.48",
+        "position 14.8 cm, as in the other runs, would fit, not 1.48",
+    ),
     (2, "mass", "60.2", "mass 20.1 g, as in the runs around it, would fit, not 60.2"),
     (5, "mass", "4.03", "mass 40.3 g, as in the runs around it, would fit, not 4.03"),
     (5, "spin", "484", "its time is 13.09 s, and the other runs predict 16.06 s"),
@@ -58,18 +63,25 @@ SLIPS = [
 
 
 @pytest.mark.parametrize(("run", "role", "typed", "words"), SLIPS)
-def test_each_cell_that_is_named_gives_the_answer(run: int, role: str, typed: str, words: str) -> None:
+def test_each_cell_that_is_named_gives_the_answer(
+    run: int, role: str, typed: str, words: str
+) -> None:
     found = analyze_briefly(log((run, role, typed)))
     (odd,) = (one for one in found.run_table if one.flagged)
     assert odd.run == str(run)
     assert odd.left_out
     assert odd.reason.startswith(words)
-    named = re.findall(r"(mass|position|spin|time) ([\d.]+) (?:g|cm|rpm|s)\b[^;]* would fit", odd.reason)
+    named = re.findall(
+        r"(mass|position|spin|time) ([\d.]+) (?:g|cm|rpm|s)\b[^;]* would fit",
+        odd.reason,
+    )
     assert named
     for other, number in named:
         corrected = analyze_briefly(log((run, role, typed), (run, other, number)))
         assert not any(one.flagged for one in corrected.run_table)
-        assert abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
+        assert (
+            abs(corrected.inertia.value - CLEAN.inertia.value) < 0.3 * CLEAN.inertia.u
+        )
 
 
 def odd(text: str) -> set[str]:
@@ -78,7 +90,9 @@ def odd(text: str) -> set[str]:
 
 
 HZ = log((4, "spin", "3.37"), (5, "spin", "6.57"), (6, "spin", "10.03"))
-SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log((5, "position", "1.00")).replace("14.8", "10.0")
+SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log(
+    (5, "position", "1.00")
+).replace("14.8", "10.0")
 
 
 @pytest.mark.parametrize(
@@ -86,11 +100,20 @@ SURFACE = "# position_from: surface\n# ball_diameter: 9.6 cm\n" + log((5, "posit
     [
         (log((2, "mass", "60.2")), "would fit, not 60.2; or it fits 1 turn, not 1/3"),
         (log().replace("13.09,2/3", "13.09,1/3"), "fits 2/3 turn, not 1/3"),
-        (log((5, "time", "130.9")).replace(",", ";").replace(".", ","), f"time 13,09 s would fit, not 130,9{POINT}"),
+        (
+            log((5, "time", "130.9")).replace(",", ";").replace(".", ","),
+            f"time 13,09 s would fit, not 130,9{POINT}",
+        ),
         (SURFACE, "position 10.0 cm, as in the other runs, would fit, not 1.00"),
         (HZ, "is it in Hz?"),
     ],
-    ids=["a mass before a count", "a count", "decimal commas", "from the surface", "in Hz"],
+    ids=[
+        "a mass before a count",
+        "a count",
+        "decimal commas",
+        "from the surface",
+        "in Hz",
+    ],
 )
 def test_the_cell_that_is_wrong_is_named_in_its_own_way(text: str, words: str) -> None:
     reasons = odd(text)
@@ -99,7 +122,9 @@ def test_the_cell_that_is_wrong_is_named_in_its_own_way(text: str, words: str) -
 
 
 def test_check_says_the_same_of_an_odd_run() -> None:
-    shown = CliRunner().invoke(app, ["check", "-"], input=log((5, "time", "130.9"))).output
+    shown = (
+        CliRunner().invoke(app, ["check", "-"], input=log((5, "time", "130.9"))).output
+    )
     assert f"time 13.09 s would fit, not 130.9{POINT}" in " ".join(shown.split())
 
 
@@ -113,20 +138,28 @@ def outcome(table: Table) -> str:
         found = analyze(write(table))
     if any("either" in doubt.words for doubt in found.doubts):
         return "doubted"
-    return "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
+    return (
+        "right" if abs(found.inertia.value - INERTIA) < 3 * found.inertia.u else "wrong"
+    )
 
 
 def counted(table: Table, turns: float) -> Table:
     """The same lab with so many turns in every run."""
-    return table._replace(time=table.time * turns, turns=np.full(len(table.mass), f"{turns:g}"))
+    return table._replace(
+        time=table.time * turns, turns=np.full(len(table.mass), f"{turns:g}")
+    )
 
 
 @pytest.mark.parametrize(("turns", "more"), [(1, 1), (5, 1), (10, -1)])
 @pytest.mark.parametrize("miscounts", [0, 1, 2])
-def test_six_runs_with_wrong_counts_are_right_or_doubted(turns: int, more: int, miscounts: int) -> None:
+def test_six_runs_with_wrong_counts_are_right_or_doubted(
+    turns: int, more: int, miscounts: int
+) -> None:
     outcomes = []
     for seed in range(4):
-        table = counted(draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns)
+        table = counted(
+            draw(WORSE._replace(masses=(20, 40), hand=0.14 / turns), seed), turns
+        )
         wrong = np.random.default_rng([turns, seed]).choice(6, miscounts, replace=False)
         table.time[wrong] *= (turns + more) / turns
         outcomes.append(outcome(table))
@@ -143,7 +176,10 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
     assert "either run 5 is wrong, or runs 4 and 6 are" in doubt.words
     here, other = (float(value) for value in re.findall(r"([\d.]+) kg·m²", doubt.words))
     assert abs(other - INERTIA) < 0.03 * INERTIA < abs(here - INERTIA)
-    assert "Do not rely on this answer" in CliRunner().invoke(app, ["analyze", "-"], input=text).stdout
+    assert (
+        "Do not rely on this answer"
+        in CliRunner().invoke(app, ["analyze", "-"], input=text).stdout
+    )
     # Run 5 timed again agrees with run 5, so that runs 4 and 6 are taken out; or their counts are corrected.
     assert outcome(Table(*(np.delete(column, [3, 5]) for column in table))) == "right"
     table.turns[[3, 5]] = "6"
@@ -152,8 +188,15 @@ def test_both_answers_are_named_where_either_may_be_right() -> None:
 
 def test_three_runs_of_a_rough_hand_are_not_refused() -> None:
     for seed in range(30):
-        table = Table(*(column[::4] for column in draw(WORSE._replace(hand=0.0, in_proportion=0.03), seed)))
-        assert analyze_briefly(write(table)).inertia.value == pytest.approx(INERTIA, rel=0.5)
+        table = Table(
+            *(
+                column[::4]
+                for column in draw(WORSE._replace(hand=0.0, in_proportion=0.03), seed)
+            )
+        )
+        assert analyze_briefly(write(table)).inertia.value == pytest.approx(
+            INERTIA, rel=0.5
+        )
 
 
 @pytest.mark.parametrize("run", [0, 1, 2])

@@ -28,7 +28,10 @@ def everything(log: Path, class_folder: Path, folder: Path) -> float:
     assert_type(list(lab.ufloats()), list[str])
     print(lab.runs["spin"].mean(), lab.plot("torque").get_title())
     simulation = gyrodata.simulate(
-        gyrodata.Truth(inertia=4.4e-3), gyrodata.Design(masses=(0.02, 0.04)), {"u_time": gyrodata.Uncertainty(0.2)}, 7
+        gyrodata.Truth(inertia=4.4e-3),
+        gyrodata.Design(masses=(0.02, 0.04)),
+        {"u_time": gyrodata.Uncertainty(0.2)},
+        7,
     )
     assert_type(simulation, gyrodata.Simulation)
     checked = gyrodata.selfcheck(lab, labs=20)

@@ -7,5 +7,20 @@ all parts and writes tables. The clock is an argument: everything except times i
 
 from gyrodata.benchmark.estimators import HONEST, TrialPanel
 from gyrodata.benchmark.failures import Failure
-from gyrodata.benchmark.motions import FULL, METHODS, QUICK, Effort, MotionPanel, Order, cheapest
-from gyrodata.benchmark.report import Benchmark, csv_tables, describe_machine, power, reading, run_benchmark
+from gyrodata.benchmark.motions import (
+    FULL,
+    METHODS,
+    QUICK,
+    Effort,
+    MotionPanel,
+    Order,
+    cheapest,
+)
+from gyrodata.benchmark.report import (
+    Benchmark,
+    csv_tables,
+    describe_machine,
+    power,
+    reading,
+    run_benchmark,
+)

@@ -39,15 +39,26 @@ def textbook(measured: Measurements, name: str) -> Answer:
     from scipy.special import stdtrit
 
     value, u = map(float, fitting.TEXTBOOK[name](measured.product, measured.torque))
-    half = float(stdtrit(len(measured.runs) - (2 if name == "with_constant" else 1), 0.975)) * u
+    half = (
+        float(
+            stdtrit(len(measured.runs) - (2 if name == "with_constant" else 1), 0.975)
+        )
+        * u
+    )
     return value, value - half, value + half
 
 
 def line_with_errors(measured: Measurements, independent: bool) -> Answer:
     """Fit a line with errors in both variables: independent (York), or with all covariances (ISO/TS 28037)."""
-    of_product, of_torque = (np.diag(one) if independent else one for one in covariances(measured))
+    of_product, of_torque = (
+        np.diag(one) if independent else one for one in covariances(measured)
+    )
     line = fitting.fit_line(measured.product, measured.torque, of_product, of_torque)
-    return line.slope, line.slope - K_95 * line.u_slope, line.slope + K_95 * line.u_slope
+    return (
+        line.slope,
+        line.slope - K_95 * line.u_slope,
+        line.slope + K_95 * line.u_slope,
+    )
 
 
 def covariances(measured: Measurements) -> tuple[Floats, Floats]:
@@ -62,8 +73,15 @@ def covariances(measured: Measurements) -> tuple[Floats, Floats]:
     ):
         for source in (one for one in measured.sources if one.quantity in quantities):
             part = np.broadcast_to(getattr(measured, source.quantity), count)
-            spread = whole / part * (source.absolute + source.relative * part) * (source.groups >= 0)
-            covariance += np.outer(spread, spread) * np.equal.outer(source.groups, source.groups)
+            spread = (
+                whole
+                / part
+                * (source.absolute + source.relative * part)
+                * (source.groups >= 0)
+            )
+            covariance += np.outer(spread, spread) * np.equal.outer(
+                source.groups, source.groups
+            )
     return product, torque
 
 
@@ -105,10 +123,19 @@ class LabScene(Struct, frozen=True):
 
     def draw(self, seed: int) -> Measurements:
         """Simulate a lab and read its log."""
-        lightest = min(self.design.masses) * min(map(abs, self.design.positions)) * Truth().g
-        made = simulate(Truth(imbalance=self.imbalance * lightest), self.design, {**TYPICAL, **self.noise}, seed)
+        lightest = (
+            min(self.design.masses) * min(map(abs, self.design.positions)) * Truth().g
+        )
+        made = simulate(
+            Truth(imbalance=self.imbalance * lightest),
+            self.design,
+            {**TYPICAL, **self.noise},
+            seed,
+        )
         lines = made.log.splitlines()
-        for row in np.random.default_rng(seed).permutation(len(made.readings.runs))[: self.miscounts]:
+        for row in np.random.default_rng(seed).permutation(len(made.readings.runs))[
+            : self.miscounts
+        ]:
             # The last two cells are the turns and the number of the run.
             lines[-1 - row] = re.sub(r",1(,\d+)$", r",1/2\1", lines[-1 - row])
         return measure(read_log("\n".join(lines).encode(), settings=self.stated))
@@ -165,16 +192,28 @@ def run_trials(effort: Effort, clock: Clock, seed: int = 1) -> list[TrialPanel]:
     panels = []
     for scene in SCENES:
         labs = draw_labs(scene, effort.labs, seed)
-        panels.append(TrialPanel(scene, tuple(try_fit(name, labs, clock, effort.repeats) for name in ESTIMATORS)))
+        panels.append(
+            TrialPanel(
+                scene,
+                tuple(
+                    try_fit(name, labs, clock, effort.repeats) for name in ESTIMATORS
+                ),
+            )
+        )
     return panels
 
 
 def draw_labs(scene: LabScene, count: int, seed: int) -> list[Measurements]:
     """Simulate labs of one kind."""
-    return [scene.draw(one) for one in np.random.default_rng(seed).integers(2**31, size=count).tolist()]
+    return [
+        scene.draw(one)
+        for one in np.random.default_rng(seed).integers(2**31, size=count).tolist()
+    ]
 
 
-def try_fit(name: str, labs: Sequence[Measurements], clock: Clock, repeats: int = 1) -> Trial:
+def try_fit(
+    name: str, labs: Sequence[Measurements], clock: Clock, repeats: int = 1
+) -> Trial:
     """Apply one fit to labs and compare its answers with the truth."""
     truth, answers = Truth().inertia, []
     for lab in labs:

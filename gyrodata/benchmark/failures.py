@@ -39,7 +39,12 @@ class Failure(Struct, frozen=True):
 
 def find_failures(effort: Effort, clock: Clock, seed: int = 1) -> list[Failure]:
     """Compute every case."""
-    return [*_formulas(), _near_vertical(), _no_steady_precession(), *_fits(effort, clock, seed)]
+    return [
+        *_formulas(),
+        _near_vertical(),
+        _no_steady_precession(),
+        *_fits(effort, clock, seed),
+    ]
 
 
 # --- formulas and motions ---------------------------------------------------------------------------------------
@@ -50,7 +55,9 @@ def _formulas() -> list[Failure]:
     level, spin = 1e-14, 400 * RPM
     tilted = math.radians(45)
     start, end = 400 * RPM, 200 * RPM
-    mean = 1 / float(np.mean(1 / (start * (end / start) ** ((np.arange(100_000) + 0.5) / 100_000))))
+    mean = 1 / float(
+        np.mean(1 / (start * (end / start) ** ((np.arange(100_000) + 0.5) / 100_000)))
+    )
     return [
         Failure(
             "cosθ → 0: nearly level rod", "relative error",
@@ -79,7 +86,11 @@ def _off(found: float, true: float) -> float:
 
 def _rate(pitch: float, spin: float) -> float:
     """Compute the slow rate of eq. (8) like the tool [rad/s]."""
-    return float(physics.precession_rate(TOP.torque, spin, INERTIA, TOP.transverse_inertia, pitch))
+    return float(
+        physics.precession_rate(
+            TOP.torque, spin, INERTIA, TOP.transverse_inertia, pitch
+        )
+    )
 
 
 def textbook_root(pitch: float, spin: float) -> float:
@@ -92,10 +103,14 @@ def true_rate(pitch: float, spin: float) -> float:
     """Compute the slow rate of eq. (8) with 28 digits, for the same cosθ as the formulas [rad/s]."""
     a = (Decimal(INERTIA) - Decimal(TOP.transverse_inertia)) * Decimal(math.sin(pitch))
     b = Decimal(INERTIA) * Decimal(spin)
-    return float(2 * Decimal(TOP.torque) / (b + (b * b + 4 * a * Decimal(TOP.torque)).sqrt()))
+    return float(
+        2 * Decimal(TOP.torque) / (b + (b * b + 4 * a * Decimal(TOP.torque)).sqrt())
+    )
 
 
-PASSING = motion.State(np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3 + 2e-4, 0.04, 0.02]))
+PASSING = motion.State(
+    np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3 + 2e-4, 0.04, 0.02])
+)
 """A rod that moves towards the vertical and misses it by 0.2 degrees."""
 
 
@@ -106,17 +121,36 @@ def _near_vertical() -> Failure:
     vectors = runge_kutta(motion.vector_rates(TOP), row, 1e-3, 1000)[:3]
     across, along = TOP.transverse_inertia, float(PASSING.axis @ PASSING.momentum)
 
-    def rates(theta: float, nodding: float, _azimuth: float, turning: float) -> tuple[float, ...]:
+    def rates(
+        theta: float, nodding: float, _azimuth: float, turning: float
+    ) -> tuple[float, ...]:
         """Compute eqs. (7a) and (7b) for θ, θ̇, φ and φ̇."""
         sine, cosine = math.sin(theta), math.cos(theta)
-        falling = (across * turning**2 * cosine - along * turning + TOP.torque) * sine / across
-        return nodding, falling, turning, (along - 2 * across * turning * cosine) * nodding / (across * sine)
+        falling = (
+            (across * turning**2 * cosine - along * turning + TOP.torque)
+            * sine
+            / across
+        )
+        return (
+            nodding,
+            falling,
+            turning,
+            (along - 2 * across * turning * cosine) * nodding / (across * sine),
+        )
 
     x, y, z = PASSING.axis
-    nodding = -float(np.cross(PASSING.momentum, PASSING.axis)[2]) / across / math.hypot(x, y)
+    nodding = (
+        -float(np.cross(PASSING.momentum, PASSING.axis)[2]) / across / math.hypot(x, y)
+    )
     turning = (float(PASSING.momentum[2]) - along * z) / across / (x * x + y * y)
-    theta, _, azimuth, _ = runge_kutta(rates, [math.acos(z), nodding, math.atan2(y, x), turning], 1e-3, 1000)
-    angles = [math.sin(theta) * math.cos(azimuth), math.sin(theta) * math.sin(azimuth), math.cos(theta)]
+    theta, _, azimuth, _ = runge_kutta(
+        rates, [math.acos(z), nodding, math.atan2(y, x), turning], 1e-3, 1000
+    )
+    angles = [
+        math.sin(theta) * math.cos(azimuth),
+        math.sin(theta) * math.sin(azimuth),
+        math.cos(theta),
+    ]
     return Failure(
         "sinθ → 0: 0.2° past the vertical", "relative error",
         "RK4, Euler angles", float(np.linalg.norm(angles - true)),
@@ -129,7 +163,9 @@ def _no_steady_precession() -> Failure:
     """Compute the motion of a rod that points upwards and spins too slowly: eq. (8) has no real root."""
     pitch, spin = math.radians(45), 40 * RPM
     period = motion.nutation(TOP, spin, pitch).period
-    path, _ = motion.integrate(TOP, motion.released(TOP, spin, pitch), np.linspace(0, period, 200), rtol=1e-11)
+    path, _ = motion.integrate(
+        TOP, motion.released(TOP, spin, pitch), np.linspace(0, period, 200), rtol=1e-11
+    )
     swept = float(np.unwrap(np.arctan2(path.axis[:, 1], path.axis[:, 0]))[-1])
     return Failure(
         "no real root: 45° up, 40 rpm", "relative error",
@@ -141,7 +177,11 @@ def _no_steady_precession() -> Failure:
 
 # --- fits -------------------------------------------------------------------------------------------------------
 
-_OWN = {"u_time": Uncertainty(0.01), "u_spin": Uncertainty(0.0, 1e-4), "u_time_bias": Uncertainty(1e-3)}
+_OWN = {
+    "u_time": Uncertainty(0.01),
+    "u_spin": Uncertainty(0.0, 1e-4),
+    "u_time_bias": Uncertainty(1e-3),
+}
 _SHARED = {**EXACT, **_OWN, "u_spin_scale": Uncertainty(0.0, 0.01)}
 
 CASES: tuple[tuple[LabScene, str, str], ...] = (
@@ -161,6 +201,18 @@ def _fits(effort: Effort, clock: Clock, seed: int) -> list[Failure]:
     failures = []
     for scene, fails, why in CASES:
         labs = draw_labs(scene, effort.labs // 2, seed)
-        wrong, right = (try_fit(name, labs, clock) for name in (fails, "recommended fit"))
-        failures.append(Failure(scene.title, "coverage", fails, wrong.coverage, "recommended fit", right.coverage, why))
+        wrong, right = (
+            try_fit(name, labs, clock) for name in (fails, "recommended fit")
+        )
+        failures.append(
+            Failure(
+                scene.title,
+                "coverage",
+                fails,
+                wrong.coverage,
+                "recommended fit",
+                right.coverage,
+                why,
+            )
+        )
     return failures

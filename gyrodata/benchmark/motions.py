@@ -80,8 +80,16 @@ class MotionScene(Struct, frozen=True):
 
 SCENES = (
     MotionScene("usual", "a usual lab", (200, 400, 600)),
-    MotionScene("tilted", "rod tilted by 30°, well pushed", (100, 200, 300), tilt=30.0, push=(0.7, 1.0)),
-    MotionScene("released", "released without a push", (140, 200, 300), push=(0.0, 0.0)),
+    MotionScene(
+        "tilted",
+        "rod tilted by 30°, well pushed",
+        (100, 200, 300),
+        tilt=30.0,
+        push=(0.7, 1.0),
+    ),
+    MotionScene(
+        "released", "released without a push", (140, 200, 300), push=(0.0, 0.0)
+    ),
     MotionScene("slow", "slow spins", (60, 100, 150)),
 )
 
@@ -100,7 +108,10 @@ _CLOSE, _CLOSEST = 1e-6, 1e-9
 _NOISE = {**TYPICAL, "u_time_bias": Uncertainty(0.05)}
 """Uncertainties of a practised student; larger ones would hide every error of the models."""
 
-_NORTH, _UP = physics.EARTH_ROTATION * math.cos(LATITUDE), physics.EARTH_ROTATION * math.sin(LATITUDE)
+_NORTH, _UP = (
+    physics.EARTH_ROTATION * math.cos(LATITUDE),
+    physics.EARTH_ROTATION * math.sin(LATITUDE),
+)
 _EARTH = np.array([[0.0, -_UP, 0.0], [_UP, 0.0, -_NORTH], [0.0, _NORTH, 0.0]])
 """Ω × of the Earth's rotation, as a matrix in the frame X north, Y west, Z up [rad/s]."""
 
@@ -135,7 +146,10 @@ class MotionPanel(Struct, frozen=True):
     @property
     def winner(self) -> MotionPoint:
         """The cheapest model below the bound."""
-        return min((point for point in self.points if point.error < self.bound), key=lambda point: point.seconds)
+        return min(
+            (point for point in self.points if point.error < self.bound),
+            key=lambda point: point.seconds,
+        )
 
 
 class _Labs(Struct, frozen=True):
@@ -157,23 +171,36 @@ def run_motion(effort: Effort, clock: Clock, seed: int = 1) -> list[MotionPanel]
     return [_run_scene(scene, effort, clock, seed) for scene in SCENES]
 
 
-def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, seed: int) -> MotionPanel:
+def _run_scene(
+    scene: MotionScene, effort: Effort, clock: Clock, seed: int
+) -> MotionPanel:
     spins, pitch = tuple(RPM * one for one in scene.rpm), math.radians(scene.tilt)
     design = Design(masses=MASSES, positions=(POSITION,), spins=spins, pitches=(pitch,))
     measured = measure(simulate(Truth(), design, _NOISE, None).readings)
     # A log without errors has less scatter than a real one; with the stated widths it is typical.
-    widths = fitting.Widths(1.0, fitting.fit(measured, tilted=bool(pitch)).widths.residual_torque)
+    widths = fitting.Widths(
+        1.0, fitting.fit(measured, tilted=bool(pitch)).widths.residual_torque
+    )
     fit = fitting.fit(measured, tilted=bool(pitch), widths=widths)
     random = np.random.default_rng(seed)
     labs, one = (_draw_labs(scene, count, random) for count in (effort.motion_labs, 1))
 
     def error(found: Floats, true: Floats) -> float:
         """Compute the root mean square over the labs of the error of I_zz, with the fit's weights of the runs."""
-        return math.sqrt(np.mean(((found / true - 1).reshape(-1, len(fit.response)) @ fit.response) ** 2))
+        return math.sqrt(
+            np.mean(
+                ((found / true - 1).reshape(-1, len(fit.response)) @ fit.response) ** 2
+            )
+        )
 
     true = follow(labs, _CLOSE)[0]
     points = [
-        MotionPoint(method, "", time_of(partial(model, one), clock, effort.repeats), error(model(labs), true))
+        MotionPoint(
+            method,
+            "",
+            time_of(partial(model, one), clock, effort.repeats),
+            error(model(labs), true),
+        )
         for method, model in MODELS.items()
     ]
     true = follow(one, _CLOSEST)[0]
@@ -181,23 +208,52 @@ def _run_scene(scene: MotionScene, effort: Effort, clock: Clock, seed: int) -> M
         begun = clock()
         found, evaluations = follow(one, tolerance)
         seconds = clock() - begun
-        points.append(MotionPoint("full motion", f"rtol {tolerance:.0e}", seconds, error(found, true), evaluations))
+        points.append(
+            MotionPoint(
+                "full motion",
+                f"rtol {tolerance:.0e}",
+                seconds,
+                error(found, true),
+                evaluations,
+            )
+        )
     return MotionPanel(scene, (fit.inertia.u or 0.0) / fit.inertia.value, tuple(points))
 
 
 def _draw_labs(scene: MotionScene, count: int, random: np.random.Generator) -> _Labs:
     """Simulate labs with a random push and pitch for each run."""
-    mass, start = (part.ravel() for part in np.meshgrid(MASSES, RPM * np.array(scene.rpm), indexing="ij"))
+    mass, start = (
+        part.ravel()
+        for part in np.meshgrid(MASSES, RPM * np.array(scene.rpm), indexing="ij")
+    )
     # Different spins, because the phase of the nutation at the end of a run is random.
-    mass, start = np.tile(mass, count), np.tile(start, count) * random.uniform(0.95, 1.05, count * mass.size)
+    mass, start = (
+        np.tile(mass, count),
+        np.tile(start, count) * random.uniform(0.95, 1.05, count * mass.size),
+    )
     inertia = np.full(mass.shape, Truth().inertia)
     across = DEFAULT_TRANSVERSE_RATIO * inertia + mass * POSITION**2
-    top = motion.Top(inertia, across, physics.torque(mass, POSITION, physics.STANDARD_GRAVITY))
-    pitch, push = np.radians(scene.tilt + random.uniform(-2, 2, mass.shape)), random.uniform(*scene.push, mass.shape)
+    top = motion.Top(
+        inertia, across, physics.torque(mass, POSITION, physics.STANDARD_GRAVITY)
+    )
+    pitch, push = (
+        np.radians(scene.tilt + random.uniform(-2, 2, mass.shape)),
+        random.uniform(*scene.push, mass.shape),
+    )
     rest, steady = motion.released(top, start, pitch), motion.steady(top, start, pitch)
-    state = motion.State(rest.axis, rest.momentum + push[:, None] * (steady.momentum - rest.momentum))
-    time = 2 * np.pi / physics.precession_rate(top.torque, start, inertia, across, pitch)
-    return _Labs(top, state, pitch, physics.harmonic_mean_spin(start, start * np.exp(-time / DECAY)), time)
+    state = motion.State(
+        rest.axis, rest.momentum + push[:, None] * (steady.momentum - rest.momentum)
+    )
+    time = (
+        2 * np.pi / physics.precession_rate(top.torque, start, inertia, across, pitch)
+    )
+    return _Labs(
+        top,
+        state,
+        pitch,
+        physics.harmonic_mean_spin(start, start * np.exp(-time / DECAY)),
+        time,
+    )
 
 
 MODELS: dict[str, Callable[[_Labs], Floats]] = {
@@ -234,7 +290,14 @@ def follow(labs: _Labs, tolerance: float) -> tuple[Floats, int]:
 
     start = np.concatenate([labs.state.axis.T, labs.state.momentum.T])
     scale = np.repeat([1.0, float(np.abs(labs.state.momentum).max())], start.size // 2)
-    done = solve_ivp(slope, (0, 1), start.ravel(), "DOP853", rtol=tolerance, atol=0.01 * tolerance * scale)
+    done = solve_ivp(
+        slope,
+        (0, 1),
+        start.ravel(),
+        "DOP853",
+        rtol=tolerance,
+        atol=0.01 * tolerance * scale,
+    )
     x, y = done.y[:, -1].reshape(start.shape)[:2]
     azimuth = np.arctan2(y, x) - np.arctan2(start[1], start[0])
     # Add whole turns: the azimuth is near one turn.
@@ -248,11 +311,19 @@ INERTIA, SPIN = Truth().inertia, 150 * RPM
 
 _MASS = MASSES[-1]
 TOP = motion.Top(
-    INERTIA, DEFAULT_TRANSVERSE_RATIO * INERTIA + _MASS * POSITION**2, _MASS * POSITION * physics.STANDARD_GRAVITY
+    INERTIA,
+    DEFAULT_TRANSVERSE_RATIO * INERTIA + _MASS * POSITION**2,
+    _MASS * POSITION * physics.STANDARD_GRAVITY,
 )
 START = motion.released(TOP, SPIN)
 
-METHODS = {"splitting strang": 2, "splitting aba84": 4, "RK4": 4, "RK45": 5, "DOP853": 8}
+METHODS = {
+    "splitting strang": 2,
+    "splitting aba84": 4,
+    "RK4": 4,
+    "RK45": 5,
+    "DOP853": 8,
+}
 """Integrators and their order."""
 
 AIMS = (1e-3, 1e-6, 1e-9)
@@ -287,7 +358,10 @@ class Order(Struct, frozen=True):
         seen = [point for point in self.points if 1e-11 < point.off < 1e-3]
         if len(seen) < 2:
             return None
-        evaluations, off = np.log([p.evaluations for p in seen]), np.log([p.off for p in seen])
+        evaluations, off = (
+            np.log([p.evaluations for p in seen]),
+            np.log([p.off for p in seen]),
+        )
         return -float(np.polyfit(evaluations, off, 1)[0])
 
     def evaluations(self, aim: float) -> float | None:
@@ -295,43 +369,78 @@ class Order(Struct, frozen=True):
         for before, after in zip(self.points, self.points[1:], strict=False):
             if after.off <= aim < before.off:
                 share = math.log(before.off / aim) / math.log(before.off / after.off)
-                return float(before.evaluations * (after.evaluations / before.evaluations) ** share)
+                return float(
+                    before.evaluations
+                    * (after.evaluations / before.evaluations) ** share
+                )
         return None
 
 
 def find_orders(effort: Effort, clock: Clock) -> list[Order]:
     """Integrate the motion of the top for one turn and for many turns, with ever finer settings."""
-    nod, rate = motion.nutation(TOP, SPIN), float(motion.mean_precession_rate(TOP, SPIN))
+    nod, rate = (
+        motion.nutation(TOP, SPIN),
+        float(motion.mean_precession_rate(TOP, SPIN)),
+    )
     orders = []
     for turns in (1, effort.turns):
         # After a whole number of nutations and a half the rod is at its lowest point, where it moves fastest.
         time = (round(2 * math.pi * turns / rate / nod.period) + 0.5) * nod.period
         level, azimuth = math.cos(nod.greatest_sag), rate * time
-        true = np.array([level * math.cos(azimuth), level * math.sin(azimuth), -math.sin(nod.greatest_sag)])
+        true = np.array(
+            [
+                level * math.cos(azimuth),
+                level * math.sin(azimuth),
+                -math.sin(nod.greatest_sag),
+            ]
+        )
         for method in METHODS:
             points: list[Grade] = []
             for power in range(2, 13):
                 steps = math.ceil(2**power * time / nod.period)
                 begun = clock()
-                axis, evaluations, setting = _follow(method, steps, 10.0 ** -(power + 1), time)
+                axis, evaluations, setting = _follow(
+                    method, steps, 10.0 ** -(power + 1), time
+                )
                 seconds = max(clock() - begun, 1e-9) / evaluations
                 off = float(np.linalg.norm(axis - true))
-                points.append(Grade(setting or f"{2**power} steps per nutation", evaluations, seconds, off))
+                points.append(
+                    Grade(
+                        setting or f"{2**power} steps per nutation",
+                        evaluations,
+                        seconds,
+                        off,
+                    )
+                )
                 if off < _ARRIVED or 2 * evaluations > effort.evaluations * turns**0.5:
                     break
             orders.append(Order(method, turns, tuple(points)))
     return orders
 
 
-def _follow(method: str, steps: int, tolerance: float, time: float) -> tuple[Floats, int, str]:
+def _follow(
+    method: str, steps: int, tolerance: float, time: float
+) -> tuple[Floats, int, str]:
     """Integrate the motion for a time; return e3 at the end, the number of evaluations, and a tolerance if used."""
     if method == "RK4":
         row = [*START.axis.tolist(), *START.momentum.tolist()]
-        return np.array(runge_kutta(motion.vector_rates(TOP), row, time / steps, steps)[:3]), 4 * steps, ""
+        return (
+            np.array(
+                runge_kutta(motion.vector_rates(TOP), row, time / steps, steps)[:3]
+            ),
+            4 * steps,
+            "",
+        )
     if method.startswith("splitting"):
         name = method.removeprefix("splitting ")
-        return motion.split(TOP, START, time, steps, name).axis, steps * len(motion.METHODS[name][1]), ""
-    path, evaluations = motion.integrate(TOP, START, [time], method=method, rtol=tolerance, atol=1e-3 * tolerance)
+        return (
+            motion.split(TOP, START, time, steps, name).axis,
+            steps * len(motion.METHODS[name][1]),
+            "",
+        )
+    path, evaluations = motion.integrate(
+        TOP, START, [time], method=method, rtol=tolerance, atol=1e-3 * tolerance
+    )
     return path.axis[0], evaluations, f"rtol {tolerance:.0e}"
 
 
@@ -339,19 +448,28 @@ def cheapest(orders: Sequence[Order], turns: int) -> dict[str, tuple[float, floa
     """Find the integrators with the fewest evaluations, and the largest and smallest error for which this is true."""
     winners: dict[str, tuple[float, float]] = {}
     for aim in np.geomspace(1e-2, 1e-11, 181).tolist():
-        needed = {o.method: count for o in orders if o.turns == turns and (count := o.evaluations(aim))}
+        needed = {
+            o.method: count
+            for o in orders
+            if o.turns == turns and (count := o.evaluations(aim))
+        }
         if needed:
             best = min(needed, key=lambda method: needed[method])
             winners[best] = winners.get(best, (aim,))[0], aim
     return winners
 
 
-def runge_kutta(rates: Callable[..., Sequence[float]], row: Sequence[float], step: float, steps: int) -> list[float]:
+def runge_kutta(
+    rates: Callable[..., Sequence[float]], row: Sequence[float], step: float, steps: int
+) -> list[float]:
     """Take steps of the classical Runge–Kutta method; the arguments of `rates` are the components of the row."""
     for _ in range(steps):
         a = rates(*row)
         b = rates(*[y + step / 2 * k for y, k in zip(row, a, strict=True)])
         c = rates(*[y + step / 2 * k for y, k in zip(row, b, strict=True)])
         d = rates(*[y + step * k for y, k in zip(row, c, strict=True)])
-        row = [y + step / 6 * (p + 2 * (q + r) + s) for y, p, q, r, s in zip(row, a, b, c, d, strict=True)]
+        row = [
+            y + step / 6 * (p + 2 * (q + r) + s)
+            for y, p, q, r, s in zip(row, a, b, c, d, strict=True)
+        ]
     return list(row)

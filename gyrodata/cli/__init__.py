@@ -33,7 +33,10 @@ class _Kind(Struct, frozen=True):
 
 
 _GROUPS = convert(
-    tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")), dict[str, dict[str, _Kind]]
+    tomllib.loads(
+        Path(__file__).with_name("commands.toml").read_text(encoding="utf-8")
+    ),
+    dict[str, dict[str, _Kind]],
 )
 """The commands as ``gyro --help`` lists them."""
 
@@ -41,7 +44,9 @@ _COMMANDS = {name: kind for group in _GROUPS.values() for name, kind in group.it
 _COMMANDS["autograde"] = _Kind("grade_command")
 
 _LOGS = (".csv", ".xlsx", ".ods", ".txt", ".tsv", ".gz")
-_MEANT = {word: name for name, kind in _COMMANDS.items() for word in kind.also.split()} | {"version": "--version"}
+_MEANT = {
+    word: name for name, kind in _COMMANDS.items() for word in kind.also.split()
+} | {"version": "--version"}
 """Words that users may type, with the command that they mean."""
 
 
@@ -51,7 +56,9 @@ def _load(name: str) -> Any:
     kind = _COMMANDS[name]
     found = getattr(import_module(f"gyrodata.cli.{kind.module}"), name)
     if not isinstance(found, typer.Typer):
-        alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+        alone = typer.Typer(
+            add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False
+        )
         alone.command(name, hidden=not kind.short)(found)
         found = alone
     return _described(typer.main.get_command(found), name, kind)
@@ -118,7 +125,11 @@ app = typer.Typer(
 
 
 @app.callback(invoke_without_command=True)
-def _gyro(version: Annotated[bool, typer.Option("--version", "-V", help="Show the version and exit.")] = False) -> None:
+def _gyro(
+    version: Annotated[
+        bool, typer.Option("--version", "-V", help="Show the version and exit.")
+    ] = False,
+) -> None:
     if version:
         write_out(f"gyro {__version__}\n")
         raise typer.Exit

@@ -17,7 +17,13 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.cli import terminal
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs
+from gyrodata.cli.options import (
+    ConfigOption,
+    MappingOption,
+    SettingsOption,
+    constants_of,
+    pairs,
+)
 from gyrodata.disk import telling, write_folder, write_whole
 from gyrodata.errors import Diagnostic, GyroError
 from gyrodata.readings import listing
@@ -29,7 +35,9 @@ if TYPE_CHECKING:
 DATA = {"json": (".json",), "ndjson": (".ndjson", ".jsonl", ".json"), "csv": (".csv",)}
 """Endings of a file with data, by their format."""
 
-FILE_TYPES = tuple(".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv".split())  # noqa: SIM905
+FILE_TYPES = tuple(
+    ".pdf .html .txt .md .tex .doc .docx .xlsx .png .svg .json .ndjson .jsonl .csv".split()  # noqa: SIM905
+)
 """Endings of a name that users mean as a file, not as the folder of a report."""
 
 ENDINGS = re.compile(r"(?i)(?<=.)(\.xlsx)?(\.tsv)?(\.txt)?(\.csv)?(\.gz)?$")
@@ -46,7 +54,9 @@ Model = Literal["auto", "horizontal", "steady", "released"]
 Figures = Literal["png", "svg", "pdf"]
 Style = Literal["screen", "slides", "print"]
 Table = Literal["runs", "logs"]
-OpenOption = Annotated[bool, typer.Option("--open", help="Open the report in the browser.")]
+OpenOption = Annotated[
+    bool, typer.Option("--open", help="Open the report in the browser.")
+]
 
 
 def analyze(
@@ -78,9 +88,20 @@ def analyze(
     _refuse_contradictions(logs, form, table, out, watched)
     from gyrodata.results import Options
 
-    values, headers = (dict(sorted(found.items())) for found in (pairs(settings, "--set"), pairs(mapping, "--map")))
-    options = Options(set=values, map=headers, model=model, keep_flagged=keep_flagged, worksheet=worksheet)
-    request = _Request(options, config, form, table, figures, style, verbose, len(logs) > 1)
+    values, headers = (
+        dict(sorted(found.items()))
+        for found in (pairs(settings, "--set"), pairs(mapping, "--map"))
+    )
+    options = Options(
+        set=values,
+        map=headers,
+        model=model,
+        keep_flagged=keep_flagged,
+        worksheet=worksheet,
+    )
+    request = _Request(
+        options, config, form, table, figures, style, verbose, len(logs) > 1
+    )
     if watched:
         _watch(Path(logs[0]), replace(request, config=constants_of(logs[0], config)))
         return
@@ -98,18 +119,26 @@ def analyze(
 
         header = table_header(table)
     folders = _folders(terminal.short_paths(logs))
-    for log, name, below in zip(logs, terminal.names_of(logs, stdin), folders, strict=True):
+    for log, name, below in zip(
+        logs, terminal.names_of(logs, stdin), folders, strict=True
+    ):
         folder = None
         if reported and (out is not None or log != "-"):
             folder = below if out is None else out / below if request.several else out
         near = constants_of(log, config, quiet)
-        request = replace(request, config=near, options=replace(options, config=near.name if near else None))
+        request = replace(
+            request,
+            config=near,
+            options=replace(options, config=near.name if near else None),
+        )
         done = _analyze_one(log, name, request, below, folder)
         if file is not None:
             whole.append(done.text)
         elif form == "text":
             terminal.write_text(done.text)
-        elif done.text and not (done.report and form in DOCUMENTS and sys.stdout.isatty()):
+        elif done.text and not (
+            done.report and form in DOCUMENTS and sys.stdout.isatty()
+        ):
             # A document that is in a file is not printed on a terminal.
             terminal.write_out(header + done.text)
             header = ""
@@ -140,7 +169,9 @@ def demo(opened: OpenOption = False) -> None:
         terminal.refuse("demo_exists")
     with telling(log):
         write_whole(log, [data])
-    terminal.tell("demo.csv is a sample log: change a number in it, then type: gyro check demo.csv")
+    terminal.tell(
+        "demo.csv is a sample log: change a number in it, then type: gyro check demo.csv"
+    )
     terminal.tell(
         "for your own log: gyro template --out log.xlsx",
         "for a guide from Excel to the report: gyro explain first-timer",
@@ -148,18 +179,39 @@ def demo(opened: OpenOption = False) -> None:
     analyze([log.name], opened=opened)
 
 
-def _refuse_contradictions(logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool) -> None:
+def _refuse_contradictions(
+    logs: Sequence[str], form: Format, table: Table, out: Path | None, watched: bool
+) -> None:
     """Refuse options that contradict each other."""
     several = len(logs) > 1
     if form in ("json", "latex") and several:
-        terminal.refuse("format_for_one_log", form=form, other="ndjson" if form == "json" else "markdown")
+        terminal.refuse(
+            "format_for_one_log",
+            form=form,
+            other="ndjson" if form == "json" else "markdown",
+        )
     if table != "runs" and form != "csv":
         terminal.refuse("table_for_csv", table=table)
     ending = out.suffix.lower() if out is not None else ""
-    if out is not None and ending in FILE_TYPES and ending not in DATA.get(form, ()) and not out.is_dir():
-        ways = [f"for a folder with report.html and the figures: --out {out.with_suffix('')}"]
-        ways += [f"for a file with the data: --format {one} --out {out}" for one in DATA if ending == f".{one}"]
-        ways += ["for a PDF, print report.html from the browser"] if ending == ".pdf" else []
+    if (
+        out is not None
+        and ending in FILE_TYPES
+        and ending not in DATA.get(form, ())
+        and not out.is_dir()
+    ):
+        ways = [
+            f"for a folder with report.html and the figures: --out {out.with_suffix('')}"
+        ]
+        ways += [
+            f"for a file with the data: --format {one} --out {out}"
+            for one in DATA
+            if ending == f".{one}"
+        ]
+        ways += (
+            ["for a PDF, print report.html from the browser"]
+            if ending == ".pdf"
+            else []
+        )
         terminal.refuse("out_is_a_file", out=out, ways="; ".join(ways))
     if watched and (several or logs[0] == "-" or form != "text" or out):
         terminal.refuse("watch_one_file")
@@ -182,7 +234,12 @@ class _Request(Struct, frozen=True):
         """Read a log with the constants and headers of the options."""
         from gyrodata.readings import read_log
 
-        return read_log(**source, settings=self.options.set, mapping=self.options.map, config=self.config)
+        return read_log(
+            **source,
+            settings=self.options.set,
+            mapping=self.options.map,
+            config=self.config,
+        )
 
 
 # --- --watch: the answer again whenever the log is saved ------------------------------------------------------------
@@ -200,11 +257,17 @@ def _watch(path: Path, request: _Request) -> None:
     on_terminal = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
     before = ""
     for data in contents(path):
-        text = f"{path.name}: cannot be read now\n" if data is None else _state(path.name, data, request)
+        text = (
+            f"{path.name}: cannot be read now\n"
+            if data is None
+            else _state(path.name, data, request)
+        )
         if on_terminal:
             # Clear the screen first.
             text = terminal.coloured(text, sys.stdout)
-            terminal.write_out(f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n")
+            terminal.write_out(
+                f"\033[H\033[2J{text}\nwatching {path.name}; Ctrl-C ends it\n"
+            )
         else:
             terminal.write_out(before + text)
         before = "-" * 72 + "\n"
@@ -233,7 +296,9 @@ def contents(path: Path) -> Iterator[bytes | None]:
 
 def _content(path: Path, most: int) -> bytes:
     """Return the first bytes of a file, or nothing of a pipe that took its place."""
-    number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    number = os.open(
+        path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    )
     with os.fdopen(number, "rb") as file:
         return file.read(most) or b""
 
@@ -247,7 +312,9 @@ def _state(name: str, data: bytes, request: _Request) -> str:
     try:
         readings = request.read(source=data, name=name)
         analysis = analyze_readings(readings, request.options)
-        return text.watch_text(analysis, what_lacks(readings, analysis.measurements, analysis))
+        return text.watch_text(
+            analysis, what_lacks(readings, analysis.measurements, analysis)
+        )
     except GyroError as error:
         return text.unfinished_text(name, error.diagnostics)
     except Exception as error:
@@ -263,7 +330,11 @@ def _folders(paths: Sequence[Path]) -> list[Path]:
     for path in paths:
         # A folder that is given by mistake may have no name: "." or "/".
         stem = "stdin" if path == Path("-") else ENDINGS.sub("", path.name) or "log"
-        parts = [part for part in path.parent.parts if part not in ("..", path.anchor)] if len(paths) > 1 else []
+        parts = (
+            [part for part in path.parent.parts if part not in ("..", path.anchor)]
+            if len(paths) > 1
+            else []
+        )
         folder, number = Path(*parts, f"{stem}-report"), 1
         while folder in folders:
             number += 1
@@ -284,7 +355,9 @@ class _Outcome(Struct, frozen=True):
     """The report, if one was written."""
 
 
-def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Path | None) -> _Outcome:
+def _analyze_one(
+    log: str, name: str, request: _Request, below: Path, folder: Path | None
+) -> _Outcome:
     """Analyse one log, and write its report into a folder if there is one; `below` is the log's part of its path."""
     from gyrodata.analysis import analyze_readings
 
@@ -294,9 +367,13 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         analysis = analyze_readings(readings, request.options)
         text = _formatted(analysis, request, below, folder is not None)
     except GyroError as error:
-        return _without_answer(name, readings, request, error.exit_code, error.diagnostics)
+        return _without_answer(
+            name, readings, request, error.exit_code, error.diagnostics
+        )
     except Exception as error:
-        return _without_answer(name, readings, request, terminal.FAULT, (terminal.fault(error, name),))
+        return _without_answer(
+            name, readings, request, terminal.FAULT, (terminal.fault(error, name),)
+        )
     if folder is None:
         return _Outcome(0, text, analysis.diagnostics)
     try:
@@ -304,11 +381,20 @@ def _analyze_one(log: str, name: str, request: _Request, below: Path, folder: Pa
         with telling(folder):
             write_folder(folder, files)
     except GyroError as error:
-        return _Outcome(error.exit_code, text, (*analysis.diagnostics, *error.diagnostics))
+        return _Outcome(
+            error.exit_code, text, (*analysis.diagnostics, *error.diagnostics)
+        )
     except Exception as error:
         # The answer is right also if its report cannot be made.
-        return _Outcome(terminal.FAULT, text, (*analysis.diagnostics, terminal.fault(error, name)))
-    return _Outcome(0, text, (*analysis.diagnostics, *undrawn), report=folder / (document or "report.html"))
+        return _Outcome(
+            terminal.FAULT, text, (*analysis.diagnostics, terminal.fault(error, name))
+        )
+    return _Outcome(
+        0,
+        text,
+        (*analysis.diagnostics, *undrawn),
+        report=folder / (document or "report.html"),
+    )
 
 
 def _report_of(
@@ -322,14 +408,22 @@ def _report_of(
         omit_docstrings()
     faults: dict[str, str] = {}
     files = report_files(analysis, request.figures, request.style, document, faults)
-    reasons = {why: [figure for figure in faults if faults[figure] == why] for why in faults.values()}
+    reasons = {
+        why: [figure for figure in faults if faults[figure] == why]
+        for why in faults.values()
+    }
     return files, [
-        Diagnostic.named("figure_not_drawn", name, what=listing(figures), why=why) for why, figures in reasons.items()
+        Diagnostic.named("figure_not_drawn", name, what=listing(figures), why=why)
+        for why, figures in reasons.items()
     ]
 
 
 def _without_answer(
-    name: str, readings: Readings | None, request: _Request, code: int, found: Sequence[Diagnostic]
+    name: str,
+    readings: Readings | None,
+    request: _Request,
+    code: int,
+    found: Sequence[Diagnostic],
 ) -> _Outcome:
     """Describe a log without an answer; programs get an object or a row for it too."""
     from gyrodata.reporting.data import json_text, log_row
@@ -339,14 +433,24 @@ def _without_answer(
     if request.form == "csv" and request.table == "logs":
         text = log_row(name, {}, found)
     elif request.form in ("json", "ndjson"):
-        log = Input(name, readings.sha256, len(readings.runs)) if readings else Input(name, None, None)
+        log = (
+            Input(name, readings.sha256, len(readings.runs))
+            if readings
+            else Input(name, None, None)
+        )
         told = tuple(one.to_dict() for one in found)
-        document = AnalysisDocument(input=log, options=request.options, result=None, diagnostics=told)
-        text = json_text(to_json(document), indent=2 if request.form == "json" else None)
+        document = AnalysisDocument(
+            input=log, options=request.options, result=None, diagnostics=told
+        )
+        text = json_text(
+            to_json(document), indent=2 if request.form == "json" else None
+        )
     return _Outcome(code, text, found)
 
 
-def _formatted(analysis: Analysis, request: _Request, below: Path, written: bool) -> str:
+def _formatted(
+    analysis: Analysis, request: _Request, below: Path, written: bool
+) -> str:
     """Write an analysis in the format of the request; `written`: it has a report."""
     from gyrodata.reporting.data import json_text, table_rows
 

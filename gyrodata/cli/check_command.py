@@ -10,8 +10,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gyrodata.cli.options import ConfigOption, MappingOption, SettingsOption, constants_of, pairs, with_units
-from gyrodata.cli.terminal import FAULT, complain, fault, names_of, refuse, source_of, tell, write_out, write_text
+from gyrodata.cli.options import (
+    ConfigOption,
+    MappingOption,
+    SettingsOption,
+    constants_of,
+    pairs,
+    with_units,
+)
+from gyrodata.cli.terminal import (
+    FAULT,
+    complain,
+    fault,
+    names_of,
+    refuse,
+    source_of,
+    tell,
+    write_out,
+    write_text,
+)
 from gyrodata.disk import telling, write_whole
 from gyrodata.errors import Diagnostic, GyroError, InputError
 
@@ -43,7 +60,9 @@ def template(
     if out.exists():
         refuse("template_exists", out=out)
     with telling(out):
-        write_whole(out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()])
+        write_whole(
+            out, [_workbook(text) if out.suffix.lower() == ".xlsx" else text.encode()]
+        )
     tell(f"blank log: {out}; after the first runs, check it: gyro check {out}")
 
 
@@ -79,14 +98,21 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     masses = _shown(weights, "mass", "g", "--weights", 2)
     [arm] = _shown([position], "length", "cm", "--position", 1)
     aims = _shown(spins, "rate", "rpm", "--spins", 0)
-    lines = Path(__file__).with_name("blank_log.csv").read_text(encoding="utf-8").splitlines()
+    lines = (
+        Path(__file__)
+        .with_name("blank_log.csv")
+        .read_text(encoding="utf-8")
+        .splitlines()
+    )
     half = [*range(len(masses))] * (len(aims) // 2)
     middle: list[int | None] = [0, *range(1, len(masses)), 0] if len(aims) % 2 else [0]
     middle.insert((len(middle) + 1) // 2, None)
     hung = [0] * len(masses)
     for weight in (*half, *middle, *reversed(half)):
         if weight is None:
-            lines.append(f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm")
+            lines.append(
+                f"0,,,,,,no weight on the rod; aim at {aims[len(aims) // 2]} rpm"
+            )
             continue
         # Each weight begins with another spin, so that the spins take turns too.
         aim = aims[(weight + hung[weight]) % len(aims)]
@@ -96,7 +122,9 @@ def blank_log(weights: Sequence[str], position: str, spins: Sequence[str]) -> st
     return "\n".join(lines) + "\n"
 
 
-def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int) -> list[str]:
+def _shown(
+    texts: Sequence[str], kind: str, unit: str, option: str, digits: int
+) -> list[str]:
     """Write the values of an option in one unit, with at least `digits` digits."""
     from gyrodata.quantities import parse_quantity
     from gyrodata.units import UnitError, from_si
@@ -112,7 +140,9 @@ def _shown(texts: Sequence[str], kind: str, unit: str, option: str, digits: int)
         if kind != "length" and value <= 0:
             refuse("template_not_above_zero", option=option, text=text)
         short = f"{value:.10g}"
-        shown.append(short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}")
+        shown.append(
+            short if len(short.partition(".")[2]) >= digits else f"{value:.{digits}f}"
+        )
     return shown
 
 
@@ -133,7 +163,12 @@ def _workbook(text: str) -> bytes:
         cell.font = Font(bold=True)
         sheet.column_dimensions[cell.column_letter].width = 18
         # Excel shows as many digits as the instruments; turns are text, because Excel makes a date of 1/3.
-        form = {"mass [g]": "0.00", "position [cm]": "0.0", "time [s]": "0.00", "turns": "@"}.get(cell.value, "General")
+        form = {
+            "mass [g]": "0.00",
+            "position [cm]": "0.0",
+            "time [s]": "0.00",
+            "turns": "@",
+        }.get(cell.value, "General")
         for row in range(cell.row + 1, sheet.max_row + 1):
             below = sheet.cell(row, cell.column)
             below.number_format = form
@@ -161,7 +196,10 @@ def check(
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or
     not unique; 2 wrong use, or a log that cannot be read; 3 a fault of gyro.
     """
-    given: dict[str, Any] = {"settings": pairs(settings, "--set"), "mapping": pairs(mapping, "--map")}
+    given: dict[str, Any] = {
+        "settings": pairs(settings, "--set"),
+        "mapping": pairs(mapping, "--map"),
+    }
     if hand_in and (settings or mapping or config or fix or "-" in logs):
         refuse("hand_in_as_it_is")
     if form == "json" and len(logs) > 1 and not hand_in:
@@ -174,12 +212,23 @@ def check(
     if hand_in:
         from gyrodata.grading.grade import read_hand_in
 
-        _, worst = _check_one(names_of(logs)[0], lambda: read_hand_in([Path(log) for log in logs]), form, strict)
+        _, worst = _check_one(
+            names_of(logs)[0],
+            lambda: read_hand_in([Path(log) for log in logs]),
+            form,
+            strict,
+        )
         logs = []
     for log, name in zip(logs, names_of(logs), strict=True):
 
         def read(log: str = log, name: str = name) -> Read:
-            return read_log(**source_of(log, name), **given, config=constants_of(log, config)), None, ()
+            return (
+                read_log(
+                    **source_of(log, name), **given, config=constants_of(log, config)
+                ),
+                None,
+                (),
+            )
 
         readings, code = _check_one(name, read, form, strict)
         if fix and readings is not None:
@@ -196,7 +245,9 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     """Write a log as it was understood next to it, and list what is left to fill in."""
     from gyrodata.readings import fixed_log
 
-    fixed = log.with_name(f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv")
+    fixed = log.with_name(
+        f"{log.name.removesuffix('.gz').rpartition('.')[0] or log.name}-fixed.csv"
+    )
     if not readings.runs or not readings.columns:
         refuse("fix_without_runs", fixed=fixed, log=readings.name)
     text, left = fixed_log(readings)
@@ -207,10 +258,17 @@ def _fix(log: Path, readings: Readings, form: CheckFormat) -> None:
     except OSError as error:
         refuse("fixed_not_written", fixed=fixed, why=error.strerror or error)
     todo = f"left for you: {len(left)}" if left else "nothing is left to correct"
-    typer.echo("\n   ".join([f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]), err=form != "text")
+    typer.echo(
+        "\n   ".join(
+            [f"{fixed}: {readings.name} as gyro understood it; {todo}", *left]
+        ),
+        err=form != "text",
+    )
 
 
-def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: bool) -> tuple[Readings | None, int]:
+def _check_one(
+    name: str, read: Callable[[], Read], form: CheckFormat, strict: bool
+) -> tuple[Readings | None, int]:
     """Check one log and print what was found; return the log and the exit code."""
     from gyrodata.procedure import ADVICE, check_log
     from gyrodata.reporting.data import json_text
@@ -225,18 +283,31 @@ def _check_one(name: str, read: Callable[[], Read], form: CheckFormat, strict: b
         # Missing runs are listed before the submission, when they can still be measured.
         if readings.ok and hand_in is None:
             analysis, found = check_log(readings)
-        serious = [one for one in found if one.severity != "note" and (strict or one.code not in ADVICE)]
+        serious = [
+            one
+            for one in found
+            if one.severity != "note" and (strict or one.code not in ADVICE)
+        ]
         code = 1 if serious or (analysis and analysis.doubts) else 0
     except GyroError as error:
         found, code = error.diagnostics, error.exit_code
     except Exception as error:
         found, code = (fault(error, name),), FAULT
     # Diagnostics of the whole submission come last.
-    found = tuple(sorted(found, key=lambda one: (one in of_submission, one.line or 0, one.column or 0)))
+    found = tuple(
+        sorted(
+            found,
+            key=lambda one: (one in of_submission, one.line or 0, one.column or 0),
+        )
+    )
     name = readings.name if readings and hand_in else name
     rows = len(readings.runs) if readings else None
     if form == "text":
-        write_text(check_text(name, rows, found, "with an answer" if hand_in else "complete", analysis))
+        write_text(
+            check_text(
+                name, rows, found, "with an answer" if hand_in else "complete", analysis
+            )
+        )
         return readings, code
     doubts = analysis.doubts if analysis else ()
     document = CheckDocument(

@@ -27,8 +27,12 @@ COMMANDS = ("analyze", "check", "explain", "grade", "predict", "simulate", "temp
 def _topics(incomplete: str) -> list[tuple[str, str]]:
     """List pages and codes that begin with a text, each with its title, for a shell that completes."""
     titles = {name: docs.page_title(name) for name in docs.PAGES}
-    titles |= {code: entry.title for code, entry in sorted(diagnostics.explanations().items())}
-    return [(name, title) for name, title in titles.items() if name.startswith(incomplete)]
+    titles |= {
+        code: entry.title for code, entry in sorted(diagnostics.explanations().items())
+    }
+    return [
+        (name, title) for name, title in titles.items() if name.startswith(incomplete)
+    ]
 
 
 def explain(
@@ -51,14 +55,23 @@ def explain(
 
 def _glossary() -> dict[str, dict[str, str]]:
     """Read the texts about "words" and "keys" of a log, by all names of a word, separated by commas."""
-    return tomllib.loads(Path(docs.__file__).with_name("glossary.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(
+        Path(docs.__file__).with_name("glossary.toml").read_text(encoding="utf-8")
+    )
 
 
 def _contents() -> str:
     longest = max(map(len, docs.PAGES))
-    pages = "".join(f"  gyro explain {name:<{longest}}  {docs.page_title(name)}\n" for name in docs.PAGES)
-    words = fill(", ".join(names.partition(",")[0] for names in _glossary()["words"]), 74)
-    codes = f"Codes of messages, such as:\n  gyro explain {diagnostics.NO_UNLOADED_RUN}\n"
+    pages = "".join(
+        f"  gyro explain {name:<{longest}}  {docs.page_title(name)}\n"
+        for name in docs.PAGES
+    )
+    words = fill(
+        ", ".join(names.partition(",")[0] for names in _glossary()["words"]), 74
+    )
+    codes = (
+        f"Codes of messages, such as:\n  gyro explain {diagnostics.NO_UNLOADED_RUN}\n"
+    )
     keys = "Keys of a log, such as:\n  gyro explain u_time\n"
     return f"Pages:\n{pages}{codes}Words:\n{indent(words, '  ')}\n{keys}"
 
@@ -82,11 +95,16 @@ def _explanation(asked: str) -> str:
 
     texts = _glossary()["keys"] | _glossary()["words"]
     words = {word: names for names in texts for word in names.split(", ")}
-    known = {_folded(name): name for name in (*KEYS, *words, *diagnostics.explanations(), *docs.PAGES)}
+    known = {
+        _folded(name): name
+        for name in (*KEYS, *words, *diagnostics.explanations(), *docs.PAGES)
+    }
     name = f"g{asked}" if asked.isdigit() else _folded(asked)
     if name not in known:
         near = get_close_matches(name, known, n=1)
-        pages = [page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()]
+        pages = [
+            page for page in docs.PAGES if asked.lower() in docs.page_text(page).lower()
+        ]
         if near:
             refuse("page_misspelt", asked=asked, near=known[near[0]])
         elif pages:
@@ -134,8 +152,12 @@ def _about_code(code: str) -> str:
     """Describe the meaning, the effect and the remedy of a code, with an example."""
     entry, raised = diagnostics.explanations()[code], _raised(code)
     lines = entry.example.rstrip("\n").splitlines() or ["(an empty file)"]
-    shown = [line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]]
-    shown += [f"… and {len(lines) - LONGEST} more lines"] if len(lines) > LONGEST else []
+    shown = [
+        line if len(line) <= WIDEST else f"{line[:WIDEST]}…" for line in lines[:LONGEST]
+    ]
+    shown += (
+        [f"… and {len(lines) - LONGEST} more lines"] if len(lines) > LONGEST else []
+    )
     if not raised and lines[0].split()[0] in COMMANDS:
         shown = [f"gyro {lines[0]}"]
     blocks = {
@@ -145,7 +167,11 @@ def _about_code(code: str) -> str:
         "Example": "\n".join(shown),
         "gyro says about this log": str(raised or ""),
     }
-    told = [f"{head}:\n{indent(text.rstrip(), '  ')}" for head, text in blocks.items() if text]
+    told = [
+        f"{head}:\n{indent(text.rstrip(), '  ')}"
+        for head, text in blocks.items()
+        if text
+    ]
     title = f"{code}, {diagnostics.severities()[code]}: {entry.title}"
     return "\n\n".join([title, *told]).translate(PICTURES) + "\n"
 
@@ -160,7 +186,11 @@ def _raised(code: str) -> Diagnostic | None:
     if code >= "G5" or example.startswith("analyze "):
         return None
     # These two codes are about bytes that are not UTF-8.
-    encoding = "latin-1" if code in (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED) else "utf-8"
+    encoding = (
+        "latin-1"
+        if code in (diagnostics.COMPRESSED_FILE_DAMAGED, diagnostics.CODE_PAGE_GUESSED)
+        else "utf-8"
+    )
     try:
         readings = read_log(example.encode(encoding), name="log.csv")
         found = (*readings.diagnostics, *check_log(readings)[1])

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 
 Form = Literal["text", "json", "ndjson", "csv"]
-Platform = Literal["auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"]
+Platform = Literal[
+    "auto", "folder", "canvas", "moodle", "blackboard", "brightspace", "gradescope"
+]
 
 
 def grade(
@@ -85,14 +87,18 @@ def grade(
         # A gradebook that cannot be filled stops gyro before the class is graded.
         fill_book(*book, [not_graded(first, judged, "not yet")], assignment)
     listed = roster or gradebook
-    people = Roster() if listed is None else read_roster(_read(listed), listed.name, found)
+    people = (
+        Roster() if listed is None else read_roster(_read(listed), listed.name, found)
+    )
     # Decisions are used too if the grades are only printed.
     home, desk = folder or _usual_folder(path.resolve()), ledger.NO_DESK
     desks = [one for one in (home / ledger.DESK, home / "desk.xlsx") if one.exists()]
     if len(desks) > 1:
         refuse("two_desks", home=home)
     if desks:
-        desk = ledger.read_desk(desks[0], _read(desks[0]), people.who_is_meant(found), judged)
+        desk = ledger.read_desk(
+            desks[0], _read(desks[0]), people.who_is_meant(found), judged
+        )
     complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
@@ -114,9 +120,17 @@ def grade(
             before = folder / output.TABLE if folder is not None else Path()
             # A table without a line, and no table, are not compared.
             old = before.read_bytes() if before.is_file() else b""
-            changes = compare_tables(old, grades.table.encode("utf-8", "replace")) if old else ()
+            changes = (
+                compare_tables(old, grades.table.encode("utf-8", "replace"))
+                if old
+                else ()
+            )
             if book is not None:
-                ours = output.totals_from_here(folder, desk, grades.names) if folder is not None else None
+                ours = (
+                    output.totals_from_here(folder, desk, grades.names)
+                    if folder is not None
+                    else None
+                )
                 filled = fill_book(*book, grades.grades, assignment, grades.ids, ours)
             if not quiet:
                 tell(*output.told_of(grades, changes, filled, dry_run).split("\n")[:-1])
@@ -126,7 +140,11 @@ def grade(
                 if not quiet:
                     tell(*written)
         except KeyboardInterrupt:
-            kept = "what was done is kept, and the same command goes on from there" if target else "nothing is kept"
+            kept = (
+                "what was done is kept, and the same command goes on from there"
+                if target
+                else "nothing is kept"
+            )
             tell(f"{chr(10) if options.progress else ''}stopped; {kept}")
             raise typer.Exit(130) from None
     from gyrodata.grading.exports import grade_lines, grades_document
@@ -134,14 +152,20 @@ def grade(
     if form in ("text", "csv"):
         write_out(grades.summary if form == "text" else grades.table)
     else:
-        json = grades_document(grades, changes if dry_run else None) if form == "json" else grade_lines(grades)
+        json = (
+            grades_document(grades, changes if dry_run else None)
+            if form == "json"
+            else grade_lines(grades)
+        )
         for part in json:
             write_out(part)
     raise typer.Exit(1 if grades.count("not graded") and not exit_zero else 0)
 
 
 def autograde(
-    root: Annotated[Path, Argument(metavar="ROOT", help="Folder of the autograder.")] = Path("/autograder"),
+    root: Annotated[
+        Path, Argument(metavar="ROOT", help="Folder of the autograder.")
+    ] = Path("/autograder"),
 ) -> None:
     """Grade the one submission that a running autograder of Gradescope has; called by its run_autograder."""
     from gyrodata.grading.exports.gradescope import grade_autograder
@@ -192,7 +216,11 @@ def _earlier(years: Sequence[Path]) -> dict[str, Fingerprint]:
     for year in years:
         path, name = year / JOURNAL, year.resolve().name
         entries = read_journal(_read(path) if path.exists() else b"")[0].items()
-        kept = {f"{name}/{student}": one.grade.fingerprint for student, one in entries if one.grade.fingerprint}
+        kept = {
+            f"{name}/{student}": one.grade.fingerprint
+            for student, one in entries
+            if one.grade.fingerprint
+        }
         if not kept:
             refuse("previous_without_logs", year=year, journal=JOURNAL)
         found |= kept
@@ -212,14 +240,21 @@ def _write_autograder(folder: Path, path: Path | None) -> Iterator[str]:
             write_whole(folder / name, [content])
             if content.startswith(b"#!"):
                 (folder / name).chmod(0o755)
-    by_hand = [criterion for criterion in rubric.criteria if criterion.check == "manual"]
+    by_hand = [
+        criterion for criterion in rubric.criteria if criterion.check == "manual"
+    ]
     points = rubric.points - sum(criterion.points for criterion in by_hand)
     yield f"autograder: zip the files in {folder}, without a folder around them, and upload that"
     yield f"in Gradescope: {points:g} autograder points, and a due date, after which all feedback is shown"
-    yield from (f'in Gradescope: {one.points:g} points for "{one.title}" are given by hand' for one in by_hand)
+    yield from (
+        f'in Gradescope: {one.points:g} points for "{one.title}" are given by hand'
+        for one in by_hand
+    )
 
 
-def _folder(path: Path, out: Path | None, form: Form, dry_run: bool, needed: Sequence[str]) -> Path | None:
+def _folder(
+    path: Path, out: Path | None, form: Form, dry_run: bool, needed: Sequence[str]
+) -> Path | None:
     """Return the folder for the grades; None for no folder, unless an option needs one.
 
     Grades in the folder of the class are refused: they would be taken for a student's.

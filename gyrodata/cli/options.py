@@ -14,18 +14,36 @@ from gyrodata.cli.terminal import refuse, tell
 PlainFormat = Literal["text", "json"]
 """Text for people or JSON for programs."""
 
-FormatOption = Annotated[PlainFormat, typer.Option("--format", "-f", help="Form of the output.")]
+FormatOption = Annotated[
+    PlainFormat, typer.Option("--format", "-f", help="Form of the output.")
+]
 SettingsOption = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".')
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help='A constant: --set g="9.803 m/s^2".'
+    ),
 ]
 MappingOption = Annotated[
-    list[str] | None, typer.Option("--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".')
+    list[str] | None,
+    typer.Option(
+        "--map", metavar="ROLE=HEADER", help='Name a column: --map time="T (s)".'
+    ),
 ]
 ConfigOption = Annotated[
-    Path | None, typer.Option("--config", help="TOML file with constants. Default: gyro.toml next to the log.")
+    Path | None,
+    typer.Option(
+        "--config", help="TOML file with constants. Default: gyro.toml next to the log."
+    ),
 ]
 
-Bound = Literal["", "above zero", "other than zero", "zero or above", "below 90 degrees", "from -90 to 90 degrees"]
+Bound = Literal[
+    "",
+    "above zero",
+    "other than zero",
+    "zero or above",
+    "below 90 degrees",
+    "from -90 to 90 degrees",
+]
 
 
 def example_of(*lines: str) -> str:
@@ -39,8 +57,18 @@ def pairs(given: list[str] | None, option: str) -> dict[str, str]:
     for item in given or []:
         key, _, value = (part.strip() for part in item.partition("="))
         if not key or not value:
-            example, form = ("turns=1/3", "KEY=VALUE") if option == "--set" else ('time="T (s)"', "ROLE=HEADER")
-            refuse("option_not_a_pair", option=option, item=item, form=form, example=example)
+            example, form = (
+                ("turns=1/3", "KEY=VALUE")
+                if option == "--set"
+                else ('time="T (s)"', "ROLE=HEADER")
+            )
+            refuse(
+                "option_not_a_pair",
+                option=option,
+                item=item,
+                form=form,
+                example=example,
+            )
         found[key] = value
     return found
 
@@ -96,7 +124,12 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
         value = quantities.parse_quantity(text, kind)
     except units.UnitError as error:
         if re.fullmatch(r"\s*[-+]?\d+\.?\d*\s*", text):
-            refuse("option_without_unit", shown=shown, option=option, meant=f"{text.strip()} {units.DISPLAY[kind]}")
+            refuse(
+                "option_without_unit",
+                shown=shown,
+                option=option,
+                meant=f"{text.strip()} {units.DISPLAY[kind]}",
+            )
         refuse("option_not_a_quantity", option=option, error=error, hint=error.hint)
     broken = {
         "above zero": value <= 0,
@@ -110,6 +143,17 @@ def quantity(option: str, text: str, kind: str, bound: Bound = "") -> float:
     low, high = units.LIMITS[kind]
     # No angle is too small: the pitch of a level rod may be nearly zero.
     if abs(value) > high or (0 < abs(value) < low and kind != "angle"):
-        size, unit = "large" if abs(value) > high else "small", f" {units.SI[kind]}".rstrip()
-        refuse("option_too_large", shown=shown, size=size, kind=units.KINDS[kind].words, low=low, high=high, unit=unit)
+        size, unit = (
+            "large" if abs(value) > high else "small",
+            f" {units.SI[kind]}".rstrip(),
+        )
+        refuse(
+            "option_too_large",
+            shown=shown,
+            size=size,
+            kind=units.KINDS[kind].words,
+            low=low,
+            high=high,
+            unit=unit,
+        )
     return value

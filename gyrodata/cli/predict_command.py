@@ -41,7 +41,9 @@ class _Numbers(Struct):
     notes: list[str]
     """Where each number comes from that no option gives."""
 
-    def get(self, option: str, text: str | None, kind: str, usual: str, bound: Bound = "") -> float:
+    def get(
+        self, option: str, text: str | None, kind: str, usual: str, bound: Bound = ""
+    ) -> float:
         """Return the value of an option, else that of the log, else the usual one [SI unit]."""
         from gyrodata.units import DISPLAY, from_si
 
@@ -51,7 +53,9 @@ class _Numbers(Struct):
             self.notes.append(f'{option} "{usual}", the default value')
             return quantity(option, usual, kind, bound)
         value, unit = self.of_log[option], DISPLAY[kind]
-        self.notes.append(f'{option} "{from_si(value, unit, kind):.6g} {unit}", from {self.name}')
+        self.notes.append(
+            f'{option} "{from_si(value, unit, kind):.6g} {unit}", from {self.name}'
+        )
         return value
 
     def transverse(self, text: str | None, inertia: float, load: float = 0.0) -> float:
@@ -72,21 +76,37 @@ def _read(log: str | None) -> _Numbers:
     from gyrodata.analysis import analyze
 
     [name] = names_of([log])
-    found = analyze(source_of(log, name)["source"], name=name, config=constants_of(log, None))
+    found = analyze(
+        source_of(log, name)["source"], name=name, config=constants_of(log, None)
+    )
     measured, runs = found.measurements, found.run_table
-    fastest = sorted((i for i, run in enumerate(runs) if not run.left_out), key=lambda i: -abs(measured.spin[i]))
-    values = {"--inertia": found.inertia.value, "--spin": float(measured.spin[fastest[0]]), "--g": measured.g}
+    fastest = sorted(
+        (i for i, run in enumerate(runs) if not run.left_out),
+        key=lambda i: -abs(measured.spin[i]),
+    )
+    values = {
+        "--inertia": found.inertia.value,
+        "--spin": float(measured.spin[fastest[0]]),
+        "--g": measured.g,
+    }
     if measured.latitude is not None:
         values["--latitude"] = measured.latitude
     for i in fastest:
         mass, position = runs[i].mass, runs[i].position
         if mass and position:
             # A column may contain the side of the rod; then it is in the sign of the torque only.
-            values |= {"--mass": mass, "--position": math.copysign(position, runs[i].torque)}
-            if measured.transverse_inertia is not None and math.isfinite(measured.transverse_inertia[i]):
+            values |= {
+                "--mass": mass,
+                "--position": math.copysign(position, runs[i].torque),
+            }
+            if measured.transverse_inertia is not None and math.isfinite(
+                measured.transverse_inertia[i]
+            ):
                 values["--transverse"] = float(measured.transverse_inertia[i])
             break
-    return _Numbers(name, values, [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts])
+    return _Numbers(
+        name, values, [f"do not rely on I_zz: {doubt.words}" for doubt in found.doubts]
+    )
 
 
 @predict.command()
@@ -114,16 +134,22 @@ def precession(
         # The log has this inertia for its own weight.
         numbers.of_log.pop("--transverse", None)
     values = {
-        "inertia": numbers.get("--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"),
+        "inertia": numbers.get(
+            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
+        ),
         "spin": numbers.get("--spin", spin, "rate", "400 rpm"),
         "pitch": quantity("--pitch", pitch, "angle", "below 90 degrees"),
         "mass": numbers.get("--mass", mass, "mass", "60 g", "zero or above"),
         "position": numbers.get("--position", position, "length", "15 cm"),
         "g": numbers.get("--g", g, "acceleration", "9.80665 m/s^2", "above zero"),
     }
-    values["torque"] = float(physics.torque(values["mass"], values["position"], values["g"]))
+    values["torque"] = float(
+        physics.torque(values["mass"], values["position"], values["g"])
+    )
     load = values["mass"] * values["position"] ** 2
-    values["transverse_inertia"] = numbers.transverse(transverse, values["inertia"], load)
+    values["transverse_inertia"] = numbers.transverse(
+        transverse, values["inertia"], load
+    )
     names = ("torque", "spin", "inertia", "transverse_inertia", "pitch")
     _write(predict_precession(*(values[name] for name in names)), values, numbers, form)
 
@@ -148,9 +174,13 @@ def earth(
 
     numbers = _read(log)
     values = {
-        "latitude": numbers.get("--latitude", latitude, "angle", "42.5 deg", "from -90 to 90 degrees"),
+        "latitude": numbers.get(
+            "--latitude", latitude, "angle", "42.5 deg", "from -90 to 90 degrees"
+        ),
         "hours": hours,
-        "inertia": numbers.get("--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"),
+        "inertia": numbers.get(
+            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
+        ),
         "spin": numbers.get("--spin", spin, "rate", "400 rpm", "other than zero"),
     }
     rows = [row * step for row in range(math.ceil(hours / step - 1e-9))]
@@ -175,9 +205,13 @@ def platform(
     from gyrodata.prediction import predict_platform
 
     values = {
-        "wheel_inertia": quantity("--wheel-inertia", wheel_inertia, "inertia", "above zero"),
+        "wheel_inertia": quantity(
+            "--wheel-inertia", wheel_inertia, "inertia", "above zero"
+        ),
         "wheel_spin": quantity("--wheel-spin", wheel_spin, "rate"),
-        "platform_inertia": quantity("--platform-inertia", platform_inertia, "inertia", "above zero"),
+        "platform_inertia": quantity(
+            "--platform-inertia", platform_inertia, "inertia", "above zero"
+        ),
         "from": quantity("--from", start, "angle"),
         "to": quantity("--to", end, "angle"),
     }
@@ -200,7 +234,9 @@ def twist(
     from gyrodata.prediction import predict_twist
 
     values = {
-        "wheel_inertia": quantity("--wheel-inertia", wheel_inertia, "inertia", "above zero"),
+        "wheel_inertia": quantity(
+            "--wheel-inertia", wheel_inertia, "inertia", "above zero"
+        ),
         "wheel_spin": quantity("--wheel-spin", wheel_spin, "rate"),
         "time": quantity("--time", time, "time", "above zero"),
         "handles": quantity("--handles", handles, "length", "above zero"),
@@ -229,7 +265,9 @@ def tip(
     values = {
         "force": quantity("--force", force, "force", "above zero"),
         "length": quantity("--length", length, "length", "above zero"),
-        "inertia": numbers.get("--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"),
+        "inertia": numbers.get(
+            "--inertia", inertia, "inertia", "4.44e-3 kg m^2", "above zero"
+        ),
         "spin": numbers.get("--spin", spin, "rate", "400 rpm"),
     }
     numbers.of_log.pop("--transverse", None)
@@ -238,7 +276,10 @@ def tip(
 
 
 def _write(
-    answer: Precession | Earth | Platform | Twist | Tip, values: dict[str, float], numbers: _Numbers, form: str
+    answer: Precession | Earth | Platform | Twist | Tip,
+    values: dict[str, float],
+    numbers: _Numbers,
+    form: str,
 ) -> None:
     from gyrodata.prediction import prediction_text
     from gyrodata.reporting.data import json_text

@@ -39,7 +39,9 @@ class Door(TyperGroup):
             code = _report(error.diagnostics, error.exit_code)
         except OSError as error:
             # Commands explain errors of the files that they open.
-            found = Diagnostic.named("cannot_continue", why=error.strerror or type(error).__name__)
+            found = Diagnostic.named(
+                "cannot_continue", why=error.strerror or type(error).__name__
+            )
             code = _report([found], InputError.exit_code)
         except Exception as error:
             # Errors of the command line itself have this method; typer does not export their class.
@@ -73,13 +75,17 @@ def _usage_error(error: Any) -> Diagnostic:
     if names:
         hint = f"did you mean {names[0].rstrip('?)').replace(', ', ' or ')}?"
     if choice := re.search(r"'([^']*)' is not one of (.*)", message):
-        near = get_close_matches(choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1)
+        near = get_close_matches(
+            choice[1].lower(), re.findall(r"'([^']*)'", choice[2]), n=1
+        )
         hint = f"did you mean {near[0]}?" if near else hint
     wrong = getattr(error, "option_name", "").lstrip("-")
     for option in error.ctx.command.params if error.ctx else ():
         if wrong in (option.type_descriptor.choices or ()):
             hint = f"did you mean {option.opts[0]} {wrong}?"
-        elif "--out" in option.opts and message.startswith("got unexpected extra argument"):
+        elif "--out" in option.opts and message.startswith(
+            "got unexpected extra argument"
+        ):
             hint = f"to write a file: {command} --out {message.rpartition('(')[2].rstrip(')')}"
     return Diagnostic.named("command_line_wrong", message=message, hint=hint)
 
@@ -110,7 +116,10 @@ def _open_streams() -> None:
     for stream in (sys.stdout, sys.stderr):
         # The streams of tests and notebooks accept every character.
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(encoding=stream.encoding if stream.isatty() else "utf-8", errors="replace")
+            stream.reconfigure(
+                encoding=stream.encoding if stream.isatty() else "utf-8",
+                errors="replace",
+            )
 
 
 _PLAIN = {
@@ -128,8 +137,14 @@ def readable(text: str, encoding: str) -> str:
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
-        text = re.sub(" ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "e" + found[1].translate(_RAISED), text)
-        text = re.sub("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: "^" + found[0].translate(_RAISED), text)
+        text = re.sub(
+            " ?[×·] ?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)",
+            lambda found: "e" + found[1].translate(_RAISED),
+            text,
+        )
+        text = re.sub(
+            "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda found: "^" + found[0].translate(_RAISED), text
+        )
         text = "".join(map(_plain, text))
     return text
 
@@ -168,8 +183,14 @@ def fault(error: Exception, name: str = "") -> Diagnostic:
         tell("".join(traceback.format_exception(error)))
     frames = traceback.walk_tb(error.__traceback__)
     places = [(frame.f_globals.get("__name__", ""), line) for frame, line in frames]
-    place = [f" in {module}, line {line}" for module, line in places if module.startswith("gyrodata")][-1:]
-    return Diagnostic.named("fault_of_gyro", name, error=type(error).__name__, place="".join(place))
+    place = [
+        f" in {module}, line {line}"
+        for module, line in places
+        if module.startswith("gyrodata")
+    ][-1:]
+    return Diagnostic.named(
+        "fault_of_gyro", name, error=type(error).__name__, place="".join(place)
+    )
 
 
 _COLOURED = (
@@ -203,7 +224,9 @@ def wrapped(text: str, stream: Any) -> str:
         indent = line[: len(line) - len(line.lstrip())]
         if len(line) <= width or "  " in line.strip():
             return line
-        return textwrap.fill(line, width, subsequent_indent=indent + "  ", break_long_words=False)
+        return textwrap.fill(
+            line, width, subsequent_indent=indent + "  ", break_long_words=False
+        )
 
     return "\n".join(map(wrap, text.split("\n")))
 
@@ -240,7 +263,15 @@ def complain(found: Iterable[Diagnostic], quiet: bool = False) -> None:
     """Write diagnostics to standard error. Errors come last, because users see the last lines."""
     order = {"note": 0, "warning": 1, "error": 2}
     shown = [one for one in found if not quiet or one.severity == "error"]
-    tell(*map(str, sorted(shown, key=lambda one: (order[one.severity], one.line or 0, one.column or 0))))
+    tell(
+        *map(
+            str,
+            sorted(
+                shown,
+                key=lambda one: (order[one.severity], one.line or 0, one.column or 0),
+            ),
+        )
+    )
 
 
 def refuse(name: str, /, **values: object) -> NoReturn:
@@ -254,7 +285,11 @@ def progress_bar(whole: int, what: str = "") -> Callable[[int], None] | None:
         return None
 
     def show(done: int) -> None:
-        typer.echo(f"\r{what}{done} of {whole}\033[K" if done < whole else "\r\033[K", err=True, nl=False)
+        typer.echo(
+            f"\r{what}{done} of {whole}\033[K" if done < whole else "\r\033[K",
+            err=True,
+            nl=False,
+        )
 
     return show
 
@@ -290,4 +325,7 @@ def short_paths(logs: Sequence[str]) -> list[Path]:
 
 def names_of(logs: Sequence[str], stdin: str = STDIN) -> list[str]:
     """Return the names of logs for messages and results."""
-    return [printable(stdin if path == Path("-") else path.as_posix()) for path in short_paths(logs)]
+    return [
+        printable(stdin if path == Path("-") else path.as_posix())
+        for path in short_paths(logs)
+    ]

@@ -38,7 +38,9 @@ def simulate(
     known = {"none": simulation.EXACT, "typical": simulation.TYPICAL}
     truth = simulation.Truth(
         inertia=options.quantity("--inertia", inertia, "inertia", "above zero"),
-        imbalance=None if imbalance is None else options.quantity("--imbalance", imbalance, "torque"),
+        imbalance=None
+        if imbalance is None
+        else options.quantity("--imbalance", imbalance, "torque"),
         decay=_decay(spin_decay),
     )
     design = simulation.Design(
@@ -52,8 +54,12 @@ def simulate(
     write_out(simulation.simulate(truth, design, errors, seed).log)
 
 
-def _list(option: str, text: str, kind: str, bound: options.Bound = "") -> tuple[float, ...]:
-    return tuple(options.quantity(option, item, kind, bound) for item in options.with_units(text))
+def _list(
+    option: str, text: str, kind: str, bound: options.Bound = ""
+) -> tuple[float, ...]:
+    return tuple(
+        options.quantity(option, item, kind, bound) for item in options.with_units(text)
+    )
 
 
 def _decay(text: str | None) -> Decay | None:
@@ -63,8 +69,12 @@ def _decay(text: str | None) -> Decay | None:
     if text is None:
         return None
     if text.rstrip().endswith("%"):
-        return Decay(lost=options.quantity("--spin-decay", text.rstrip()[:-1], "number") / 100)
-    return Decay(time_constant=options.quantity("--spin-decay", text, "time", "above zero"))
+        return Decay(
+            lost=options.quantity("--spin-decay", text.rstrip()[:-1], "number") / 100
+        )
+    return Decay(
+        time_constant=options.quantity("--spin-decay", text, "time", "above zero")
+    )
 
 
 def selfcheck(
@@ -87,8 +97,15 @@ def selfcheck(
     from gyrodata.readings import read_log
     from gyrodata.reporting.data import json_text
 
-    given: dict[str, Any] = {"settings": options.pairs(settings, "--set"), "mapping": options.pairs(mapping, "--map")}
-    readings = read_log(**source_of(log, names_of([log])[0]), **given, config=options.constants_of(log, config))
+    given: dict[str, Any] = {
+        "settings": options.pairs(settings, "--set"),
+        "mapping": options.pairs(mapping, "--map"),
+    }
+    readings = read_log(
+        **source_of(log, names_of([log])[0]),
+        **given,
+        config=options.constants_of(log, config),
+    )
     done = simulate(analyze_readings(readings), labs, seed, progress_bar(labs))
     write_out(json_text(done.to_dict()) if form == "json" else f"{done}\n")
 
@@ -105,7 +122,14 @@ def benchmark(
     """
     import time
 
-    from gyrodata.benchmark import FULL, QUICK, csv_tables, describe_machine, reading, run_benchmark
+    from gyrodata.benchmark import (
+        FULL,
+        QUICK,
+        csv_tables,
+        describe_machine,
+        reading,
+        run_benchmark,
+    )
     from gyrodata.plotting.charts import render_benchmark
 
     effort = QUICK if quick else FULL
@@ -113,23 +137,39 @@ def benchmark(
     with telling(out):
         write_folder(out, {})
     # Some systems count CPU time in long ticks; the wall clock is better there.
-    clock = time.process_time if time.get_clock_info("process_time").resolution < 1e-5 else time.perf_counter
+    clock = (
+        time.process_time
+        if time.get_clock_info("process_time").resolution < 1e-5
+        else time.perf_counter
+    )
     done = run_benchmark(effort, clock, 1, progress_bar(100), describe_machine())
     words = reading(done, effort, 1)
     tables = {f"{name}.csv": table.encode() for name, table in csv_tables(done).items()}
     with telling(out):
-        write_folder(out, {**render_benchmark(done), **tables, "reading.md": words.encode()})
+        write_folder(
+            out, {**render_benchmark(done), **tables, "reading.md": words.encode()}
+        )
     write_out(words)
     tell(f"charts: {out}")
 
 
-SchemaName = Literal["analysis", "check", "grades", "predictions", "selfcheck", "rubric", "diagnostics"]
+SchemaName = Literal[
+    "analysis", "check", "grades", "predictions", "selfcheck", "rubric", "diagnostics"
+]
 
 
-def schema(name: Annotated[SchemaName, typer.Argument(metavar="NAME", show_choices=False)] = "analysis") -> None:
+def schema(
+    name: Annotated[
+        SchemaName, typer.Argument(metavar="NAME", show_choices=False)
+    ] = "analysis",
+) -> None:
     """Print the JSON Schema of an output or of a rubric, or the table of diagnostics."""
     from gyrodata.reporting.data import json_text
     from gyrodata.reporting.text import diagnostics_text
     from gyrodata.schema import diagnostics_table, json_schema
 
-    write_out(diagnostics_text(diagnostics_table()) if name == "diagnostics" else json_text(json_schema(name)))
+    write_out(
+        diagnostics_text(diagnostics_table())
+        if name == "diagnostics"
+        else json_text(json_schema(name))
+    )

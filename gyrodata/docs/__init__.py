@@ -5,7 +5,16 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-PAGES = ("first-timer", "log-format", "theory", "statistics", "approximations", "instructors", "python", "pipelines")
+PAGES = (
+    "first-timer",
+    "log-format",
+    "theory",
+    "statistics",
+    "approximations",
+    "instructors",
+    "python",
+    "pipelines",
+)
 """Names of the pages, in the order of the list."""
 
 WIDEST = 100
@@ -30,7 +39,9 @@ def for_terminal(markdown: str, width: int | None = None) -> str:
 
     # The usual black background of code is too dark for a light terminal.
     plain = Theme({"markdown.code": "bold cyan"})
-    console = Console(width=width, force_terminal=True, legacy_windows=False, theme=plain)
+    console = Console(
+        width=width, force_terminal=True, legacy_windows=False, theme=plain
+    )
     console.width = min(console.width, WIDEST)
     # Remove pictures and the targets of links, which a terminal cannot show, and comments, which are for tests.
     words = re.sub(r"^!\[.*\n|<!--.*?-->\n?", "", markdown, flags=re.MULTILINE)

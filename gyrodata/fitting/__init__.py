@@ -6,14 +6,28 @@ contains the textbook fits for comparison. `fit_line` fits a line to points with
 """
 
 # ruff: noqa: I001 - the lists below are packed
-from gyrodata.fitting.adjustment import MAD_TO_SD, MANY, NEGLIGIBLE, NoFit, median, rough_inertia, sample
+from gyrodata.fitting.adjustment import (
+    MAD_TO_SD,
+    MANY,
+    NEGLIGIBLE,
+    NoFit,
+    median,
+    rough_inertia,
+    sample,
+)
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
     AS_STATED, ChosenModel, Estimate, FitResult, Model, Outlier, Share, Widths, balance_scale, conserved_spin,
     corrected, earth_is_told, fit, fit_model, is_corrected, lightest_torque, relative_u, times_stated,
 )  # fmt: skip
 from gyrodata.fitting.lines import LineFit, fit_line
-from gyrodata.fitting.posterior import K_95, chi2_lower_tail, chi2_tail, doubt_of_widths, scatter_prior
+from gyrodata.fitting.posterior import (
+    K_95,
+    chi2_lower_tail,
+    chi2_tail,
+    doubt_of_widths,
+    scatter_prior,
+)
 from gyrodata.fitting.screening import (
     TEXTBOOK, USUAL_COUNTS, explaining_counts, insist_on_lines, ordinary_line, rivals, screen,
 )  # fmt: skip

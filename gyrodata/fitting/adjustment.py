@@ -24,8 +24,22 @@ from msgspec import Struct
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO, Measurements
 from gyrodata.physics import Floats, Integers
 
-QUANTITIES = ("time", "spin", "turns", "mass", "position", "force", "torque", "g", "pitch", "transverse", "added")
-TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(len(QUANTITIES))
+QUANTITIES = (
+    "time",
+    "spin",
+    "turns",
+    "mass",
+    "position",
+    "force",
+    "torque",
+    "g",
+    "pitch",
+    "transverse",
+    "added",
+)
+TIME, SPIN, TURNS, MASS, POSITION, FORCE, TORQUE, G, PITCH, TRANSVERSE, ADDED = range(
+    len(QUANTITIES)
+)
 """Row of each quantity in an array of shape (11, n)."""
 
 MAD_TO_SD = 1.4826
@@ -77,24 +91,48 @@ class Problem:
         self.count = count
         self.tilted = tilted
         # The angle that steady precession would have swept in the same time.
-        turns = measured.turns if measured.slowing is None else measured.turns * measured.slowing
-        pitch, transverse = (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
+        turns = (
+            measured.turns
+            if measured.slowing is None
+            else measured.turns * measured.slowing
+        )
+        pitch, transverse = (
+            (measured.pitch, transverse_inertia(measured)) if tilted else (0.0, 0.0)
+        )
         self.observed = np.empty((len(QUANTITIES), count))
-        loads = measured.mass, measured.position, measured.force, measured.given_torque, measured.g
+        loads = (
+            measured.mass,
+            measured.position,
+            measured.force,
+            measured.given_torque,
+            measured.g,
+        )
         spin = measured.corrected_spin
-        for row, values in enumerate((measured.time, spin, turns, *loads, pitch, transverse, measured.added)):
+        for row, values in enumerate(
+            (measured.time, spin, turns, *loads, pitch, transverse, measured.added)
+        ):
             self.observed[row] = values
-        some = [one for one in measured.sources if tilted or one.quantity not in ("pitch", "transverse")]
-        sizes = np.array([[one.absolute for one in some], [one.relative for one in some]]).reshape(2, -1, count)
+        some = [
+            one
+            for one in measured.sources
+            if tilted or one.quantity not in ("pitch", "transverse")
+        ]
+        sizes = np.array(
+            [[one.absolute for one in some], [one.relative for one in some]]
+        ).reshape(2, -1, count)
         used: list[bool] = np.logical_or.reduce(sizes, axis=(0, 2)).tolist()
         self.sources = [one for one, is_used in zip(some, used, strict=True) if is_used]
-        self.quantity = np.array([QUANTITIES.index(one.quantity) for one in self.sources], dtype=int)
+        self.quantity = np.array(
+            [QUANTITIES.index(one.quantity) for one in self.sources], dtype=int
+        )
         self.absolute, self.relative = sizes[:, used]
         self.onto = (np.arange(len(QUANTITIES))[:, None] == self.quantity).astype(float)
         self.by_weight = not np.isnan(measured.mass).all()
         self.by_force = not np.isnan(measured.force).all()
         # Number the shared errors, in the order of sources and groups: one bin for each group of each source.
-        self.groups: Integers = np.array([one.groups for one in self.sources], dtype=int).reshape(-1, count)
+        self.groups: Integers = np.array(
+            [one.groups for one in self.sources], dtype=int
+        ).reshape(-1, count)
         width = int(self.groups.max(initial=0)) + 1
         touched = self.groups >= 0
         bins = self.groups + width * np.arange(len(self.groups))[:, None]
@@ -113,7 +151,9 @@ class Problem:
         new.absolute, new.relative = sizes * self.absolute, sizes * self.relative
         return new
 
-    def linearise(self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats) -> Linear:
+    def linearise(
+        self, single: Floats, shared: Floats, sense: Floats, unknowns: Floats
+    ) -> Linear:
         """Linearise each run's condition at adjusted readings; extrapolate the errors of single runs to zero."""
         # An error is either in `single` or in `shared`; the other one is zero.
         errors = single + np.concatenate((shared, (0.0,)))[self.member]
@@ -131,7 +171,11 @@ class Problem:
         if self.by_weight:
             mass, position, g = values[MASS], values[POSITION], values[G]
             torque = mass * g * position
-            to[MASS], to[POSITION], to[G] = signed * (position * g), signed * (mass * g), signed * (mass * position)
+            to[MASS], to[POSITION], to[G] = (
+                signed * (position * g),
+                signed * (mass * g),
+                signed * (mass * position),
+            )
         elif self.by_force:
             torque = values[FORCE] * values[POSITION]
             to[FORCE], to[POSITION] = signed * values[POSITION], signed * values[FORCE]
@@ -142,7 +186,12 @@ class Problem:
         moment = whole * spin
         spin_term = minus_angle * moment
         misclosure = push * time + spin_term
-        to[TIME], to[SPIN], to[TURNS], to[ADDED] = push, minus_angle * whole, -2 * np.pi * moment, minus_angle * spin
+        to[TIME], to[SPIN], to[TURNS], to[ADDED] = (
+            push,
+            minus_angle * whole,
+            -2 * np.pi * moment,
+            minus_angle * spin,
+        )
         to_unknowns = np.array([to[ADDED], signed, to[TIME]]).T
         if self.tilted:
             pitch, difference = values[PITCH], whole - values[TRANSVERSE]
@@ -155,13 +204,18 @@ class Problem:
             to[PITCH], to[TRANSVERSE] = -difference * square * np.cos(pitch), tilt
             to[ADDED] -= tilt
         to_unknowns[:, 2] = -to[TIME]
-        by_error = self.relative * values[self.quantity] / factors + self.absolute / scale[self.quantity]
+        by_error = (
+            self.relative * values[self.quantity] / factors
+            + self.absolute / scale[self.quantity]
+        )
         slopes = -by_error * to[self.quantity]
         independent = slopes * self.independent
         # The floor uses the term of the spin, which is not zero if the torque is zero.
         variance = np.add.reduce(independent**2, axis=0) + (NEGLIGIBLE * spin_term) ** 2
         misclosure -= np.add.reduce(independent * single, axis=0)
-        return Linear(values, torque, misclosure, to_unknowns, slopes, independent, variance)
+        return Linear(
+            values, torque, misclosure, to_unknowns, slopes, independent, variance
+        )
 
 
 def torques_differ(torque: Floats) -> bool:
@@ -226,14 +280,27 @@ def first_guess(measured: Measurements, sense: Floats, kept: Floats) -> Start:
         plain = 2 * np.pi * measured.turns[index] * measured.spin[index]
         lever, swing = plain * weight, sense[index] * measured.time[index] * weight
         effort = swing * torque
-        products = lever * lever, lever * swing, swing * swing, lever * effort, swing * effort
+        products = (
+            lever * lever,
+            lever * swing,
+            swing * swing,
+            lever * effort,
+            swing * effort,
+        )
         aa, ab, bb, ae, be = np.add.reduce(products, axis=1)
         determinant = aa * bb - ab * ab
         # Equal runs do not determine a line.
         with np.errstate(divide="ignore", invalid="ignore"):
-            inertia, imbalance = (ae * bb - be * ab) / determinant, (ae * ab - be * aa) / determinant
+            inertia, imbalance = (
+                (ae * bb - be * ab) / determinant,
+                (ae * ab - be * aa) / determinant,
+            )
         total = np.abs(torque + imbalance)
-        if 0 < inertia < np.inf and total.all() and rough_misfit(measured, inertia * plain / total, index).max() < 5:
+        if (
+            0 < inertia < np.inf
+            and total.all()
+            and rough_misfit(measured, inertia * plain / total, index).max() < 5
+        ):
             return Start(float(inertia), float(imbalance))
     return robust_start(measured, sense, kept)
 
@@ -249,7 +316,9 @@ def sample(measured: Measurements, kept: Floats) -> Any:
         return index
     mixed = index[np.argsort(np.arange(len(index)) * _GOLDEN % 1.0)]
     by_torque = mixed[np.argsort(measured.torque[mixed], kind="stable")]
-    return np.sort(by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)])
+    return np.sort(
+        by_torque[np.linspace(0, len(index) - 1, _SAMPLE).round().astype(int)]
+    )
 
 
 def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
@@ -260,27 +329,39 @@ def robust_start(measured: Measurements, sense: Floats, kept: Floats) -> Start:
     index = sample(measured, kept)
     if not torques_differ(measured.torque[index]):
         return Start(rough_inertia(measured), 0.0)
-    lever, swing = 2 * np.pi * measured.turns[index] * measured.spin[index], sense[index] * measured.time[index]
+    lever, swing = (
+        2 * np.pi * measured.turns[index] * measured.spin[index],
+        sense[index] * measured.time[index],
+    )
     effort = swing * measured.torque[index]
     first, second = _pairs(len(index))
     # Two runs: lever·I − swing·M0 = effort for each.
     determinant = lever[second] * swing[first] - lever[first] * swing[second]
     usable = np.abs(determinant) > 1e-3 * np.abs(lever[first] * swing[second])
     first, second, determinant = first[usable], second[usable], determinant[usable]
-    inertia = (effort[second] * swing[first] - effort[first] * swing[second]) / determinant
-    imbalance = (lever[first] * effort[second] - lever[second] * effort[first]) / determinant
+    inertia = (
+        effort[second] * swing[first] - effort[first] * swing[second]
+    ) / determinant
+    imbalance = (
+        lever[first] * effort[second] - lever[second] * effort[first]
+    ) / determinant
     largest = np.abs(measured.torque[index]).max()
     plausible = (inertia > 0) & (np.abs(imbalance) < 3 * largest)
     if not plausible.any():
         return Start(rough_inertia(measured), 0.0)
     inertia, imbalance = inertia[plausible], imbalance[plausible]
-    total = np.maximum(np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest)
+    total = np.maximum(
+        np.abs(measured.torque[index] + imbalance[:, None]), 1e-3 * largest
+    )
     off = rough_misfit(measured, inertia[:, None] * lever / total, index)
     # All outliers count the same, so that the pair with the fewest outliers wins; of equal pairs the smaller M0 wins.
     middle = np.partition(off, len(index) // 2, axis=1)[:, len(index) // 2]
     scatter = max(1.0, MAD_TO_SD * float(middle.min()))
     loads = np.abs(measured.torque[measured.torque != 0])
-    cost = np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1) + (imbalance / loads.min()) ** 2
+    cost = (
+        np.sum(np.minimum(off / scatter, _ODD) ** 2, axis=1)
+        + (imbalance / loads.min()) ** 2
+    )
     best = int(np.argmin(cost))
     return Start(float(inertia[best]), float(imbalance[best]))
 
@@ -303,7 +384,9 @@ def misfit(measured: Measurements, start: Start, kept: Floats) -> float:
     return float(np.sqrt(np.mean(off**2)))
 
 
-def rough_misfit(measured: Measurements, predicted: Floats, index: Any = slice(None)) -> Floats:
+def rough_misfit(
+    measured: Measurements, predicted: Floats, index: Any = slice(None)
+) -> Floats:
     """Compare times with predictions, in units of the uncertainty of a time and 1 %."""
     time = measured.time[index]
     bounded = np.where(np.isfinite(predicted), predicted, time)
@@ -367,7 +450,14 @@ class Adjusted(Struct, frozen=True):
 
 # Values that are not finite are refused after the iteration.
 @np.errstate(all="ignore")
-def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, kept: Floats, factor: float) -> Adjusted:
+def adjust(
+    problem: Problem,
+    sense: Floats,
+    start: Start,
+    prior_width: float,
+    kept: Floats,
+    factor: float,
+) -> Adjusted:
     """Repeat the linearised least squares until the steps converge to a credible solution.
 
     Parameters
@@ -400,7 +490,10 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     rows[count:, 1:width] = np.eye(width - 1)
     plain = np.zeros((count, width))
     # The places of the derivatives to the shared errors, in `plain` and in the slopes.
-    into, out_of = problem.from_run * width + 3 + problem.to_column, problem.from_source * count + problem.from_run
+    into, out_of = (
+        problem.from_run * width + 3 + problem.to_column,
+        problem.from_source * count + problem.from_run,
+    )
     upper = (np.arange(width)[:, None] <= np.arange(width + 1)).astype(float)
     chi2 = moved = math.inf
     jumped, converged = 0.0, False
@@ -410,7 +503,9 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
             # After a large step, move the errors of single runs back onto their conditions: only there the derivative
             # is exact, and a common shrinking of I_zz and all torques gains nothing. A run without a weight may be
             # beyond the pole M0 = 0, and keeps its reading.
-            close = np.abs(at.misclosure) < 0.5 * np.abs(at.to_unknowns[:, 0] * (unknowns[0] * scale[0]))
+            close = np.abs(at.misclosure) < 0.5 * np.abs(
+                at.to_unknowns[:, 0] * (unknowns[0] * scale[0])
+            )
             single = -at.independent * (close * at.misclosure / at.independent_variance)
             at = problem.linearise(single, unknowns[3:], sense, unknowns[:3] * scale)
         plain[:, :3] = at.to_unknowns * scale
@@ -441,9 +536,15 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
         if not LOST < unknowns[0] < 1 / LOST:
             break
         sizes = np.abs(step)
-        last, moved, jumped = moved, float(np.maximum.reduce(sizes)), float(max(sizes[:2]))
+        last, moved, jumped = (
+            moved,
+            float(np.maximum.reduce(sizes)),
+            float(max(sizes[:2])),
+        )
         # Steps shrink by a constant factor, which predicts the size of the next one.
-        converged = moved < 1e-11 or moved * moved < 1e-8 * min(last, 1.0 if turn else 0.0)
+        converged = moved < 1e-11 or moved * moved < 1e-8 * min(
+            last, 1.0 if turn else 0.0
+        )
         converged |= turn > 3 and abs(before - chi2) <= 1e-13 * chi2
         if converged:
             break
@@ -453,7 +554,9 @@ def adjust(problem: Problem, sense: Floats, start: Start, prior_width: float, ke
     # The leverage of a run in the fit is removed; for a run outside, the variance of its prediction is added.
     rest = np.maximum(1 - np.add.reduce(q[:count] ** 2, axis=1), NEGLIGIBLE)
     own = at.independent_variance
-    variance = np.where(kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1))
+    variance = np.where(
+        kept > 0, own * rest, own + np.add.reduce((plain @ inverse) ** 2, axis=1)
+    )
     gain = q @ inverse[0] * scale[0]
     adjusted = Adjusted(
         problem=problem, unknowns=unknowns[:3] * scale,
@@ -476,7 +579,9 @@ MOVED, MOVED_U = 0.2, 3.0
 """A shared reading that the fit moves by more than this part of itself, and by more than this many standard
 uncertainties, contradicts the log."""
 
-MEASURED = np.array([quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES])
+MEASURED = np.array(
+    [quantity not in ("pitch", "transverse", "turns") for quantity in QUANTITIES]
+)
 """Which quantities are measured: a pitch of 0 may change by more than itself, and I is often assumed."""
 
 
@@ -487,14 +592,18 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     solution must converge, be positive, and keep the readings.
     """
     inertia = float(adjusted.unknowns[0])
-    if not (np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()):
+    if not (
+        np.isfinite(adjusted.unknowns).all() and np.isfinite(adjusted.covariance).all()
+    ):
         raise NoFit("the fit gives numbers that are not finite")
     if not adjusted.converged:
         raise NoFit("the fit does not converge")
     if not inertia > 0:
         raise NoFit("the fit gives a moment of inertia that is not positive")
     if not 1 / factor < inertia / start < factor:
-        raise NoFit(f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²")
+        raise NoFit(
+            f"the fit gives {inertia:.2g} kg·m², but the single runs give about {start:.2g} kg·m²"
+        )
     problem = adjusted.problem
     if not (np.abs(adjusted.shared) > MOVED_U).any():
         return
@@ -507,4 +616,6 @@ def _insist_on_solution(adjusted: Adjusted, start: float, factor: float) -> None
     if far.any():
         worst = int(np.argmax(far * error * size / np.maximum(read, 1e-300)))
         moved = problem.sources[source[worst]].name.replace("_", " ")
-        raise NoFit(f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %")
+        raise NoFit(
+            f"the runs agree only if the {moved} is wrong by more than {100 * MOVED:.0f} %"
+        )

@@ -22,9 +22,25 @@ from msgspec.structs import replace
 
 from gyrodata import motion, physics
 from gyrodata.fitting import adjustment, posterior
-from gyrodata.fitting.adjustment import ADDED, PITCH, SPIN, TRANSVERSE, TURNS, Adjusted, NoFit, Problem, Start
+from gyrodata.fitting.adjustment import (
+    ADDED,
+    PITCH,
+    SPIN,
+    TRANSVERSE,
+    TURNS,
+    Adjusted,
+    NoFit,
+    Problem,
+    Start,
+)
 from gyrodata.fitting.posterior import Posterior
-from gyrodata.measurements import SOURCES, TRANSVERSE_U, Measurements, Source, total_spin_excess
+from gyrodata.measurements import (
+    SOURCES,
+    TRANSVERSE_U,
+    Measurements,
+    Source,
+    total_spin_excess,
+)
 from gyrodata.physics import Floats
 
 ONE_SIGN = 1e-4
@@ -138,7 +154,9 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
     def _linear(self) -> adjustment.Linear:
         """The conditions at the end of the adjustment, without the errors of single runs."""
         end = self.adjusted
-        return end.problem.linearise(np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns)
+        return end.problem.linearise(
+            np.zeros_like(end.slopes), end.shared, self.sense, end.unknowns
+        )
 
     @cached_property
     def fitted_time(self) -> Floats:
@@ -157,14 +175,20 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         end = self.adjusted
         with np.errstate(divide="ignore"):
             # The condition is the time multiplied by the total torque.
-            return cast(Floats, np.sqrt(end.independent_variance) / np.abs(self._linear.torque + end.unknowns[1]))
+            return cast(
+                Floats,
+                np.sqrt(end.independent_variance)
+                / np.abs(self._linear.torque + end.unknowns[1]),
+            )
 
     @property
     def log_evidence(self) -> float:
         """Logarithm of the probability of the times, integrated over I_zz, M0, b and all widths, up to a constant."""
         assert self.posterior is not None
         kept = self.adjusted.kept > 0
-        return self.posterior.evidence - float(np.log(self.time_u[kept] / self.widths.scatter).sum())
+        return self.posterior.evidence - float(
+            np.log(self.time_u[kept] / self.widths.scatter).sum()
+        )
 
     @property
     def response(self) -> Floats:
@@ -172,14 +196,23 @@ class FitResult(Struct, frozen=True, eq=False, dict=True):
         # M/(φ̇ψ̇) too large by the factor 1 + r raises the condition by 2π f I_zz ψ̇ r.
         problem = self.adjusted.problem
         lever = 2 * np.pi * problem.observed[TURNS] * problem.observed[SPIN]
-        return cast(Floats, -self.adjusted.gain[: problem.count] * lever / np.sqrt(self.adjusted.independent_variance))
+        return cast(
+            Floats,
+            -self.adjusted.gain[: problem.count]
+            * lever
+            / np.sqrt(self.adjusted.independent_variance),
+        )
 
     def __repr__(self) -> str:
         return f"<FitResult: I_zz = {self.inertia.value:.6g} kg*m^2, u = {self.inertia.u:.2g} kg*m^2, dof {self.dof}>"
 
 
 def fit(
-    measured: Measurements, widths: Widths | None = None, *, tilted: bool = False, left_out: Collection[int] = ()
+    measured: Measurements,
+    widths: Widths | None = None,
+    *,
+    tilted: bool = False,
+    left_out: Collection[int] = (),
 ) -> FitResult:
     """Fit I_zz, M0 and b of one log, with their uncertainties.
 
@@ -215,7 +248,13 @@ def fit(
     agree: list[FitResult] = []
     for sign in signs:
         try:
-            result = _at_widths(measured, adjustment.assume_sense(measured, sign), tilted, kept, widths or AS_STATED)
+            result = _at_widths(
+                measured,
+                adjustment.assume_sense(measured, sign),
+                tilted,
+                kept,
+                widths or AS_STATED,
+            )
         except NoFit:
             if sign == signs[-1] and not begun:
                 raise
@@ -234,17 +273,26 @@ def fit(
         start = Start(*(answer.mean[:2] @ answer.weight).tolist())
         problem = result.adjusted.problem.with_scatter(scatter / result.widths.scatter)
         with suppress(NoFit):
-            adjusted = adjustment.adjust(problem, result.sense, start, width, kept, adjustment.FACTOR)
-            result = _result(adjusted, result.sense, Widths(scatter, width), result.chi2)
+            adjusted = adjustment.adjust(
+                problem, result.sense, start, width, kept, adjustment.FACTOR
+            )
+            result = _result(
+                adjusted, result.sense, Widths(scatter, width), result.chi2
+            )
             answer = _integrate_at(result)
         found.append((answer.evidence, result, answer))
     found.sort(key=itemgetter(0), reverse=True)
     evidence, first, answer = found[0]
     if len(found) > 1 and found[1][0] > evidence + math.log(ONE_SIGN):
         # The other sign of M0 is possible too.
-        first, answer = replace(first, two_signs=True), posterior.mixed([answer, found[1][2]])
+        first, answer = (
+            replace(first, two_signs=True),
+            posterior.mixed([answer, found[1][2]]),
+        )
     estimates = []
-    for (low, below, middle, above, high), unit in zip(answer.quantiles(3).tolist(), UNITS, strict=True):
+    for (low, below, middle, above, high), unit in zip(
+        answer.quantiles(3).tolist(), UNITS, strict=True
+    ):
         # The median, half the 68.3 % interval, and the 95 % interval.
         estimates.append(Estimate(middle, (above - below) / 2, unit, (low, high)))
     inertia, residual_torque, bias = estimates
@@ -267,15 +315,21 @@ def lightest_torque(measured: Measurements, kept: Floats) -> float:
     return float(sizes.min()) if len(sizes) else float(np.abs(measured.torque).max())
 
 
-def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths) -> FitResult:
+def _at_widths(
+    measured: Measurements, sense: Floats, tilted: bool, kept: Floats, widths: Widths
+) -> FitResult:
     """Adjust the runs at fixed widths."""
     factor, width = widths.scatter, widths.residual_torque
     width = lightest_torque(measured, kept) if width is None else width
     problem = Problem(measured, tilted)
     start = adjustment.first_guess(measured, sense, kept)
-    start = replace(start, residual_torque=max(-width, min(start.residual_torque, width)))
+    start = replace(
+        start, residual_torque=max(-width, min(start.residual_torque, width))
+    )
     try:
-        adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR)
+        adjusted = adjustment.adjust(
+            problem.with_scatter(factor), sense, start, width, kept, adjustment.FACTOR
+        )
     except NoFit:
         # The cheapest explanation of a very large mistake is that all spins are infinite, because their errors are
         # proportional, or that M0 cancels all torques. Larger errors of single runs and a small M0 prevent this.
@@ -283,18 +337,28 @@ def _at_widths(measured: Measurements, sense: Floats, tilted: bool, kept: Floats
         factor = max(factor, adjustment.misfit(measured, start, kept))
         if factor > widths.scatter:
             width = 0.1 * width
-        adjusted = adjustment.adjust(problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY)
+        adjusted = adjustment.adjust(
+            problem.with_scatter(factor), sense, start, width, kept, adjustment.ASTRAY
+        )
     # A prior without information is not a datum: neither its term nor its degree of freedom counts.
     differ = adjustment.torques_differ(measured.torque[kept > 0])
     prior = (float(adjusted.unknowns[1]) / width) ** 2 if differ else 0.0
-    return _result(adjusted, sense, Widths(factor, width), factor**2 * (adjusted.chi2 - prior))
+    return _result(
+        adjusted, sense, Widths(factor, width), factor**2 * (adjusted.chi2 - prior)
+    )
 
 
-def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> FitResult:
+def _result(
+    adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float
+) -> FitResult:
     """Create the result of a fit at fixed widths."""
     u = np.sqrt(adjusted.covariance.diagonal())
-    inertia, residual_torque, bias = map(Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS)
-    differ = adjustment.torques_differ(adjusted.problem.measured.torque[adjusted.kept > 0])
+    inertia, residual_torque, bias = map(
+        Estimate, adjusted.unknowns.tolist(), u.tolist(), UNITS
+    )
+    differ = adjustment.torques_differ(
+        adjusted.problem.measured.torque[adjusted.kept > 0]
+    )
     return FitResult(
         inertia=inertia, residual_torque=residual_torque, timing_bias=bias, covariance=adjusted.covariance, chi2=chi2,
         dof=int(adjusted.kept.sum()) - 1 - int(differ), deviations=adjusted.deviations, widths=widths, sense=sense,
@@ -304,7 +368,11 @@ def _result(adjusted: Adjusted, sense: Floats, widths: Widths, chi2: float) -> F
 
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     """Integrate over the widths, linearised at the end of a fit; I_zz in kg*m^2, M0 in N*m, b in s."""
-    adjusted, inertia, measured = result.adjusted, result.inertia.value, result.adjusted.problem.measured
+    adjusted, inertia, measured = (
+        result.adjusted,
+        result.inertia.value,
+        result.adjusted.problem.measured,
+    )
     lightest = lightest_torque(measured, adjusted.kept)
     unit = np.array([abs(inertia), lightest, measured.timing_bias_u])
     rows = result.widths.scatter * adjusted.rows
@@ -330,12 +398,18 @@ def balance_scale(measured: Measurements, inertia: float, lightest: float) -> fl
         return min(usual, measured.torque_unseen * abs(inertia))
     if measured.balanced is None:
         return usual
-    return min(usual, posterior.BALANCED * abs(inertia)) if measured.balanced else posterior.UNBALANCED * usual
+    return (
+        min(usual, posterior.BALANCED * abs(inertia))
+        if measured.balanced
+        else posterior.UNBALANCED * usual
+    )
 
 
 def times_stated(measured: Measurements) -> bool:
     """Return whether the log states the uncertainty of its times."""
-    return not any(source.quantity == "time" and source.default for source in measured.sources)
+    return not any(
+        source.quantity == "time" and source.default for source in measured.sources
+    )
 
 
 def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
@@ -346,7 +420,9 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     """
     adjusted = result.adjusted
     problem, gain, count = adjusted.problem, adjusted.gain, adjusted.problem.count
-    variances = (adjusted.slopes * problem.independent) ** 2 @ (gain[:count] ** 2 / adjusted.independent_variance)
+    variances = (adjusted.slopes * problem.independent) ** 2 @ (
+        gain[:count] ** 2 / adjusted.independent_variance
+    )
     single = float(variances.sum())
     if single > adjustment.NEGLIGIBLE * u**2:
         wider = max(0.0, u**2 - single - float(np.sum(gain[count:] ** 2)))
@@ -359,16 +435,25 @@ def _budget(result: FitResult, u: float) -> tuple[Share, ...]:
     shared = set(owners.tolist())
     parts = [
         (math.sqrt(variance), source.name, s in shared, source.shared_by)
-        for s, (source, variance) in enumerate(zip(problem.sources, variances.tolist(), strict=True))
+        for s, (source, variance) in enumerate(
+            zip(problem.sources, variances.tolist(), strict=True)
+        )
     ]
-    for row, name, words in (0, "residual_torque", "all runs"), (1, "time_bias", SOURCES["time_bias"].shared_by):
+    for row, name, words in (
+        (0, "residual_torque", "all runs"),
+        (1, "time_bias", SOURCES["time_bias"].shared_by),
+    ):
         parts.append((abs(float(gain[count + row])), name, True, words))
     parts.append((math.sqrt(max(excess, 0.0)), "unexplained_scatter", False, ""))
     parts.sort(key=itemgetter(0), reverse=True)
     sizes, *_ = zip(*parts, strict=True)
     total = math.fsum(np.square(sizes).tolist())
     factor = u / math.sqrt(total or 1.0)
-    return tuple(Share(name, several, by, factor * own, own**2 / total) for own, name, several, by in parts if own)
+    return tuple(
+        Share(name, several, by, factor * own, own**2 / total)
+        for own, name, several, by in parts
+        if own
+    )
 
 
 # --- corrections for the model of the motion --------------------------------------------------------------------
@@ -401,10 +486,16 @@ class ChosenModel(Struct, frozen=True):
 
 def is_corrected(measured: Measurements, chosen: ChosenModel) -> bool:
     """Return whether a model corrects the runs with the result of a fit."""
-    return chosen.earth or chosen.released or (chosen.tilted and measured.spin_start is not None)
+    return (
+        chosen.earth
+        or chosen.released
+        or (chosen.tilted and measured.spin_start is not None)
+    )
 
 
-def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> Measurements:
+def corrected(
+    measured: Measurements, near: FitResult, chosen: ChosenModel
+) -> Measurements:
     """Correct the angles of the runs for a model, with the I_zz and M0 of a fit of them.
 
     Runs of a released rod also get sources of error: the phase of the nutation at the last button press, and I. If the
@@ -420,19 +511,33 @@ def corrected(measured: Measurements, near: FitResult, chosen: ChosenModel) -> M
         steady = physics.precession_rate(total, measured.corrected_spin, whole, *lean)
         if chosen.released:
             top = motion.Top(whole, across, total)
-            mean = motion.mean_precession_rate(top, conserved_spin(measured, top), measured.pitch)
+            mean = motion.mean_precession_rate(
+                top, conserved_spin(measured, top), measured.pitch
+            )
             click = physics.click_error(measured.corrected_spin, whole, across)
             runs = _released(measured, steady, mean, click, chosen.asked)
         elif chosen.tilted and measured.spin_start is not None:
-            runs = replace(measured, slowing=steady / _mean_rate_of_decay(measured, total, whole, across))
+            runs = replace(
+                measured,
+                slowing=steady / _mean_rate_of_decay(measured, total, whole, across),
+            )
     if not chosen.earth:
         return runs
     # The floor turns while a run is timed; at a pole if the latitude is unknown. Counterclockwise is positive.
-    vertical = physics.EARTH_ROTATION * math.sin(math.pi / 2 if measured.latitude is None else measured.latitude)
+    vertical = physics.EARTH_ROTATION * math.sin(
+        math.pi / 2 if measured.latitude is None else measured.latitude
+    )
     usual = adjustment.assume_sense(measured, math.copysign(1.0, residual_torque))
     sense = usual if measured.precession_sense is None else measured.precession_sense
-    floor = np.where(sense == 0, usual, sense) * vertical * measured.time / (2 * np.pi * measured.turns)
-    return replace(runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor))
+    floor = (
+        np.where(sense == 0, usual, sense)
+        * vertical
+        * measured.time
+        / (2 * np.pi * measured.turns)
+    )
+    return replace(
+        runs, slowing=(1.0 if runs.slowing is None else runs.slowing) * (1 + floor)
+    )
 
 
 OF_RELEASE = ("nutation", "release", "habit", "push")
@@ -444,7 +549,9 @@ that gets a push of the share k of the steady rate shows (1 − k)(4 − 2k − 
 second order in I φ̇/(I_zz ψ̇)."""
 
 
-def _released(measured: Measurements, steady: Floats, mean: Floats, click: Floats, asked: bool) -> Measurements:
+def _released(
+    measured: Measurements, steady: Floats, mean: Floats, click: Floats, asked: bool
+) -> Measurements:
     """Correct runs of a released rod by the ratio of the steady rate and the mean rate [rad/s].
 
     `click` is the largest error of a time by the phase of the nutation [s].
@@ -453,9 +560,15 @@ def _released(measured: Measurements, steady: Floats, mean: Floats, click: Float
     # Without a torque both rates are zero.
     effect = np.divide(steady, mean, out=np.ones_like(mean), where=mean != 0) - 1
     part = 1.0 if is_stated else PART_RELEASED
-    own, every, nothing = np.arange(len(mean)), np.zeros(len(mean), dtype=int), np.zeros(len(mean))
+    own, every, nothing = (
+        np.arange(len(mean)),
+        np.zeros(len(mean), dtype=int),
+        np.zeros(len(mean)),
+    )
     # A log without a pitch and without the word "released" has no source for I, though it may state I.
-    given = measured.transverse_inertia is not None or measured.nutation_ratio is not None
+    given = (
+        measured.transverse_inertia is not None or measured.nutation_ratio is not None
+    )
     default = SOURCES["transverse_inertia"].default.relative if given else TRANSVERSE_U
     for source in measured.sources:
         if source.quantity == "transverse":
@@ -463,17 +576,49 @@ def _released(measured: Measurements, steady: Floats, mean: Floats, click: Float
     # The reduction of the mean rate is proportional to the square of I.
     doubt = 2 * default * part * np.abs(effect)
     more = [
-        Source("nutation", "time", own, click / math.sqrt(2), nothing, "", True, "its phase at the last click"),
-        Source("release", "turns", every, nothing, doubt, "all runs", True, "the doubt about I in the mean rate"),
+        Source(
+            "nutation",
+            "time",
+            own,
+            click / math.sqrt(2),
+            nothing,
+            "",
+            True,
+            "its phase at the last click",
+        ),
+        Source(
+            "release",
+            "turns",
+            every,
+            nothing,
+            doubt,
+            "all runs",
+            True,
+            "the doubt about I in the mean rate",
+        ),
     ]
     if not is_stated:
         push = PART_U * np.abs(effect)
         # One half of the variance is the habit of the hand, the other half differs from run to run.
         more += [
-            Source(name, "turns", groups, nothing, push / math.sqrt(2), shared_by, True, "half of the effect ± 40 %")
-            for name, groups, shared_by in (("habit", every, "all runs (the same hand)"), ("push", own, ""))
+            Source(
+                name,
+                "turns",
+                groups,
+                nothing,
+                push / math.sqrt(2),
+                shared_by,
+                True,
+                "half of the effect ± 40 %",
+            )
+            for name, groups, shared_by in (
+                ("habit", every, "all runs (the same hand)"),
+                ("push", own, ""),
+            )
         ]
-    return replace(measured, slowing=1 + part * effect, sources=(*measured.sources, *more))
+    return replace(
+        measured, slowing=1 + part * effect, sources=(*measured.sources, *more)
+    )
 
 
 def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
@@ -483,14 +628,18 @@ def conserved_spin(measured: Measurements, top: motion.Top) -> Floats:
     before the rod sags.
     """
     if measured.tachometer == "still":
-        excess = total_spin_excess(measured.sense, measured.turns, measured.time, measured.pitch)
+        excess = total_spin_excess(
+            measured.sense, measured.turns, measured.time, measured.pitch
+        )
         return measured.corrected_spin + excess
     if measured.spin_start is not None:
         return measured.spin
     return cast(Floats, motion.total_spin(top, measured.corrected_spin, measured.pitch))
 
 
-def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats | float, across: Floats) -> Floats:
+def _mean_rate_of_decay(
+    measured: Measurements, total: Floats, inertia: Floats | float, across: Floats
+) -> Floats:
     """Compute the mean of eq. (8)'s rate over a viscous decay of the spin [rad/s], by Gauss-Legendre quadrature."""
     assert measured.spin_start is not None
     assert measured.spin_end is not None
@@ -498,8 +647,14 @@ def _mean_rate_of_decay(measured: Measurements, total: Floats, inertia: Floats |
     decay = np.log(measured.spin_end / measured.spin_start)
     spins = measured.spin_start * np.exp(0.5 * (points[:, None] + 1) * decay)
     # A third reading of the spin can give a harmonic mean that differs from that of a viscous decay.
-    spins *= measured.spin / physics.harmonic_mean_spin(measured.spin_start, measured.spin_end)
-    return np.asarray(0.5 * weights @ physics.precession_rate(total, spins, inertia, across, measured.pitch))
+    spins *= measured.spin / physics.harmonic_mean_spin(
+        measured.spin_start, measured.spin_end
+    )
+    return np.asarray(
+        0.5
+        * weights
+        @ physics.precession_rate(total, spins, inertia, across, measured.pitch)
+    )
 
 
 def earth_is_told(measured: Measurements) -> bool:
@@ -509,7 +664,10 @@ def earth_is_told(measured: Measurements) -> bool:
 
 
 def fit_model(
-    measured: Measurements, chosen: ChosenModel, left_out: Collection[int] = (), widths: Widths | None = None
+    measured: Measurements,
+    chosen: ChosenModel,
+    left_out: Collection[int] = (),
+    widths: Widths | None = None,
 ) -> tuple[Measurements, FitResult]:
     """Fit a log with a model: correct the runs with the result of the fit, until both agree.
 
@@ -543,7 +701,11 @@ def fit_model(
     result = fitted(runs, AS_STATED)
     for _round in range(MAX_ROUNDS):
         new = corrected(bare, result, chosen)
-        if runs.slowing is not None and new.slowing is not None and np.allclose(runs.slowing, new.slowing, rtol=1e-8):
+        if (
+            runs.slowing is not None
+            and new.slowing is not None
+            and np.allclose(runs.slowing, new.slowing, rtol=1e-8)
+        ):
             break
         runs, result = new, fitted(new, AS_STATED)
     return runs, result if widths == AS_STATED else fitted(runs, widths)

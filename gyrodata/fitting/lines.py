@@ -104,28 +104,45 @@ def fit_line(
     xs, ys = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     count, stated = xs.size, any(cov is not None for cov in (cov_x, cov_y, cov_xy))
     if xs.ndim != 1 or xs.shape != ys.shape:
-        raise ValueError(f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length")
+        raise ValueError(
+            f"x has shape {xs.shape} and y {ys.shape}; pass two sequences of the same length"
+        )
     if not (np.isfinite(xs).all() and np.isfinite(ys).all()):
-        raise ValueError("x or y contains a value that is not finite; leave out incomplete points")
+        raise ValueError(
+            "x or y contains a value that is not finite; leave out incomplete points"
+        )
     if count < 1 + intercept:
-        raise ValueError(f"{count} points do not determine a line; pass two or more, or one with intercept=False")
+        raise ValueError(
+            f"{count} points do not determine a line; pass two or more, or one with intercept=False"
+        )
     if intercept and np.ptp(xs) <= 1e-13 * np.abs(xs).max():
-        raise ValueError("all x are equal, so slope and intercept cannot be separated; pass intercept=False or other x")
+        raise ValueError(
+            "all x are equal, so slope and intercept cannot be separated; pass intercept=False or other x"
+        )
     if not xs.any():
-        raise ValueError("all x are zero, so there is no slope; pass points with other x")
+        raise ValueError(
+            "all x are zero, so there is no slope; pass points with other x"
+        )
     if not stated and count == 1 + intercept:
-        raise ValueError(f"{count} points have no residuals, so there is no uncertainty; pass cov_y, or more points")
+        raise ValueError(
+            f"{count} points have no residuals, so there is no uncertainty; pass cov_y, or more points"
+        )
     factors = _factorise(cov_x, cov_y if stated else 1.0, cov_xy, count)
     # Relative to the mean of x, slope and intercept are nearly independent, and no digits are lost.
     middle = np.longdouble(xs.mean() if intercept else 0.0)
-    unknowns, (_, errors, parts, dof, _) = _iterate(xs - middle, ys.astype(np.longdouble), factors, intercept)
+    unknowns, (_, errors, parts, dof, _) = _iterate(
+        xs - middle, ys.astype(np.longdouble), factors, intercept
+    )
     # Zeros for an intercept that is not fitted.
     spread = np.vstack([parts, np.zeros_like(parts)])[:2]
     spread[1] -= float(middle) * spread[0]
     chi2 = float(np.sum(errors**2))
     covariance = spread @ spread.T * (1.0 if stated else chi2 / dof)
     u_slope, u_intercept = (math.sqrt(variance) for variance in np.diag(covariance))
-    slope, constant = float(unknowns[0]), float(unknowns[1:].sum() - unknowns[0] * middle)
+    slope, constant = (
+        float(unknowns[0]),
+        float(unknowns[1:].sum() - unknowns[0] * middle),
+    )
     p = chi2_tail(chi2, dof) if stated and dof > 0 else None
     told = covariance, chi2, dof, p, STATED if stated else SCATTER
     return LineFit(slope, constant, u_slope, u_intercept if intercept else None, *told)
@@ -150,16 +167,23 @@ class _Step(NamedTuple):
     """Distance [y] that remains for every z."""
 
 
-def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tuple[Extended, _Step]:
+def _iterate(
+    x: Extended, y: Extended, factors: Factors, intercept: bool
+) -> tuple[Extended, _Step]:
     """Find the line by Gauss–Newton steps, each linear about the points that the previous step adjusted."""
     to_x, to_y, by_row = factors
     design = np.ones((len(x), 1 + intercept))
     design[:, 0] = x
-    unknowns = np.linalg.lstsq(design, y.astype(float), rcond=None)[0].astype(np.longdouble)
+    unknowns = np.linalg.lstsq(design, y.astype(float), rcond=None)[0].astype(
+        np.longdouble
+    )
     last = math.inf
     for _turn in range(500):
         slope, constant = unknowns[0], unknowns[1:].sum()
-        distance, pull = (y - constant - slope * x).astype(float), to_y - float(slope) * to_x
+        distance, pull = (
+            (y - constant - slope * x).astype(float),
+            to_y - float(slope) * to_x,
+        )
         if by_row:
             # A row's condition contains one sum of its two errors.
             size = np.hypot(pull[:, 0], pull[:, 1])
@@ -169,14 +193,19 @@ def _iterate(x: Extended, y: Extended, factors: Factors, intercept: bool) -> tup
             step = _solve(design, pull, distance)
             error = to_x @ step.errors
         unknowns = unknowns + step.change
-        moved = float(abs(step.change[0]) / (abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300))
+        moved = float(
+            abs(step.change[0])
+            / (abs(unknowns[0]) + np.ptp(y) / np.abs(x).max() + 1e-300)
+        )
         if moved < 1e-17 or (moved < 1e-13 and moved >= 0.5 * last):
             break
         last = moved
         # The next derivatives are computed at the adjusted x.
         design[:, 0] = x - error
     else:
-        raise ValueError("the fit does not converge: the errors of x are too large; pass better points")
+        raise ValueError(
+            "the fit does not converge: the errors of x are too large; pass better points"
+        )
     if step.off > 1e-9 * float(np.abs(y).max()):
         raise ValueError("exact points are not on one line; pass their variances")
     return unknowns, step
@@ -193,7 +222,13 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
         design, distance = design / pull[:, None], distance / pull
         q, r = np.linalg.qr(design)
         change = np.linalg.solve(r, q.T @ distance)
-        return _Step(change, distance - design @ change, np.linalg.solve(r, q.T), count - unknowns, 0.0)
+        return _Step(
+            change,
+            distance - design @ change,
+            np.linalg.solve(r, q.T),
+            count - unknowns,
+            0.0,
+        )
     pull = np.diag(pull) if pull.ndim == 1 else pull
     q, r = np.linalg.qr(design, mode="complete")
     along, across = q[:, :unknowns], q[:, unknowns:]
@@ -208,7 +243,9 @@ def _solve(design: Floats, pull: Floats, distance: Floats) -> _Step:
     # The effect of errors on the answer, except of those that the fit removes.
     through = along.T @ pull
     spread = np.linalg.solve(r[:unknowns], through - (through @ right.T) @ right)
-    return _Step(change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts)))
+    return _Step(
+        change, errors, spread, rank, float(np.linalg.norm(seen - left @ parts))
+    )
 
 
 Factors = tuple[Floats, Floats, bool]
@@ -218,7 +255,12 @@ Independent rows have two numbers z each: factors of shape (n, 2). Otherwise all
 """
 
 
-def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLike | None, count: int) -> Factors:
+def _factorise(
+    cov_x: ArrayLike | None,
+    cov_y: ArrayLike | None,
+    cov_xy: ArrayLike | None,
+    count: int,
+) -> Factors:
     """Check the covariance U of n points (x, y), and factorise it: U = B Bᵀ."""
     parts = []
     for name, value in (("cov_x", cov_x), ("cov_y", cov_y), ("cov_xy", cov_xy)):
@@ -228,23 +270,35 @@ def _factorise(cov_x: ArrayLike | None, cov_y: ArrayLike | None, cov_xy: ArrayLi
             wanted = f"pass a number, {count} variances, or a {count} × {count} matrix"
             raise ValueError(f"{name} has shape {part.shape}; {wanted}")
         if not np.isfinite(part).all():
-            raise ValueError(f"{name} contains a value that is not finite; pass 0 for exact values")
+            raise ValueError(
+                f"{name} contains a value that is not finite; pass 0 for exact values"
+            )
         if name != "cov_xy":
             variances = part if part.ndim == 1 else np.diag(part)
             if (variances < 0).any():
-                raise ValueError(f"{name} contains a negative variance; pass variances u²")
-            if part.ndim == 2 and not np.allclose(part, part.T, rtol=1e-9, atol=1e-12 * variances.max()):
-                raise ValueError(f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]")
+                raise ValueError(
+                    f"{name} contains a negative variance; pass variances u²"
+                )
+            if part.ndim == 2 and not np.allclose(
+                part, part.T, rtol=1e-9, atol=1e-12 * variances.max()
+            ):
+                raise ValueError(
+                    f"{name} is not symmetric; pass a covariance matrix, U[i, j] = U[j, i]"
+                )
         parts.append(part)
     if not any(part.any() for part in parts):
-        raise ValueError("all covariances are zero; leave them out to get the uncertainties from the scatter")
+        raise ValueError(
+            "all covariances are zero; leave them out to get the uncertainties from the scatter"
+        )
     if any(part.ndim == 2 for part in parts):
         x, y, xy = (part if part.ndim == 2 else np.diag(part) for part in parts)
         factor = _root(np.block([[x, xy], [xy.T, y]]))
         return factor[:count], factor[count:], False
     x, y, xy = parts
     if (xy**2 > x * y * (1 + 1e-12)).any():
-        raise ValueError("cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance")
+        raise ValueError(
+            "cov_xy is larger than √(cov_x·cov_y) in a row; no pair of errors has such a covariance"
+        )
     # Cholesky factor of each row's 2 × 2 matrix.
     root, nothing = np.sqrt(x), np.zeros(count)
     along = np.divide(xy, root, out=nothing.copy(), where=root > 0)
@@ -258,7 +312,9 @@ def _root(matrix: Floats) -> Floats:
     divisor = np.where(scale > 0, scale, 1.0)
     correlation = (matrix + matrix.T) / 2 / np.outer(divisor, divisor)
     if correlation[scale == 0].any():
-        raise ValueError("an error with variance 0 has a covariance with another; pass 0 for both")
+        raise ValueError(
+            "an error with variance 0 has a covariance with another; pass 0 for both"
+        )
     values, vectors = np.linalg.eigh(correlation)
     if values[0] < -1e-9 * values[-1]:
         signs = "check the signs and sizes of the off-diagonal elements"

@@ -143,7 +143,9 @@ class Posterior(Struct, frozen=True):
             off = _normal_below(away, square) @ weight - LEVELS
             np.copyto(low, point, where=off < 0)
             np.copyto(high, point, where=off > 0)
-            step = point - off / np.maximum(np.add.reduce(steep * square, axis=-1), 1e-300)
+            step = point - off / np.maximum(
+                np.add.reduce(steep * square, axis=-1), 1e-300
+            )
             inside = (step >= low) & (step <= high)
             point = np.where(inside, step, 0.5 * (low + high))
             # The error after such a step is about the square of the step.
@@ -160,16 +162,23 @@ class Posterior(Struct, frozen=True):
         most = np.maximum.reduce(each, axis=1)
         away = np.abs(np.log(self.factor[::count] / factor))
         at = int(np.where(most > 1e-6 * np.maximum.reduce(most), away, np.inf).argmin())
-        nearest, weight = slice(at * count, (at + 1) * count), each[at] / np.add.reduce(each[at])
+        nearest, weight = (
+            slice(at * count, (at + 1) * count),
+            each[at] / np.add.reduce(each[at]),
+        )
         u = self.u[0, nearest]
-        part = Posterior(weight, self.mean[:1, nearest], u[None], self.factor, self.factor, 0.0)
+        part = Posterior(
+            weight, self.mean[:1, nearest], u[None], self.factor, self.factor, 0.0
+        )
         _, below, _, above, _ = part.quantiles()[0]
         order = u.argsort()
         widths = np.log(self.width[nearest][order])
         return factor, float(np.exp(np.interp((above - below) / 2, u[order], widths)))
 
 
-def integrate(conditions: Conditions, scale: float, stated: bool, tested: float | None = None) -> Posterior:
+def integrate(
+    conditions: Conditions, scale: float, stated: bool, tested: float | None = None
+) -> Posterior:
     """Compute the posterior: every s and w with a weight for its agreement with the runs.
 
     Parameters
@@ -198,7 +207,9 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         factor = np.exp(logarithm)
         variance = factor[:, None] ** 2 + shared**2
         sums = ((1 / variance) @ products).T[..., None]
-        ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[[0, 1, 2, 3, 5, 6, 7, 10, 11, 15]]
+        ii, im, ib, i_left, mm, mb, m_left, bb, b_left, chi2 = sums[
+            [0, 1, 2, 3, 5, 6, 7, 10, 11, 15]
+        ]
         # Solve for `both` = I_zz + slope M0 and for M0; arrays of shape (S, W) from here on.
         mm, m_w = mm + narrow, m_left - at * narrow
         # By rounding the difference can be zero or negative.
@@ -207,7 +218,9 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
         residual_torque = (ii * m_w - im * i_left) / determinant
         misfit = chi2 + at * at * narrow - both * i_left - residual_torque * m_w
         # Rows without information have the variance s².
-        spread = -0.5 * np.add.reduce(np.log(variance), axis=1) - (conditions.runs - len(rows)) * np.log(factor)
+        spread = -0.5 * np.add.reduce(np.log(variance), axis=1) - (
+            conditions.runs - len(rows)
+        ) * np.log(factor)
         whole = spread[:, None] - 0.5 * (np.log(determinant / narrow) + misfit) + prior
         whole += (scatter_prior(logarithm, stated) + math.log(spacing))[:, None]
         top = np.maximum.reduce(whole, axis=None)
@@ -230,13 +243,17 @@ def integrate(conditions: Conditions, scale: float, stated: bool, tested: float 
     both_var, m_var, cov = mm / determinant, ii / determinant, -im / determinant
     b_var = 1 - bb + ib**2 * both_var + 2 * ib * mb * cov + mb**2 * m_var
     i_var = both_var - 2 * slope * cov + slope**2 * m_var
-    mean = np.array([ended + both - slope * residual_torque, at + residual_torque, bias])
+    mean = np.array(
+        [ended + both - slope * residual_torque, at + residual_torque, bias]
+    )
     u = np.sqrt(np.maximum([i_var, m_var, b_var], 0.0))
     # One part for each pair of s and w.
     factor, unit = np.repeat(factor, len(widths)), conditions.unit[:, None]
     width = (np.ones((STEPS, 1)) * (widths * conditions.unit[1])).reshape(-1)
     mean, u = mean.reshape(3, -1) * unit, u.reshape(3, -1) * unit
-    return Posterior(weight.reshape(-1), mean, u, factor, width, float(top + math.log(total)))
+    return Posterior(
+        weight.reshape(-1), mean, u, factor, width, float(top + math.log(total))
+    )
 
 
 def _rotate(conditions: Conditions) -> tuple[Floats, Floats, float]:
@@ -253,7 +270,9 @@ def _rotate(conditions: Conditions) -> tuple[Floats, Floats, float]:
     bias = conditions.unknowns[:, 2:]
     # Relative to b = 0, the centre of its prior.
     target = bias * conditions.ended[2] - conditions.left[:, None]
-    rows: Floats = np.concatenate([conditions.shared, bias, conditions.unknowns, target], axis=1)
+    rows: Floats = np.concatenate(
+        [conditions.shared, bias, conditions.unknowns, target], axis=1
+    )
     if rows.shape[0] > rows.shape[1]:
         rows = np.asarray(np.linalg.qr(rows, mode="r"))
     turn, values, _ = np.linalg.svd(rows[:, :count])
@@ -272,8 +291,13 @@ def mixed(posteriors: Sequence[Posterior]) -> Posterior:
     chance = np.exp(evidence - evidence.max())
     chance /= chance.sum()
     shares = zip(chance, posteriors, strict=True)
-    parts = [[share * one.weight, one.mean, one.u, one.factor, one.width] for share, one in shares]
-    weight, mean, u, factor, width = (np.concatenate(column, axis=-1) for column in zip(*parts, strict=True))
+    parts = [
+        [share * one.weight, one.mean, one.u, one.factor, one.width]
+        for share, one in shares
+    ]
+    weight, mean, u, factor, width = (
+        np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)
+    )
     return Posterior(weight, mean, u, factor, width, evidence.max())
 
 
@@ -288,7 +312,9 @@ def balance_prior(scale: float, tested: float | None) -> tuple[Floats, Floats]:
     doubt -= math.log(np.exp(doubt).sum())
     squares = widths[:, None] ** 2, (max(tested, NEGLIGIBLE) * FALSE_WIDTHS) ** 2
     both = (squares[0] * squares[1] / (squares[0] + squares[1])).reshape(-1)
-    weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(-1)
+    weight = (CHANCES[:, None] + doubt - 0.5 * np.log(squares[0] + squares[1])).reshape(
+        -1
+    )
     # The product of two normal distributions is normal: represent all products by fewer widths.
     count = len(TESTED_WIDTHS)
     grid = widths[-1] * TESTED_WIDTHS
@@ -309,7 +335,11 @@ def doubt_of_widths(stated: bool) -> float:
 def scatter_prior(factor: Floats, stated: bool) -> Floats:
     """Compute the logarithm of the prior density of ln s."""
     spread = SPREAD_STATED if stated else SPREAD_DEFAULT
-    near = (1 - SHARE_OF_TAIL) * np.exp(-0.5 * (factor / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
+    near = (
+        (1 - SHARE_OF_TAIL)
+        * np.exp(-0.5 * (factor / spread) ** 2)
+        / (spread * math.sqrt(2 * math.pi))
+    )
     far = SHARE_OF_TAIL / (math.pi * TAIL * (1 + (factor / TAIL) ** 2))
     return cast(Floats, np.log(near + far))
 
@@ -371,7 +401,9 @@ def chi2_tail(chi2: float, dof: int) -> float:
     # from the largest one, at a = x, do not change the sum.
     reach, last = 10 * math.sqrt(half) + 100, (dof - odd) // 2 - 1
     nearest = min(last, int(half))
-    for step in range(max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1):
+    for step in range(
+        max(0, int(nearest - reach)), min(last, int(nearest + reach)) + 1
+    ):
         order = step + odd / 2
         total += math.exp(order * math.log(half) - half - math.lgamma(order + 1))
     return min(total, 1.0)
@@ -387,4 +419,6 @@ def chi2_lower_tail(chi2: float, dof: float) -> float:
         step += 1
         term *= half / step
         total += term
-    return min(1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total)
+    return min(
+        1.0, math.exp(order * math.log(half) - half - math.lgamma(order + 1)) * total
+    )

@@ -14,7 +14,14 @@ import numpy as np
 
 from gyrodata.fitting import adjustment
 from gyrodata.fitting.adjustment import MAD_TO_SD, NoFit, median
-from gyrodata.fitting.inertia import AS_STATED, FitResult, Outlier, balance_scale, fit, lightest_torque
+from gyrodata.fitting.inertia import (
+    AS_STATED,
+    FitResult,
+    Outlier,
+    balance_scale,
+    fit,
+    lightest_torque,
+)
 from gyrodata.fitting.posterior import chi2_tail
 from gyrodata.measurements import Measurements
 from gyrodata.physics import Floats
@@ -35,7 +42,9 @@ TURN_COUNTS = (1 / 6, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, *range(1, 31))
 Screened = tuple[list[Outlier], FitResult | None]
 
 
-def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None) -> Screened:
+def screen(
+    measured: Measurements, tilted: bool = False, as_stated: FitResult | None = None
+) -> Screened:
     """Find the runs that do not agree with the others, and the turn count that would explain each.
 
     A run is compared with the prediction of the *other* runs, in units of the uncertainty of this difference or of the
@@ -57,13 +66,17 @@ def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | 
     if as_stated and is_likely and np.abs(as_stated.deviations).max() <= OUTLIER:
         return [], as_stated
     # The first guess: runs that are far from the line that most runs agree with.
-    start = adjustment.first_guess(measured, adjustment.assume_sense(measured, 1.0), np.ones(count))
+    start = adjustment.first_guess(
+        measured, adjustment.assume_sense(measured, 1.0), np.ones(count)
+    )
     with np.errstate(divide="ignore"):
         total = np.abs(measured.torque + start.residual_torque)
         predicted = start.inertia * 2 * np.pi * measured.turns * measured.spin / total
     off = adjustment.rough_misfit(measured, predicted)
     off[measured.torque == 0] = 0.0
-    far = set(np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist())
+    far = set(
+        np.flatnonzero(off > OUTLIER * max(1.0, MAD_TO_SD * median(off))).tolist()
+    )
     found, result = _settle(measured, tilted, far, as_stated)
     if result is not None and chi2_tail(result.chi2, max(result.dof, 1)) < MASKED:
         # One bad run can increase the scatter so much that it is not an outlier.
@@ -71,12 +84,19 @@ def screen(measured: Measurements, tilted: bool = False, as_stated: FitResult | 
         kept = [i for i in range(count) if i not in named]
         worst = max(kept, key=lambda i: abs(result.deviations[i]))
         more, without = _settle(measured, tilted, named | {worst})
-        if without is not None and {outlier.index for outlier in more} >= named | {worst}:
+        if without is not None and {outlier.index for outlier in more} >= named | {
+            worst
+        }:
             return more, without
     return found, result
 
 
-def _settle(measured: Measurements, tilted: bool, out: set[int], as_stated: FitResult | None = None) -> Screened:
+def _settle(
+    measured: Measurements,
+    tilted: bool,
+    out: set[int],
+    as_stated: FitResult | None = None,
+) -> Screened:
     """Fit without some runs, find the outliers, and repeat until they are the same."""
     count = len(measured.runs)
     found: list[Outlier] = []
@@ -86,30 +106,54 @@ def _settle(measured: Measurements, tilted: bool, out: set[int], as_stated: FitR
         if len(out) > count / 3 or not np.abs(measured.torque[kept]).any():
             return [], None
         try:
-            result = (as_stated if not out else None) or fit(measured, AS_STATED, tilted=tilted, left_out=out)
+            result = (as_stated if not out else None) or fit(
+                measured, AS_STATED, tilted=tilted, left_out=out
+            )
         except NoFit:
             return [], None
         typical = max(1.0, MAD_TO_SD * median(np.abs(result.deviations[kept])))
         far = np.flatnonzero(np.abs(result.deviations) > OUTLIER * typical)
         found = []
         for i in far.tolist():
-            deviation, turns = float(result.deviations[i]), _explaining_turns(measured, result, i, typical)
-            found.append(Outlier(i, deviation, turns, slip=turns is not None or abs(deviation) > GROSS * typical))
+            deviation, turns = (
+                float(result.deviations[i]),
+                _explaining_turns(measured, result, i, typical),
+            )
+            found.append(
+                Outlier(
+                    i,
+                    deviation,
+                    turns,
+                    slip=turns is not None or abs(deviation) > GROSS * typical,
+                )
+            )
         if set(far.tolist()) == out:
             return found, result
         out = set(far.tolist())
     return (found if len(found) <= count / 3 else []), None
 
 
-def _explaining_turns(measured: Measurements, result: FitResult, index: int, typical: float) -> float | None:
+def _explaining_turns(
+    measured: Measurements, result: FitResult, index: int, typical: float
+) -> float | None:
     """Return the turn count that explains a run best, to 3 standard uncertainties, or None."""
     bias = result.timing_bias.value
     one_turn = (result.fitted_time[index] - bias) / measured.turns[index]
-    spread = abs((measured.time[index] - result.fitted_time[index]) / result.deviations[index]) * typical
-    candidates = {*TURN_COUNTS, *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1))}
+    spread = (
+        abs(
+            (measured.time[index] - result.fitted_time[index])
+            / result.deviations[index]
+        )
+        * typical
+    )
+    candidates = {
+        *TURN_COUNTS,
+        *(measured.turns[index] + step for step in (-1, -0.5, 0.5, 1)),
+    }
     misfits = {
         # The uncertainty of one turn grows with the number of turns.
-        turns: abs(measured.time[index] - bias - turns * one_turn) / (spread * max(1.0, turns / measured.turns[index]))
+        turns: abs(measured.time[index] - bias - turns * one_turn)
+        / (spread * max(1.0, turns / measured.turns[index]))
         for turns in candidates
         if turns > 0 and not math.isclose(turns, measured.turns[index])
     }
@@ -142,9 +186,16 @@ def rivals(
     """
 
     def unlikely(result: FitResult) -> float:
-        inertia, lightest = result.inertia.value, lightest_torque(measured, result.adjusted.kept)
+        inertia, lightest = (
+            result.inertia.value,
+            lightest_torque(measured, result.adjusted.kept),
+        )
         test = measured.balance_test
-        width = test(inertia) if test is not None else balance_scale(measured, inertia, lightest)
+        width = (
+            test(inertia)
+            if test is not None
+            else balance_scale(measured, inertia, lightest)
+        )
         return 1 + (result.residual_torque.value / max(width, 1e-12)) ** 2
 
     found = []
@@ -156,11 +207,15 @@ def rivals(
         if not gone or not rest or too_many or not measured.torque[group[0]]:
             continue
         try:
-            other = fit(measured, tilted=chosen.adjusted.problem.tilted, left_out=instead)
+            other = fit(
+                measured, tilted=chosen.adjusted.problem.tilted, left_out=instead
+            )
         except NoFit:
             continue
         misfit = other.chi2 / max(1.0, chosen.chi2 / max(chosen.dof, 1))
-        if chi2_tail(misfit, max(other.dof, 1)) > NO_WORSE and unlikely(other) < LESS_LIKELY * unlikely(chosen):
+        if chi2_tail(misfit, max(other.dof, 1)) > NO_WORSE and unlikely(
+            other
+        ) < LESS_LIKELY * unlikely(chosen):
             found.append((gone, rest, other))
     return found
 
@@ -190,21 +245,33 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
         The corrections that change the fewest torques: number of the group in `by_torque`, and its revolutions.
         Empty if the torques agree without a correction, or if there is no correction.
     """
-    numbers = [k for k, group in enumerate(measured.by_torque) if measured.torque[group[0]]]
+    numbers = [
+        k for k, group in enumerate(measured.by_torque) if measured.torque[group[0]]
+    ]
     if not 2 <= len(numbers) <= MOST_TORQUES:
         return []
     groups = [measured.by_torque[k] for k in numbers]
     torque = np.array([measured.torque[group[0]] for group in groups])
-    product = np.sign(torque) * [median(np.abs(measured.product[group])) for group in groups]
+    product = np.sign(torque) * [
+        median(np.abs(measured.product[group])) for group in groups
+    ]
     # If runs of one torque have different counts, the counts are not a common mistake.
     written = [np.unique(measured.turns[group]) for group in groups]
-    factors = [np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])]) for w in written]
+    factors = [
+        np.unique([1.0, *(np.array(USUAL_COUNTS) / w[0] if len(w) == 1 else [])])
+        for w in written
+    ]
     inertia, residual_torque = _lines(torque, product, factors)
     total = torque + residual_torque[:, None]
-    chosen, left = np.ones((len(inertia), len(torque))), np.empty((len(inertia), len(torque)))
+    chosen, left = (
+        np.ones((len(inertia), len(torque))),
+        np.empty((len(inertia), len(torque))),
+    )
     for k, factor in enumerate(factors):
         with np.errstate(divide="ignore", invalid="ignore"):
-            off = np.abs(np.log(inertia[:, None] * product[k] * factor / total[:, k : k + 1]))
+            off = np.abs(
+                np.log(inertia[:, None] * product[k] * factor / total[:, k : k + 1])
+            )
         off[~np.isfinite(off)] = np.inf
         best = off.argmin(axis=1)
         chosen[:, k], left[:, k] = factor[best], off[np.arange(len(off)), best]
@@ -212,36 +279,54 @@ def explaining_counts(measured: Measurements) -> list[dict[int, float]]:
     agrees = np.sqrt(np.mean(left**2, axis=1)) < AGREES
     if np.any(agrees & ~changed.any(axis=1)):
         return []
-    found = np.flatnonzero(agrees & (np.abs(residual_torque) < MODEST * np.abs(torque).min()))
+    found = np.flatnonzero(
+        agrees & (np.abs(residual_torque) < MODEST * np.abs(torque).min())
+    )
     fewest = min(changed[found].sum(axis=1), default=0)
     answers: list[dict[int, float]] = []
     for line in found[changed[found].sum(axis=1) == fewest]:
-        answer = {numbers[k]: float(written[k][0] * chosen[line, k]) for k in np.flatnonzero(changed[line])}
+        answer = {
+            numbers[k]: float(written[k][0] * chosen[line, k])
+            for k in np.flatnonzero(changed[line])
+        }
         if answer not in answers:
             answers.append(answer)
     return answers
 
 
-def _lines(torque: Floats, product: Floats, factors: list[Floats]) -> tuple[Floats, Floats]:
+def _lines(
+    torque: Floats, product: Floats, factors: list[Floats]
+) -> tuple[Floats, Floats]:
     """Return I_zz [kg*m^2] and M0 [N*m] of every line through two torques, or through one with M0 = 0."""
-    slopes = [m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)]
+    slopes = [
+        m / (p * factor) for m, p, factor in zip(torque, product, factors, strict=True)
+    ]
     constants = [np.zeros(len(factor)) for factor in factors]
     # If there are only two torques, a line through both is not evidence.
     for a, b in combinations(range(len(torque)), 2) if len(torque) > 2 else ():
-        first, second = (x.ravel() for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b]))
+        first, second = (
+            x.ravel()
+            for x in np.meshgrid(product[a] * factors[a], product[b] * factors[b])
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = (torque[a] - torque[b]) / (first - second)
         slopes.append(slope)
         constants.append(slope * first - torque[a])
     inertia, residual_torque = np.concatenate(slopes), np.concatenate(constants)
-    sane = np.isfinite(inertia) & (inertia > 0) & (np.abs(residual_torque) < 3 * np.abs(torque).max())
+    sane = (
+        np.isfinite(inertia)
+        & (inertia > 0)
+        & (np.abs(residual_torque) < 3 * np.abs(torque).max())
+    )
     return inertia[sane], residual_torque[sane]
 
 
 # --- the fits of the textbook ------------------------------------------------------------------------------------
 
 
-def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats, Floats, Floats]:
+def ordinary_line(
+    x: Floats, y: Floats, intercept: bool
+) -> tuple[Floats, Floats, Floats, Floats]:
     """Fit y = slope·x (+ intercept) to n points of each lab by ordinary least squares, runs treated as independent.
 
     For x = φ̇ψ̇ [rad²/s²] and y = M [N*m], of one lab or of many labs of one design, shape (…, n), the slope is I_zz.
@@ -261,8 +346,17 @@ def ordinary_line(x: Floats, y: Floats, intercept: bool) -> tuple[Floats, Floats
     spread = np.where(spread > 1e-9 * size, spread, np.nan)
     slope = np.vecdot(away, y - y_mean) / spread**2
     left, freedom = y - y_mean - slope[..., None] * away, count - 1 - intercept
-    sd = np.sqrt(np.vecdot(left, left) / freedom) if freedom > 0 else np.full_like(slope, np.nan)
-    return slope, sd / spread, y_mean[..., 0] - slope * x_mean[..., 0], sd * size / (spread * math.sqrt(count))
+    sd = (
+        np.sqrt(np.vecdot(left, left) / freedom)
+        if freedom > 0
+        else np.full_like(slope, np.nan)
+    )
+    return (
+        slope,
+        sd / spread,
+        y_mean[..., 0] - slope * x_mean[..., 0],
+        sd * size / (spread * math.sqrt(count)),
+    )
 
 
 def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -272,7 +366,9 @@ def mean_of_ratios(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     count = ratios.shape[-1]
     mean = np.add.reduce(ratios, axis=-1) / count
     squares = np.add.reduce((ratios - mean[..., None]) ** 2, axis=-1)
-    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(mean, np.nan)
+    return mean, np.sqrt(squares / (count - 1) / count) if count > 1 else np.full_like(
+        mean, np.nan
+    )
 
 
 TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
@@ -283,7 +379,9 @@ TEXTBOOK: Mapping[str, Callable[[Floats, Floats], tuple[Floats, Floats]]] = {
 """The textbook fits by name: functions from x and y to I_zz and u."""
 
 
-def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: Floats) -> None:
+def insist_on_lines(
+    measured: Measurements, fit: FitResult, tilted: bool, kept: Floats
+) -> None:
     """Raise `NoFit` if a fit differs by more than `FACTOR` from both lines, corrected for tilt and release."""
     index = np.flatnonzero(kept)
     rate = fit.sense[index] * 2 * np.pi * measured.turns[index] / measured.time[index]
@@ -293,14 +391,21 @@ def insist_on_lines(measured: Measurements, fit: FitResult, tilted: bool, kept: 
     if tilted:
         # Eq. (8) as a line: M + I φ̇² cosθ against φ̇ (ψ̇ + φ̇ cosθ).
         height = np.sin(measured.pitch[index])
-        torque = torque + adjustment.transverse_inertia(measured)[index] * rate**2 * height
+        torque = (
+            torque + adjustment.transverse_inertia(measured)[index] * rate**2 * height
+        )
         spin = spin + rate * height
     found = []
     for intercept in (False, True) if adjustment.torques_differ(torque) else (False,):
         slope = float(ordinary_line(rate * spin, torque, intercept)[0])
-        if slope > 0 and 1 / adjustment.FACTOR < fit.inertia.value / slope < adjustment.FACTOR:
+        if (
+            slope > 0
+            and 1 / adjustment.FACTOR < fit.inertia.value / slope < adjustment.FACTOR
+        ):
             return
         if not math.isnan(slope):
             found.append(f"{slope:.2g} kg·m²")
     lines = " and ".join(found) or "no result"
-    raise NoFit(f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}")
+    raise NoFit(
+        f"the fit gives {fit.inertia.value:.2g} kg·m², but a straight line gives {lines}"
+    )

@@ -40,7 +40,13 @@ from gyrodata.grading.grade import (
 from gyrodata.grading.ledger import NO_DESK, Desk, find_offers
 from gyrodata.grading.roster import Roster, partners_of
 from gyrodata.grading.rubric import Rubric, default_rubric_text, read_rubric
-from gyrodata.grading.submissions import Submission, Submissions, choose, list_submissions, unread
+from gyrodata.grading.submissions import (
+    Submission,
+    Submissions,
+    choose,
+    list_submissions,
+    unread,
+)
 from gyrodata.grading.yardsticks import grouped
 from gyrodata.readings import listing
 from gyrodata.results import decode, encode
@@ -60,16 +66,25 @@ class GradingOptions(Struct, frozen=True):
     """How a class is graded; no option changes a grade."""
 
     workers: int = 1  # processes
-    limit: float = 30.0  # time for one submission [s]; an ordinary one takes a hundredth
+    limit: float = (
+        30.0  # time for one submission [s]; an ordinary one takes a hundredth
+    )
     cluster: Executor | None = None  # grades on other machines instead
     journal: Path | None = None  # the file of earlier grades and of those of this run
     keep: bool = True  # False: the journal is only read
-    figures: Path | None = None  # folder for the figures of each student; None: none are drawn
-    progress: Callable[[int], None] | None = None  # receives the number of grades that are made
+    figures: Path | None = (
+        None  # folder for the figures of each student; None: none are drawn
+    )
+    progress: Callable[[int], None] | None = (
+        None  # receives the number of grades that are made
+    )
 
 
 def grade(
-    source: str | os.PathLike[str], rubric: str | os.PathLike[str] | None = None, *, workers: int = 0
+    source: str | os.PathLike[str],
+    rubric: str | os.PathLike[str] | None = None,
+    *,
+    workers: int = 0,
 ) -> ClassGrades:
     """Grade a class as ``gyro grade`` does, and write nothing.
 
@@ -102,7 +117,11 @@ def grade(
     text, name = default_rubric_text().encode(), "built-in rubric"
     if rubric is not None:
         text, name = Path(rubric).read_bytes(), Path(rubric).name
-    return grade_class(list_submissions(Path(source)), read_rubric(text, name), GradingOptions(workers=workers))
+    return grade_class(
+        list_submissions(Path(source)),
+        read_rubric(text, name),
+        GradingOptions(workers=workers),
+    )
 
 
 def grade_class(
@@ -136,10 +155,14 @@ def grade_class(
     absent = {one.student: one for one in roster.absent if desk.lines.get(one.student)}
     source, why = submissions.items[0].source, "nothing is handed in"
     extra = [
-        Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key) for key, one in absent.items()
+        Submission(key, one.name or key, {}, source, problem=why, feedback_stem=key)
+        for key, one in absent.items()
     ]
     options = options or GradingOptions()
-    listed = [desk.corrected(one) for one in sorted([*submissions.items, *extra], key=lambda item: item.student)]
+    listed = [
+        desk.corrected(one)
+        for one in sorted([*submissions.items, *extra], key=lambda item: item.student)
+    ]
     items, notes, lost = _chosen(listed, options)
     left = tuple(one for one in roster.absent if one.student not in absent)
     present = tuple(one for one in items if one.student not in absent)
@@ -148,16 +171,35 @@ def grade_class(
     made, again, damaged, undrawn = _entries(items, rubric, options, desk, lost)
     diagnostics = (*submissions.diagnostics, *notes, *undrawn)
     submissions = replace(submissions, items=items, diagnostics=diagnostics)
-    prints = {student: one.grade.fingerprint for student, one in made.items() if one.grade.fingerprint is not None}
+    prints = {
+        student: one.grade.fingerprint
+        for student, one in made.items()
+        if one.grade.fingerprint is not None
+    }
     plain = (replace(one.grade, fingerprint=None) for one in made.values())
-    grades: Sequence[Grade] = [roster.named(one, desk.value(one.student, "station")) for one in plain]
+    grades: Sequence[Grade] = [
+        roster.named(one, desk.value(one.student, "station")) for one in plain
+    ]
     grades, references, scatters = settle(grades, rubric)
     typed = {item.student: desk.value(item.student, "reported") for item in items}
-    doubts = [(one, item, typed[item.student]) for one, item in zip(grades, items, strict=True)]
+    doubts = [
+        (one, item, typed[item.student])
+        for one, item in zip(grades, items, strict=True)
+    ]
     grades = _reconsidered(doubts, rubric, references, scatters, options)
     partners, looks = partners_of(grades, roster, meant)
-    grades = [replace(one, look=(*one.look, looks[one.student])) if one.student in looks else one for one in grades]
-    flags = in_order([*flag_class(prints, [*partners, *desk.partners], previous), *flag_examples(prints)])
+    grades = [
+        replace(one, look=(*one.look, looks[one.student]))
+        if one.student in looks
+        else one
+        for one in grades
+    ]
+    flags = in_order(
+        [
+            *flag_class(prints, [*partners, *desk.partners], previous),
+            *flag_examples(prints),
+        ]
+    )
     return ClassGrades(
         source=items[0].source.resolve().name, submissions=submissions, rubric=rubric,
         grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades), references=references,
@@ -176,8 +218,14 @@ def _chosen(
 
     Also returns notes on the choices, and why submissions could not be opened, by student.
     """
-    chosen, notes, lost = dict[str, Submission](), dict[str, list[Diagnostic]](), dict[str, Failed]()
-    with closing(in_workers(_choose_one, listed, options.workers, options.limit, options.cluster)) as answers:
+    chosen, notes, lost = (
+        dict[str, Submission](),
+        dict[str, list[Diagnostic]](),
+        dict[str, Failed](),
+    )
+    with closing(
+        in_workers(_choose_one, listed, options.workers, options.limit, options.cluster)
+    ) as answers:
         for item, answer in answers:
             if isinstance(answer, Failed):
                 lost[item.student] = answer
@@ -206,7 +254,11 @@ Doubt = tuple[Grade, Submission, str | None]
 
 
 def _reconsidered(
-    doubts: Sequence[Doubt], rubric: Rubric, references: References, scatters: Scatters, options: GradingOptions
+    doubts: Sequence[Doubt],
+    rubric: Rubric,
+    references: References,
+    scatters: Scatters,
+    options: GradingOptions,
 ) -> list[Grade]:
     """Look for mistakes in logs that are far from the reference; return all grades in the same order."""
     grades = {one.student: one for one, _, _ in doubts}
@@ -214,7 +266,9 @@ def _reconsidered(
     if waiting:
         _load_analysis()
     work = partial(_reconsider_one, rubric, references, scatters)
-    with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
+    with closing(
+        in_workers(work, waiting, options.workers, options.limit, options.cluster)
+    ) as answers:
         for (grade, _, _), answer in answers:
             if isinstance(answer, Failed):
                 look = f"gyro could not look for a mistake in the log: {answer}"
@@ -223,10 +277,14 @@ def _reconsidered(
     return list(grades.values())
 
 
-def _reconsider_one(rubric: Rubric, references: References, scatters: Scatters, doubt: Doubt) -> Grade:
+def _reconsider_one(
+    rubric: Rubric, references: References, scatters: Scatters, doubt: Doubt
+) -> Grade:
     """Look for a mistake in one log."""
     grade, submission, typed = doubt
-    return reconsider(grade, replace(submission, known_digest=""), rubric, references, scatters, typed)
+    return reconsider(
+        grade, replace(submission, known_digest=""), rubric, references, scatters, typed
+    )
 
 
 # --- the journal: a line for each grade, with its inputs ------------------------------------------------------
@@ -236,12 +294,18 @@ class Entry(Struct, frozen=True, kw_only=True):
     """One line: a grade before the class as a whole was compared, and the inputs of the grade."""
 
     schema: Literal["gyro.journal/2"] = "gyro.journal/2"
-    inputs: Mapping[str, str]  # as `_inputs_of` returned them; none of a grade that was lost
+    inputs: Mapping[
+        str, str
+    ]  # as `_inputs_of` returned them; none of a grade that was lost
     grade: Grade
     lost: str = ""
     """Why the run lost the grade (a time limit, a process that died), so that it is tried again; else ""."""
-    figures: Mapping[str, str] = {}  # what each figure shows, in words, by the name of the figure
-    seen: Mapping[str, str] = {}  # for each line of the desk, the digest of the submission for which it was written
+    figures: Mapping[
+        str, str
+    ] = {}  # what each figure shows, in words, by the name of the figure
+    seen: Mapping[
+        str, str
+    ] = {}  # for each line of the desk, the digest of the submission for which it was written
 
 
 def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
@@ -259,25 +323,42 @@ def read_journal(data: bytes) -> tuple[dict[str, Entry], int]:
 def _inputs_of(item: Submission, rubric: Rubric, reported: str) -> dict[str, str]:
     """Return digests of all that a grade depends on; `reported` is the value that a person typed in."""
     counts_files = any(criterion.check == "files" for criterion in rubric.criteria)
-    text = repr((item.digest, item.name, sorted(item.ids.items()), *(item.members if counts_files else ())))
+    text = repr(
+        (
+            item.digest,
+            item.name,
+            sorted(item.ids.items()),
+            *(item.members if counts_files else ()),
+        )
+    )
     digest = hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     # The rubric without its references is compared first.
     about = {"submission": digest, "rubric": rubric.judged, "reference": rubric.digest}
     return {**about, "desk": reported, "tool": __version__}
 
 
-def _why_again(known: Entry | None, item: Submission, rubric: Rubric, reported: str) -> str:
+def _why_again(
+    known: Entry | None, item: Submission, rubric: Rubric, reported: str
+) -> str:
     """Say why a submission is graded again; "" if the known grade is still right."""
     if known is None or known.lost:
         return f"lost last time: {known.lost}" if known else "new"
     for name, value in _inputs_of(item, rubric, reported).items():
         if (before := known.inputs.get(name)) != value:
-            return f"gyrodata changed from {before} to {value}" if name == "tool" else f"the {name} changed"
+            return (
+                f"gyrodata changed from {before} to {value}"
+                if name == "tool"
+                else f"the {name} changed"
+            )
     return ""
 
 
 def _entries(
-    items: Sequence[Submission], rubric: Rubric, options: GradingOptions, desk: Desk, unopened: Mapping[str, Failed]
+    items: Sequence[Submission],
+    rubric: Rubric,
+    options: GradingOptions,
+    desk: Desk,
+    unopened: Mapping[str, Failed],
 ) -> tuple[dict[str, Entry], dict[str, str], int, list[Diagnostic]]:
     """Read the entry of each student from the journal, or make it.
 
@@ -287,42 +368,76 @@ def _entries(
     journal = options.journal or Path()
     written = journal.read_bytes() if journal.is_file() else b""
     known, damaged = read_journal(written)
-    entries, again, waiting = dict[str, Entry](), dict[str, str](), list[tuple[Submission, str]]()
+    entries, again, waiting = (
+        dict[str, Entry](),
+        dict[str, str](),
+        list[tuple[Submission, str]](),
+    )
     undrawn: dict[str, list[str]] = {}  # students by the reason
     for item in items:
-        reported, before = desk.value(item.student, "reported") or "", known.get(item.student)
+        reported, before = (
+            desk.value(item.student, "reported") or "",
+            known.get(item.student),
+        )
         why = _why_again(before, item, rubric, reported)
-        if before is not None and not why and options.figures is not None and before.grade.own:
-            paths = [figure_path(options.figures, item, name) for name in before.figures]
-            why = "" if paths and all(path.is_file() for path in paths) else "its figures are missing"
+        if (
+            before is not None
+            and not why
+            and options.figures is not None
+            and before.grade.own
+        ):
+            paths = [
+                figure_path(options.figures, item, name) for name in before.figures
+            ]
+            why = (
+                ""
+                if paths and all(path.is_file() for path in paths)
+                else "its figures are missing"
+            )
         if before is not None and not why:
-            entries[item.student] = replace(before, seen=desk.first_seen(before.grade, before.seen))
+            entries[item.student] = replace(
+                before, seen=desk.first_seen(before.grade, before.seen)
+            )
         else:
             again[item.student] = why
             waiting.append((item, reported))
-    lost_before = [(task, unopened[task[0].student]) for task in waiting if task[0].student in unopened]
+    lost_before = [
+        (task, unopened[task[0].student])
+        for task in waiting
+        if task[0].student in unopened
+    ]
     waiting = [task for task in waiting if task[0].student not in unopened]
     if waiting:
         _load_analysis()
     work = partial(_grade_one, rubric, options.figures is not None)
     # Closed at once if Ctrl-C stops this process, so that no worker goes on.
-    with closing(in_workers(work, waiting, options.workers, options.limit, options.cluster)) as answers:
+    with closing(
+        in_workers(work, waiting, options.workers, options.limit, options.cluster)
+    ) as answers:
         for (item, _), answer in chain(lost_before, answers):
             before, lost = known.get(item.student), ""
             if isinstance(answer, Failed):
                 lost = str(answer)
-                answer = _Answer({}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {})
+                answer = _Answer(
+                    {}, encode(not_graded(item, rubric, f"{lost}; {LOOK}")), {}
+                )
             # Through JSON at once, so that a grade from the journal is the same to the last digit.
             grade = decode(answer.grade, Grade)
             if answer.undrawn:
                 undrawn.setdefault(answer.undrawn, []).append(item.name)
             figures = {name: words for name, (_, words) in answer.figures.items()}
             seen = desk.first_seen(grade, before.seen if before else {})
-            one = Entry(inputs=answer.inputs, grade=grade, lost=lost, figures=figures, seen=seen)
+            one = Entry(
+                inputs=answer.inputs, grade=grade, lost=lost, figures=figures, seen=seen
+            )
             entries[item.student] = one
             # The figures are written first, so that everything in the journal exists.
             for name, (data, _) in answer.figures.items():
-                disk.write_whole(figure_path(options.figures or Path(), item, name), [data], private=True)
+                disk.write_whole(
+                    figure_path(options.figures or Path(), item, name),
+                    [data],
+                    private=True,
+                )
             if options.journal and options.keep:
                 # The last line may have no end, if a run was stopped.
                 disk.add_to(journal, b"\n%b\n" % encode(one))
@@ -333,7 +448,11 @@ def _entries(
     if options.journal and options.keep and (again or b"".join(lines) != written):
         disk.write_whole(journal, lines, private=True, sync=True)
     notes = [
-        Diagnostic.named("figure_not_drawn", what=f"the figures of {listing(sorted(some), 5)}", why=why)
+        Diagnostic.named(
+            "figure_not_drawn",
+            what=f"the figures of {listing(sorted(some), 5)}",
+            why=why,
+        )
         for why, some in sorted(undrawn.items())
     ]
     return entries, again, damaged, notes
@@ -382,17 +501,23 @@ class ClassGrades(Struct, frozen=True, dict=True):
     rubric: Rubric
     grades: Sequence[Grade]
     """The grade of each student: points, status, and the reason of each criterion."""
-    references: Mapping[str, yardsticks.Reference]  # of I_zz, by station; "all" for every other station
+    references: Mapping[
+        str, yardsticks.Reference
+    ]  # of I_zz, by station; "all" for every other station
     flags: tuple[Flag, ...]
     """Logs that may be copies."""
-    again: Mapping[str, str]  # why students were graded in this run, by key; the other grades were known
+    again: Mapping[
+        str, str
+    ]  # why students were graded in this run, by key; the other grades were known
     damaged: int  # lines of the journal that could not be read
     figures: Mapping[str, Mapping[str, str]]
     """What each figure shows, in words, by student and name of the figure."""
     desk: Desk = NO_DESK  # decisions of a person
     roster: Roster = EVERYBODY
     partners: Sequence[frozenset[str]] = ()  # declared in logs and in the roster
-    scatters: Mapping[str, yardsticks.BenchScatter] = {}  # of the readings, by station, if the rubric asks for it
+    scatters: Mapping[
+        str, yardsticks.BenchScatter
+    ] = {}  # of the readings, by station, if the rubric asks for it
 
     def __repr__(self) -> str:
         return f"<ClassGrades of {self.source[:200]}: {self.tally}>"
@@ -400,7 +525,11 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def totals(self) -> list[float]:
         """Points of the graded students, in the order of the grades."""
-        return [grade.points for grade in self.grades if grade.status == "graded" and grade.points is not None]
+        return [
+            grade.points
+            for grade in self.grades
+            if grade.status == "graded" and grade.points is not None
+        ]
 
     def count(self, status: str) -> int:
         """Count the grades with a status."""
@@ -409,14 +538,31 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def tally(self) -> str:
         """The number of grades with each status, in words."""
-        others = [f"{self.count(one)} {one}" for one in ("so far", "on hold", "excused") if self.count(one)]
-        absent = [f"{len(self.roster.absent)} handed in nothing"] if self.roster.absent else []
-        return ", ".join([f"{len(self.totals)} graded", *others, f"{self.count('not graded')} not", *absent])
+        others = [
+            f"{self.count(one)} {one}"
+            for one in ("so far", "on hold", "excused")
+            if self.count(one)
+        ]
+        absent = (
+            [f"{len(self.roster.absent)} handed in nothing"]
+            if self.roster.absent
+            else []
+        )
+        return ", ".join(
+            [
+                f"{len(self.totals)} graded",
+                *others,
+                f"{self.count('not graded')} not",
+                *absent,
+            ]
+        )
 
     @cached_property
     def slips(self) -> Mapping[str, list[str]]:
         """The students with each common mistake, the most common first."""
-        found = grouped((slip.kind, grade.student) for grade in self.grades for slip in grade.slips)
+        found = grouped(
+            (slip.kind, grade.student) for grade in self.grades for slip in grade.slips
+        )
         return dict(sorted(found.items(), key=lambda item: (-len(item[1]), item[0])))
 
     @cached_property
@@ -429,13 +575,21 @@ class ClassGrades(Struct, frozen=True, dict=True):
         """The text for a terminal: the class, a row for each student, the flags, and what to decide."""
         offers = [one for one in find_offers(self) if one.flag is None]
         reasons = grouped((one.reason, self.label(one.student)) for one in offers)
-        return environment().get_template("class.txt.jinja").render(found=self, reasons=reasons)
+        return (
+            environment()
+            .get_template("class.txt.jinja")
+            .render(found=self, reasons=reasons)
+        )
 
     @cached_property
     def bench(self) -> str:
         """The scatter that constancy is compared with, in words; "" for the usual one."""
         stations = sorted(self.scatters, key=yardsticks.in_order)
-        told = [self.scatters[one].words for one in stations if self.scatters[one].factor > 1]
+        told = [
+            self.scatters[one].words
+            for one in stations
+            if self.scatters[one].factor > 1
+        ]
         return f"{'; '.join(told)}: φ̇ψ̇ is judged by that" if told else ""
 
     @property
@@ -466,12 +620,23 @@ class ClassGrades(Struct, frozen=True, dict=True):
     @cached_property
     def flags_of(self) -> Mapping[str, list[Flag]]:
         """The flags of each flagged student."""
-        return grouped((student, flag) for flag in self.flags for student in flag.students)
+        return grouped(
+            (student, flag) for flag in self.flags for student in flag.students
+        )
 
     def criteria(self) -> Iterator[exports.CriterionFigures]:
         """Give the results of the class in each criterion, in the order of the rubric."""
         for at, one in enumerate(self.rubric.criteria):
-            judged = [value for grade in self.grades if (value := grade.marks[at].points) is not None]
-            full, none = sum(value >= one.points for value in judged), sum(value <= 0 for value in judged)
+            judged = [
+                value
+                for grade in self.grades
+                if (value := grade.marks[at].points) is not None
+            ]
+            full, none = (
+                sum(value >= one.points for value in judged),
+                sum(value <= 0 for value in judged),
+            )
             mean = round(statistics.fmean(judged), 4) if judged else None
-            yield exports.CriterionFigures(one.id, one.title, one.points, len(judged), full, none, mean)
+            yield exports.CriterionFigures(
+                one.id, one.title, one.points, len(judged), full, none, mean
+            )

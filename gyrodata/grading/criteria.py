@@ -11,9 +11,24 @@ from msgspec import Struct, convert
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.fitting import chi2_tail, times_stated
-from gyrodata.grading.yardsticks import COARSEST, TABLES, BenchScatter, OwnRuns, OwnValue, Reference, Slip, fit_words
+from gyrodata.grading.yardsticks import (
+    COARSEST,
+    TABLES,
+    BenchScatter,
+    OwnRuns,
+    OwnValue,
+    Reference,
+    Slip,
+    fit_words,
+)
 from gyrodata.readings import Reported
-from gyrodata.reporting.values import count_text, factor_text, inertia_range_text, inertia_text, p_text
+from gyrodata.reporting.values import (
+    count_text,
+    factor_text,
+    inertia_range_text,
+    inertia_text,
+    p_text,
+)
 
 if TYPE_CHECKING:
     from gyrodata.grading.rubric import Criterion, Rubric
@@ -39,7 +54,9 @@ class Mark(Struct, frozen=True):
     @property
     def waits(self) -> bool:
         """True if only a person, or a reference, is missing: the other points can be given."""
-        return self.points is None and (self.check == "manual" or "value" in self.detail)
+        return self.points is None and (
+            self.check == "manual" or "value" in self.detail
+        )
 
 
 class Evidence(Struct, frozen=True):
@@ -49,13 +66,21 @@ class Evidence(Struct, frozen=True):
     analysis: Analysis
     lacks: list[Diagnostic]  # requirements of the procedure that the log does not meet
     own: OwnRuns
-    reported: Reported | None  # I_zz as reported, its value in SI; None if there is none
+    reported: (
+        Reported | None
+    )  # I_zz as reported, its value in SI; None if there is none
     files: tuple[str, ...]  # names of all submitted files
-    bench: tuple[str, ...]  # uncertainties that the log has from the rubric, each in words
-    matched: OwnValue | None = None  # the accepted fit nearest to the report, after correcting a mistake
+    bench: tuple[
+        str, ...
+    ]  # uncertainties that the log has from the rubric, each in words
+    matched: OwnValue | None = (
+        None  # the accepted fit nearest to the report, after correcting a mistake
+    )
     d: float = math.nan  # distance of the report, as reported, from that fit [u]
     slips: tuple[Slip, ...] = ()
-    from_cells: bool = False  # the report is in a workbook, whose numbers lose zeros at their ends
+    from_cells: bool = (
+        False  # the report is in a workbook, whose numbers lose zeros at their ends
+    )
 
     @property
     def factor(self) -> float:
@@ -65,27 +90,46 @@ class Evidence(Struct, frozen=True):
     @property
     def given(self) -> tuple[Reported, float, OwnValue]:
         """The report, its value [kg*m^2], and the fit nearest to it, if a value is reported."""
-        assert self.reported is not None and self.reported.value is not None and self.matched is not None  # noqa: PT018
+        assert (  # noqa: PT018
+            self.reported is not None
+            and self.reported.value is not None
+            and self.matched is not None
+        )
         return self.reported, self.reported.value, self.matched
 
 
 def points_of(deduction: str | float, whole: float) -> float:
     """Read a deduction from `whole` points."""
-    return float(deduction.rstrip(" %")) / 100 * whole if isinstance(deduction, str) else deduction
+    return (
+        float(deduction.rstrip(" %")) / 100 * whole
+        if isinstance(deduction, str)
+        else deduction
+    )
 
 
 def judge(criterion: Criterion, evidence: Evidence) -> Mark:
     """Judge one criterion; a "reference" mark has no points yet: see `judge_reference`."""
     reported = evidence.reported
-    if criterion.check in ("own_data", "reference", "uncertainty", "units") and evidence.matched is None:
-        share = 0.0 if reported is None and evidence.rubric.no_report == "zero" else None
-        unread = f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}" if reported else ""
+    if (
+        criterion.check in ("own_data", "reference", "uncertainty", "units")
+        and evidence.matched is None
+    ):
+        share = (
+            0.0 if reported is None and evidence.rubric.no_report == "zero" else None
+        )
+        unread = (
+            f"the reported I_zz cannot be read: {reported.problem or 'it is not a number'}"
+            if reported
+            else ""
+        )
         add = "no I_zz is reported; add a line to the log: # reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2"
         return mark(criterion, unread or add, {}, share)
     return JUDGES[criterion.check](criterion, evidence)
 
 
-def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan) -> Mark:
+def mark(
+    criterion: Criterion, reason: str, detail: Detail, share: float | None = math.nan
+) -> Mark:
     """Return a mark with a share of the points, from 0 to 1; None if the criterion could not be judged.
 
     If no share is given, it follows from the criterion's variable in `detail`.
@@ -95,29 +139,64 @@ def mark(criterion: Criterion, reason: str, detail: Detail, share: float | None 
         share = criterion.curve.share(number) if isinstance(number, float) else 0.0
     points = None if share is None else round(share * criterion.points, 2)
     rule = criterion.told if number is not None and "slip_cost" not in detail else ""
-    return Mark(criterion.id, criterion.title, criterion.check, points, criterion.points, reason, detail, rule)
+    return Mark(
+        criterion.id,
+        criterion.title,
+        criterion.check,
+        points,
+        criterion.points,
+        reason,
+        detail,
+        rule,
+    )
 
 
 # --- the log ------------------------------------------------------------------------------------------------
 
 
 def _log(criterion: Criterion, evidence: Evidence) -> Mark:
-    read = (*evidence.analysis.readings.diagnostics, *evidence.analysis.measurements.diagnostics)
+    read = (
+        *evidence.analysis.readings.diagnostics,
+        *evidence.analysis.measurements.diagnostics,
+    )
     # A note costs nothing: students who write down what went wrong do the right thing.
-    doubted = [one for one in read if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING]
-    found = f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}" if doubted else ""
-    reason = count_text(len(evidence.analysis.run_table), "run") + (found or " read without warnings")
+    doubted = [
+        one
+        for one in read
+        if one.severity == "warning" and one.code != diagnostics.NOTE_MAY_CHANGE_READING
+    ]
+    found = (
+        f", with {count_text(len(doubted), 'thing')} to correct: {_listed(doubted)}"
+        if doubted
+        else ""
+    )
+    reason = count_text(len(evidence.analysis.run_table), "run") + (
+        found or " read without warnings"
+    )
     return mark(criterion, reason, {"warnings": float(len(doubted))})
 
 
 def _procedure(criterion: Criterion, evidence: Evidence) -> Mark:
-    missing = [one for one in evidence.lacks if one.code in {ASKS[ask] for ask in criterion.asks}]
-    return mark(criterion, _listed(missing) or "nothing required is missing", {"missing": float(len(missing))})
+    missing = [
+        one
+        for one in evidence.lacks
+        if one.code in {ASKS[ask] for ask in criterion.asks}
+    ]
+    return mark(
+        criterion,
+        _listed(missing) or "nothing required is missing",
+        {"missing": float(len(missing))},
+    )
 
 
 def _listed(found: list[Diagnostic], most: int = 3) -> str:
-    told = [f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message for d in found[:most]]
-    return "; ".join(told) + (f"; and {len(found) - most} more" if len(found) > most else "")
+    told = [
+        f"{d.cell or f'line {d.line}'}: {d.message}" if d.line else d.message
+        for d in found[:most]
+    ]
+    return "; ".join(told) + (
+        f"; and {len(found) - most} more" if len(found) > most else ""
+    )
 
 
 USUAL = "the usual uncertainties of such readings"
@@ -125,31 +204,60 @@ USUAL = "the usual uncertainties of such readings"
 
 def scatter_of(analysis: Analysis) -> tuple[tuple[float, int], ...]:
     """Return χ² of φ̇ψ̇ within each torque, and its degrees of freedom."""
-    groups = [group for group in analysis.torques if group.torque and group.product.spread is not None]
-    return tuple((group.product.chi2, group.runs - 1) for group in groups if group.product.chi2 is not None)
+    groups = [
+        group
+        for group in analysis.torques
+        if group.torque and group.product.spread is not None
+    ]
+    return tuple(
+        (group.product.chi2, group.runs - 1)
+        for group in groups
+        if group.product.chi2 is not None
+    )
 
 
 def spread_of(analysis: Analysis) -> float | None:
     """Return the largest standard deviation of φ̇ψ̇ at one torque over its mean; None if no torque has two runs."""
     products = [group.product for group in analysis.torques if group.torque]
-    return max((one.spread / abs(one.value) for one in products if one.spread is not None), default=None)
+    return max(
+        (one.spread / abs(one.value) for one in products if one.spread is not None),
+        default=None,
+    )
 
 
 def _constancy(criterion: Criterion, evidence: Evidence) -> Mark:
     spread = spread_of(evidence.analysis)
     if spread is None:
-        return mark(criterion, "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant", {}, 0.0)
-    words = "the uncertainties that your log states" if times_stated(evidence.analysis.measurements) else USUAL
-    if any(one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession")) for one in evidence.bench):
+        return mark(
+            criterion,
+            "no torque has two runs, so the log cannot show whether φ̇ψ̇ is constant",
+            {},
+            0.0,
+        )
+    words = (
+        "the uncertainties that your log states"
+        if times_stated(evidence.analysis.measurements)
+        else USUAL
+    )
+    if any(
+        one.startswith(("u_time ", "u_spin ", "u_turns ", "u_angle ", "u_precession"))
+        for one in evidence.bench
+    ):
         words = "the uncertainties that the rubric gives your bench"
     return _scatter_mark(criterion, spread, scatter_of(evidence.analysis), words, 1.0)
 
 
-def _scatter_mark(criterion: Criterion, spread: float, told: Scatters, words: str, factor: float) -> Mark:
+def _scatter_mark(
+    criterion: Criterion, spread: float, told: Scatters, words: str, factor: float
+) -> Mark:
     """Judge the scatter of φ̇ψ̇, with uncertainties that are `factor` times those of χ²."""
     chances = [chi2_tail(chi2 / factor**2, dof) for chi2, dof in told]
     # The smallest of k probabilities, corrected for the number of torques (Šidák).
-    p = -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15))) if chances else 1.0
+    p = (
+        -math.expm1(len(chances) * math.log1p(-min(min(chances), 1 - 1e-15)))
+        if chances
+        else 1.0
+    )
     reason = f"φ̇ψ̇ scatters by {100 * spread:.2g} % at most within a torque"
     if criterion.curve.variable == "p":
         agrees = "agrees with" if criterion.curve.share(p) == 1 else "is more than"
@@ -157,22 +265,47 @@ def _scatter_mark(criterion: Criterion, spread: float, told: Scatters, words: st
     return mark(criterion, reason, {"p": p, "spread": spread, "factor": factor})
 
 
-def judge_scatter(criterion: Criterion, before: Mark, told: Scatters, scatter: BenchScatter) -> Mark:
+def judge_scatter(
+    criterion: Criterion, before: Mark, told: Scatters, scatter: BenchScatter
+) -> Mark:
     """Judge constancy by how far the class scatters, if a log states no uncertainties."""
     spread = before.detail.get("spread")
-    if not told or not isinstance(spread, float) or before.detail.get("factor") == scatter.factor:
+    if (
+        not told
+        or not isinstance(spread, float)
+        or before.detail.get("factor") == scatter.factor
+    ):
         return before
-    words = f"{USUAL}, {scatter.factor:.2g} times as large: {scatter.words}" if scatter.factor > 1 else USUAL
+    words = (
+        f"{USUAL}, {scatter.factor:.2g} times as large: {scatter.words}"
+        if scatter.factor > 1
+        else USUAL
+    )
     return _scatter_mark(criterion, spread, told, words, scatter.factor)
 
 
-PICTURES = (".png", ".jpg", ".jpeg", ".gif", ".svg", ".webp", ".heic", ".tif", ".tiff", ".pdf")  # may contain a plot
+PICTURES = (
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".gif",
+    ".svg",
+    ".webp",
+    ".heic",
+    ".tif",
+    ".tiff",
+    ".pdf",
+)  # may contain a plot
 
 
 def _files(criterion: Criterion, evidence: Evidence) -> Mark:
     pictures = sum(name.lower().endswith(PICTURES) for name in evidence.files)
     found = f"{count_text(pictures, 'file')} that may show a plot" if pictures else ""
-    return mark(criterion, found or "no picture and no PDF that could show a plot", {"files": float(pictures)})
+    return mark(
+        criterion,
+        found or "no picture and no PDF that could show a plot",
+        {"files": float(pictures)},
+    )
 
 
 # --- the report ---------------------------------------------------------------------------------------------
@@ -181,7 +314,11 @@ def _files(criterion: Criterion, evidence: Evidence) -> Mark:
 def _away(criterion: Criterion, evidence: Evidence) -> float:
     """Return the distance of the report from the student's own runs, as a condition of the rubric states it."""
     _, value, matched = evidence.given
-    return 100 * abs(value / matched.value - 1) if criterion.curve.variable == "percent" else evidence.d
+    return (
+        100 * abs(value / matched.value - 1)
+        if criterion.curve.variable == "percent"
+        else evidence.d
+    )
 
 
 def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
@@ -193,11 +330,18 @@ def _own_data(criterion: Criterion, evidence: Evidence) -> Mark:
     number, carried = _away(criterion, evidence), d
     if criterion.curve.variable == "percent":
         carried = 100 * abs(value / evidence.factor / matched.value - 1)
-    detail: dict[str, float | str | None] = {"d": evidence.d, "d_carried": d, "own": matched.value}
+    detail: dict[str, float | str | None] = {
+        "d": evidence.d,
+        "d_carried": d,
+        "own": matched.value,
+    }
     detail |= {"matched": matched.name, criterion.curve.variable: number}
     share = criterion.curve.share(number)
     if evidence.slips:
-        detail["slip"], cost = evidence.slips[0].kind, points_of(criterion.slip or 0.0, criterion.points)
+        detail["slip"], cost = (
+            evidence.slips[0].kind,
+            points_of(criterion.slip or 0.0, criterion.points),
+        )
         less = criterion.curve.share(carried) - cost / (criterion.points or 1.0)
         if less > share:
             share, detail["slip_cost"] = less, cost
@@ -218,15 +362,21 @@ def _reference(criterion: Criterion, evidence: Evidence) -> Mark:
     value = reported / factor
     # The reported u is not used: a very large ± would agree with everything. For the same reason u has a maximum: runs
     # that say nothing about I_zz would agree with any value.
-    u = min(max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value))
+    u = min(
+        max(evidence.analysis.inertia.u or 0.0, matched.u or 0.0), COARSEST * abs(value)
+    )
     detail: dict[str, float | str | None] = {"value": value, "u": u, "slip": factor}
-    if not evidence.slips and any(one.curve.share(_away(one, evidence)) < 1 for one in charging):
+    if not evidence.slips and any(
+        one.curve.share(_away(one, evidence)) < 1 for one in charging
+    ):
         # A mistake without a name costs the points of own_data alone: the measurement may still be right.
         detail["own"] = matched.value
     return mark(criterion, "the reference is not known yet", detail, None)
 
 
-def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | None) -> Mark:
+def judge_reference(
+    criterion: Criterion, pending: Mark, reference: Reference | None
+) -> Mark:
     """Give the points of a "reference" criterion once the reference is known, if there is a value to compare."""
     value, u = pending.detail.get("value"), pending.detail.get("u")
     if not isinstance(value, float) or not isinstance(u, float):
@@ -234,17 +384,28 @@ def judge_reference(criterion: Criterion, pending: Mark, reference: Reference | 
     if reference is None:
         reason = "the rubric has no reference for this station; the station, or these points, can be given by hand"
         return mark(criterion, reason, pending.detail, None)
-    undone = ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
+    undone = (
+        ", after correcting the mistake," if pending.detail.get("slip") != 1.0 else ""
+    )
     own = pending.detail.get("own")
     if isinstance(own, float) and reference.zeta(own, u) < reference.zeta(value, u):
         value, undone = own, ", which your runs give,"
     zeta = reference.zeta(value, u)
-    detail = {**pending.detail, "reference": reference.inertia, "u_reference": reference.u, "z": zeta}
+    detail = {
+        **pending.detail,
+        "reference": reference.inertia,
+        "u_reference": reference.u,
+        "z": zeta,
+    }
     far = f"{zeta:.2g} standard uncertaint{'y' if f'{zeta:.2g}' == '1' else 'ies'}"
     if criterion.curve.variable == "percent":
         detail["percent"] = 100 * abs(value / reference.inertia - 1)
         far = f"{detail['percent']:.2g} %"
-    return mark(criterion, f"{inertia_text(value, None)}{undone} is {far} from {reference.words}", detail)
+    return mark(
+        criterion,
+        f"{inertia_text(value, None)}{undone} is {far} from {reference.words}",
+        detail,
+    )
 
 
 ROUNDED = 0.3  # relative difference of an uncertainty that is rounded to one digit, from another computation
@@ -254,9 +415,18 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, own = evidence.given[0], evidence.own
     if criterion.curve.variable == "stated":
         said = "does not state" if reported.u is None else "states"
-        return mark(criterion, f'"{reported.text}" {said} an uncertainty', {"stated": float(reported.u is not None)})
+        return mark(
+            criterion,
+            f'"{reported.text}" {said} an uncertainty',
+            {"stated": float(reported.u is not None)},
+        )
     if reported.u is None:
-        return mark(criterion, "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2", {}, 0.0)
+        return mark(
+            criterion,
+            "no uncertainty is reported; write it after the value: 4.4e-3 ± 0.1e-3 kg m^2",
+            {},
+            0.0,
+        )
     u = reported.u / abs(evidence.factor)
     known = [one.u for one in own.values if one.u]
     # A mistake that differs between runs may scatter the points so much that u says nothing.
@@ -266,34 +436,63 @@ def _uncertainty(criterion: Criterion, evidence: Evidence) -> Mark:
     low, high = min(known), max(known)
     ratio = min(u / low, max(1.0, u / high))
     # Students also take the mean of one I_zz for each weight; by chance, its uncertainty may be very small.
-    each = [abs(one.torque / one.product.value) for one in evidence.analysis.torques if one.torque]
+    each = [
+        abs(one.torque / one.product.value)
+        for one in evidence.analysis.torques
+        if one.torque
+    ]
     count, mean = len(each), sum(each) / (len(each) or 1)
-    spread = math.sqrt(sum((one - mean) ** 2 for one in each) / (count - 1) / count) if count > 1 else 0.0
+    spread = (
+        math.sqrt(sum((one - mean) ** 2 for one in each) / (count - 1) / count)
+        if count > 1
+        else 0.0
+    )
     if abs(u - spread) < ROUNDED * spread:
         ratio = 1.0
-    reason, whole = f"± {inertia_range_text(reported.u, reported.u)}", inertia_range_text(low, high)
-    reason += f", {inertia_range_text(u, u)} after correcting the mistake," if evidence.slips else ""
+    reason, whole = (
+        f"± {inertia_range_text(reported.u, reported.u)}",
+        inertia_range_text(low, high),
+    )
+    reason += (
+        f", {inertia_range_text(u, u)} after correcting the mistake,"
+        if evidence.slips
+        else ""
+    )
     if ratio == 1:
         reason += f" agrees with your runs, whose fits give {whole}"
     else:
         side, end = ("large", "largest") if ratio > 1 else ("small", "smallest")
         verdict = "a little" if criterion.curve.share(ratio) == 1 else "too"
         reason += f" is {verdict} {side}: {factor_text(ratio)} the {end} that the fits of your runs give, {whole}"
-        runs = sum(1 for run in evidence.analysis.run_table if run.torque and not run.left_out)
-        if any(one.name == "mean_of_ratios" and abs(u - (one.u or 0) * runs**0.5) < 0.1 * u for one in own.values):
+        runs = sum(
+            1 for run in evidence.analysis.run_table if run.torque and not run.left_out
+        )
+        if any(
+            one.name == "mean_of_ratios" and abs(u - (one.u or 0) * runs**0.5) < 0.1 * u
+            for one in own.values
+        ):
             reason += "; this is the scatter of single runs; the uncertainty of their mean is √n times smaller"
-    return mark(criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high})
+    return mark(
+        criterion, reason, {"ratio": ratio, "u": u, "u_low": low, "u_high": high}
+    )
 
 
 def _units(criterion: Criterion, evidence: Evidence) -> Mark:
     reported, value, _ = evidence.given
     if not value:
-        return mark(criterion, f'"{reported.text}" rounds the value to zero: it has no digit', {"faults": 2.0}, 0.0)
+        return mark(
+            criterion,
+            f'"{reported.text}" rounds the value to zero: it has no digit',
+            {"faults": 2.0},
+            0.0,
+        )
     faults = [reported.problem] if reported.problem else []
     u_digits = reported.u_digits or 0
     if reported.u and reported.u_step:
         # ± 0.102 with k = 2 is u = 0.051.
-        u_digits = min(u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1)
+        u_digits = min(
+            u_digits, math.floor(math.log10(reported.u / reported.u_step) + 1e-9) + 1
+        )
     # A formula in a cell has all digits of the computer; its student has typed none of them.
     formula = evidence.from_cells and u_digits > 10
     if u_digits > 2 and not formula:
@@ -306,20 +505,36 @@ def _units(criterion: Criterion, evidence: Evidence) -> Mark:
         u_low = min(u_low, 10.0 ** math.floor(math.log10(reported.u)))
         low, u_low = (low / 100, u_low / 10) if evidence.from_cells else (low, u_low)
         if max(low, u_low) > 1.26 * min(high, u_high):
-            which = f"{'finer' if high < u_low else 'coarser'} than that of its uncertainty"
-            faults.append(f"the value's last digit is {which}: round both to the same place")
-    elif reported.step and not reported.u_step and high < (reported.u or evidence.own.yardstick * abs(value)) / 150:
+            which = (
+                f"{'finer' if high < u_low else 'coarser'} than that of its uncertainty"
+            )
+            faults.append(
+                f"the value's last digit is {which}: round both to the same place"
+            )
+    elif (
+        reported.step
+        and not reported.u_step
+        and high < (reported.u or evidence.own.yardstick * abs(value)) / 150
+    ):
         faults.append("the value has more digits than its uncertainty justifies")
-    digits = "its digits are those of a formula" if formula else "the right number of digits"
-    reason = "; ".join(faults) if faults else f'"{reported.text}" has its unit and {digits}'
+    digits = (
+        "its digits are those of a formula" if formula else "the right number of digits"
+    )
+    reason = (
+        "; ".join(faults) if faults else f'"{reported.text}" has its unit and {digits}'
+    )
     return mark(criterion, reason, {"faults": float(len(faults))})
 
 
-def _last_place(step: float | None, value: float | None, digits: int | None) -> tuple[float, float]:
+def _last_place(
+    step: float | None, value: float | None, digits: int | None
+) -> tuple[float, float]:
     """Return the smallest and the largest possible step of the last digit: zeros before the point may only fill up."""
     if not step or not value or not digits:
         return step or 0.0, step or 0.0
-    return step, step * 10.0 ** max(0, math.floor(math.log10(abs(value) / step) + 1e-9) + 1 - digits)
+    return step, step * 10.0 ** max(
+        0, math.floor(math.log10(abs(value) / step) + 1e-9) + 1 - digits
+    )
 
 
 # --- all criteria -------------------------------------------------------------------------------------------

@@ -50,29 +50,47 @@ class _Match(Struct, frozen=True):
 def flag_examples(prints: Prints) -> tuple[Flag, ...]:
     """Flag each log of a class that is simulated, or has the rows of an example of gyro."""
     flags = [
-        Flag("simulated", (student,), f'line {one.simulated} of its log says "Simulated, not measured"', 0.0, 0.0)
+        Flag(
+            "simulated",
+            (student,),
+            f'line {one.simulated} of its log says "Simulated, not measured"',
+            0.0,
+            0.0,
+        )
         for student, one in sorted(prints.items())
         if one.simulated
     ]
     pairs = len(prints) * len(examples())
-    found = [(student, one) for student in sorted(prints) for one in _matches(prints[student])]
+    found = [
+        (student, one)
+        for student in sorted(prints)
+        for one in _matches(prints[student])
+    ]
     likely = [(student, one) for student, one in found if one.p * pairs <= ALLOWED]
     students = {student for student, one in likely if one.example.startswith(CLASS)}
     if len(students) >= CLASS_SIZE and 2 * len(students) > len(prints):
-        likely = [(student, one) for student, one in likely if not one.example.startswith(CLASS)]
+        likely = [
+            (student, one)
+            for student, one in likely
+            if not one.example.startswith(CLASS)
+        ]
     for student, some in grouped(likely).items():
         best = min(some, key=lambda one: (one.p, one.example))
         told = f"{len(best.lines)} of {best.rows} rows of {student} (lines {', '.join(map(str, best.lines))}) are in"
         told += f" {best.example}, an example of gyro, with the same spin and the same precession period"
         names = tuple(sorted(one.example for one in some))
-        flags.append(Flag("shared rows", (student,), told, best.p, best.p * pairs, names))
+        flags.append(
+            Flag("shared rows", (student,), told, best.p, best.p * pairs, names)
+        )
     return tuple(flags)
 
 
 @cache
 def examples() -> dict[str, Fingerprint]:
     """Read the fingerprints of the examples, by their names."""
-    return json.decode(Path(__file__).with_suffix(".json").read_bytes(), type=dict[str, Fingerprint])
+    return json.decode(
+        Path(__file__).with_suffix(".json").read_bytes(), type=dict[str, Fingerprint]
+    )
 
 
 class _Rows(Struct, frozen=True):
@@ -88,7 +106,9 @@ class _Rows(Struct, frozen=True):
 
 def _rows(*logs: Fingerprint) -> _Rows:
     def joined(name: str) -> Floats:
-        return np.array([value for log in logs for value in getattr(log, name)], dtype=float)
+        return np.array(
+            [value for log in logs for value in getattr(log, name)], dtype=float
+        )
 
     turns = joined("turns")
     return _Rows(
@@ -111,7 +131,9 @@ def _matches(log: Fingerprint) -> tuple[_Match, ...]:
     """Compare a log with each example; a class may have many equal logs."""
     mine, theirs = _rows(log), _example_rows()
     torques = np.maximum.outer(mine.torque, theirs.torque)
-    same = np.abs(np.subtract.outer(mine.torque, theirs.torque)) <= SAME_TORQUE * torques
+    same = (
+        np.abs(np.subtract.outer(mine.torque, theirs.torque)) <= SAME_TORQUE * torques
+    )
     same &= _alike(mine.spin, theirs.spin, mine.spin_step, theirs.spin_step)
     same &= _alike(mine.period, theirs.period, mine.period_step, theirs.period_step)
     if not same.any():
@@ -121,11 +143,15 @@ def _matches(log: Fingerprint) -> tuple[_Match, ...]:
         shared = same[:, theirs.log == number].any(axis=1)
         if shared.sum() >= max(FEWEST, len(chances) / 2):
             lines = tuple(sorted(np.array(log.lines)[shared].tolist()))
-            found.append(_Match(name, lines, len(chances), _tail(chances, int(shared.sum()))))
+            found.append(
+                _Match(name, lines, len(chances), _tail(chances, int(shared.sum())))
+            )
     return tuple(found)
 
 
-def _alike(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:
+def _alike(
+    one: Floats, other: Floats, step: Floats, other_step: Floats
+) -> NDArray[np.bool_]:
     """Return which values are the same to the last digit of the coarser one, shape (n, m)."""
     coarser = np.maximum.outer(step, other_step)
     return np.abs(np.subtract.outer(one, other)) <= 0.5 * coarser + 1e-9 * one[:, None]
@@ -137,9 +163,17 @@ def _chances(log: Fingerprint, rows: _Rows) -> Floats:
     # No interval of this width contains more of a normal distribution.
     width = math.sqrt(4 * math.pi)
     period = rows.period_step / np.maximum(width * noise, rows.period_step)
-    is_round = np.abs(rows.spin - ROUND * np.round(rows.spin / ROUND)) <= 0.5 * rows.spin_step + 1e-9 * rows.spin
-    spin = np.where(is_round, 1.0, np.minimum(rows.spin_step / (width * MISSED * rows.spin), 1.0))
-    return np.asarray(np.where(rows.period_step > 0, period, 1e-3) * np.where(rows.spin_step > 0, spin, 1e-3))
+    is_round = (
+        np.abs(rows.spin - ROUND * np.round(rows.spin / ROUND))
+        <= 0.5 * rows.spin_step + 1e-9 * rows.spin
+    )
+    spin = np.where(
+        is_round, 1.0, np.minimum(rows.spin_step / (width * MISSED * rows.spin), 1.0)
+    )
+    return np.asarray(
+        np.where(rows.period_step > 0, period, 1e-3)
+        * np.where(rows.spin_step > 0, spin, 1e-3)
+    )
 
 
 def _tail(chances: Floats, least: int) -> float:

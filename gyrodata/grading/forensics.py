@@ -62,7 +62,9 @@ class Flag(Struct, frozen=True):
     previous: tuple[str, ...] = ()  # keys of earlier logs in it, sorted
 
 
-def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING) -> tuple[Flag, ...]:
+def flag_class(
+    prints: Prints, partners: Iterable[frozenset[str]] = (), previous: Prints = NOTHING
+) -> tuple[Flag, ...]:
     """Compare the logs of a class, and return the flags by kind, in the order of `KINDS`, then by students.
 
     `prints`: One log of each student, by the student's key. `partners`: Students who hand in the same data; a student
@@ -83,7 +85,12 @@ def flag_class(prints: Prints, partners: Iterable[frozenset[str]] = (), previous
 
 def in_order(flags: Iterable[Flag]) -> tuple[Flag, ...]:
     """Sort flags by kind, in the order of `KINDS`, then by students."""
-    return tuple(sorted(flags, key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous)))
+    return tuple(
+        sorted(
+            flags,
+            key=lambda flag: (KINDS.index(flag.kind), flag.students, flag.previous),
+        )
+    )
 
 
 # --- the fingerprint of a log --------------------------------------------------------------------------------
@@ -107,24 +114,47 @@ class Fingerprint(Struct, frozen=True):
     spin: tuple[float, ...]  # mean spin [rad/s], a magnitude
     time: tuple[float, ...]  # timed interval [s]
     turns: tuple[float, ...]  # revolutions of precession in that time [1]
-    spin_step: tuple[float, ...]  # one step of the last digit typed of the spin [rad/s]; 0 if it is exact
-    time_step: tuple[float, ...]  # one step of the last digit typed of the time [s]; 0 if it is exact
-    simulated: int = 0  # line of the file that says that the log is simulated; 0 if none does
+    spin_step: tuple[
+        float, ...
+    ]  # one step of the last digit typed of the spin [rad/s]; 0 if it is exact
+    time_step: tuple[
+        float, ...
+    ]  # one step of the last digit typed of the time [s]; 0 if it is exact
+    simulated: int = (
+        0  # line of the file that says that the log is simulated; 0 if none does
+    )
 
 
 def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     """Return the fingerprint of one log; `measured`: its n runs."""
-    timing = next(readings.columns[role] for role in TIMINGS if role in readings.columns)
+    timing = next(
+        readings.columns[role] for role in TIMINGS if role in readings.columns
+    )
     torque = np.array([float(f"{value:.9g}") for value in measured.torque.tolist()])
     # Rows with equal torque and spin keep the order of the file: sorted times would look alike by themselves.
     order = np.lexsort((measured.spin, weights(torque)))
     if len(order) > MOST_ROWS:
-        order = order[np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])]
-    spin_step = measured.spin * np.max([_relative_step(column) for column in spin_columns(readings)], axis=0)
-    rows = {"torque": torque, "spin": measured.spin, "time": measured.time, "turns": measured.turns}
-    rows |= {"spin_step": spin_step, "time_step": measured.time * _relative_step(timing)}
+        order = order[
+            np.isin(order, np.argsort(measured.time, kind="stable")[:MOST_ROWS])
+        ]
+    spin_step = measured.spin * np.max(
+        [_relative_step(column) for column in spin_columns(readings)], axis=0
+    )
+    rows = {
+        "torque": torque,
+        "spin": measured.spin,
+        "time": measured.time,
+        "turns": measured.turns,
+    }
+    rows |= {
+        "spin_step": spin_step,
+        "time_step": measured.time * _relative_step(timing),
+    }
     # Ten digits are more than anyone types, and short in a journal.
-    kept = {name: tuple([float(f"{one:.10g}") for one in values[order].tolist()]) for name, values in rows.items()}
+    kept = {
+        name: tuple([float(f"{one:.10g}") for one in values[order].tolist()])
+        for name, values in rows.items()
+    }
     lines = tuple([measured.lines[i] for i in order.tolist()])
     return Fingerprint(
         sha256=readings.sha256, by_hand=timing.role == "time", lines=lines, simulated=_simulated(readings), **kept
@@ -148,12 +178,21 @@ def weights(torque: Floats) -> Integers:
     Torques that differ by less than `WEIGHED_AGAIN` are of one weight.
     """
     sizes = np.array(sorted(set(torque.tolist())))
-    return np.searchsorted(sizes[1:][np.diff(sizes) > WEIGHED_AGAIN * np.abs(sizes[1:])], torque, side="right")
+    return np.searchsorted(
+        sizes[1:][np.diff(sizes) > WEIGHED_AGAIN * np.abs(sizes[1:])],
+        torque,
+        side="right",
+    )
 
 
 def _relative_step(column: Column) -> Floats:
     """Return one step of the last digit over the value, which is the same for a period and its rate, shape (n,)."""
-    return np.array([read.step / abs(read.value) if read.step and read.value else 0.0 for read in column.readings])
+    return np.array(
+        [
+            read.step / abs(read.value) if read.step and read.value else 0.0
+            for read in column.readings
+        ]
+    )
 
 
 # --- all logs as arrays -------------------------------------------------------------------------------------
@@ -163,7 +202,9 @@ HAND = 0.05
 
 The `u_time` of a log is not used: with a value that is too large, a small χ² would be no sign of anything."""
 
-GRIDS = RPM * np.array([[100.0], [50.0], [25.0], [20.0], [10.0], [5.0], [2.0]])  # steps of a tachometer [rad/s]
+GRIDS = RPM * np.array(
+    [[100.0], [50.0], [25.0], [20.0], [10.0], [5.0], [2.0]]
+)  # steps of a tachometer [rad/s]
 
 ROUND = 50 * RPM  # multiples of this are spins that students aim at [rad/s]
 
@@ -185,7 +226,9 @@ def measure_scatter(log: Fingerprint) -> tuple[int, float]:
     design /= np.linalg.norm(design, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(design, time, rcond=1e-9)
     left, dof = time - design @ solution, len(time) - int(rank)
-    return dof, math.sqrt(left @ left / max(dof, 1) + np.mean(np.square(log.time_step)) / 12)
+    return dof, math.sqrt(
+        left @ left / max(dof, 1) + np.mean(np.square(log.time_step)) / 12
+    )
 
 
 class Logs:
@@ -195,40 +238,82 @@ class Logs:
     rows in total. `partners`: Students whose logs may be alike. `previous`: Earlier logs.
     """
 
-    def __init__(self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints) -> None:
-        students, self.current = sorted(prints), len(prints)  # number of logs of this class
+    def __init__(
+        self, prints: Prints, partners: Iterable[frozenset[str]], previous: Prints
+    ) -> None:
+        students, self.current = (
+            sorted(prints),
+            len(prints),
+        )  # number of logs of this class
         self.keys = [*students, *sorted(previous)]
-        self.prints = [*(prints[key] for key in students), *(previous[key] for key in sorted(previous))]
+        self.prints = [
+            *(prints[key] for key in students),
+            *(previous[key] for key in sorted(previous)),
+        ]
         self.exempt = self._exempt(partners)
         # Number of pairs to compare: within the class, and with the earlier logs.
-        self.pairs = self.current * (self.current - 1) // 2 + self.current * len(previous)
+        self.pairs = self.current * (self.current - 1) // 2 + self.current * len(
+            previous
+        )
         self.pairs -= sum(some.bit_count() for some in self.exempt.values()) // 2
-        same = grouped((replace(one, sha256="", lines=()), log) for log, one in enumerate(self.prints))
+        same = grouped(
+            (replace(one, sha256="", lines=()), log)
+            for log, one in enumerate(self.prints)
+        )
         self.tables = list(same)
         self.members = list(same.values())  # the logs of each table
-        self.copies = np.array([len(logs) for logs in self.members], dtype=int)  # shape (U,)
-        self.table_of = {log: table for table, logs in enumerate(self.members) for log in logs}
+        self.copies = np.array(
+            [len(logs) for logs in self.members], dtype=int
+        )  # shape (U,)
+        self.table_of = {
+            log: table for table, logs in enumerate(self.members) for log in logs
+        }
         counts = [len(one.time) for one in self.tables]
-        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(int)  # first row of each table, shape (U + 1,)
-        self.table = np.repeat(np.arange(len(counts)), counts)  # table of each row, shape (R,)
-        turns, self.torque = self._rows("turns"), np.abs(self._rows("torque"))  # torque [N*m], shape (R,)
-        self.spin, self.spin_step = self._rows("spin"), self._rows("spin_step")  # [rad/s], shape (R,)
+        self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(
+            int
+        )  # first row of each table, shape (U + 1,)
+        self.table = np.repeat(
+            np.arange(len(counts)), counts
+        )  # table of each row, shape (R,)
+        turns, self.torque = (
+            self._rows("turns"),
+            np.abs(self._rows("torque")),
+        )  # torque [N*m], shape (R,)
+        self.spin, self.spin_step = (
+            self._rows("spin"),
+            self._rows("spin_step"),
+        )  # [rad/s], shape (R,)
         self.coarsest = np.max(self.spin_step, initial=0.0)  # [rad/s]
-        self.grid = np.repeat([_grid(one) for one in self.tables], counts)  # [rad/s], shape (R,)
-        self.order = np.argsort(self.spin, kind="stable")  # rows in the order of their spins, shape (R,)
-        self.period, self.period_step = self._rows("time") / turns, self._rows("time_step") / turns  # [s], shape (R,)
+        self.grid = np.repeat(
+            [_grid(one) for one in self.tables], counts
+        )  # [rad/s], shape (R,)
+        self.order = np.argsort(
+            self.spin, kind="stable"
+        )  # rows in the order of their spins, shape (R,)
+        self.period, self.period_step = (
+            self._rows("time") / turns,
+            self._rows("time_step") / turns,
+        )  # [s], shape (R,)
         self.scatters = [measure_scatter(one) for one in self.tables]
         # Standard deviation of a period [s], shape (R,). A log that scatters more than most may contain a systematic
         # error, which two logs can share: then the median of all logs is used.
         sizes = [size for _, size in self.scatters]
         usual = np.median(np.repeat(sizes or [0.0], self.copies if sizes else 1))
-        least = np.maximum(np.minimum(sizes, usual), [HAND * one.by_hand for one in self.tables])
+        least = np.maximum(
+            np.minimum(sizes, usual), [HAND * one.by_hand for one in self.tables]
+        )
         self.noise = np.repeat(least, counts) / turns
         # Rows with a spin that is not round, each spin once per weight, shape (R,).
         off = np.abs(self.spin - ROUND * np.round(self.spin / ROUND))
         self.useful = off > 0.5 * self.spin_step + _EXACT * self.spin
-        self.useful[1:] &= (np.diff(self.table) != 0) | (np.diff(self.torque) != 0) | (np.diff(self.spin) != 0)
-        self.known = np.add.reduceat(self.useful, self.starts[:-1], dtype=int)  # number of these, shape (U,)
+        self.useful[1:] &= (
+            (np.diff(self.table) != 0)
+            | (np.diff(self.torque) != 0)
+            | (np.diff(self.spin) != 0)
+        )
+        self.known = np.add.reduceat(
+            self.useful, self.starts[:-1], dtype=int
+        )  # number of these, shape (U,)
 
     def _exempt(self, partners: Iterable[frozenset[str]]) -> dict[int, int]:
         """Return the logs that each log may be like, as a mask with a bit for each log."""
@@ -251,7 +336,9 @@ class Logs:
         return np.arange(self.starts[table], self.starts[table + 1])
 
     def _rows(self, name: str) -> Floats:
-        return np.array([value for one in self.tables for value in getattr(one, name)], dtype=float)
+        return np.array(
+            [value for one in self.tables for value in getattr(one, name)], dtype=float
+        )
 
     def same(self, name: str, one: Integers, other: Integers) -> NDArray[np.bool_]:
         """Return which rows have the same "spin" or "period", to the last digit of the coarser one."""
@@ -270,7 +357,9 @@ def mask_of(logs: Iterable[int]) -> int:
 
 def logs_of(mask: int) -> Iterator[int]:
     """Give the logs of a mask, in order."""
-    data = np.frombuffer(mask.to_bytes((mask.bit_length() + 7) // 8, "little"), dtype=np.uint8)
+    data = np.frombuffer(
+        mask.to_bytes((mask.bit_length() + 7) // 8, "little"), dtype=np.uint8
+    )
     yield from np.flatnonzero(np.unpackbits(data, bitorder="little")).tolist()
 
 
@@ -286,9 +375,18 @@ def _grid(log: Fingerprint) -> float:
 
 def flag_scatter(logs: Logs) -> list[Flag]:
     """Find logs whose times are closer to straight lines than a hand can stop them."""
-    everyone = [(key, logs.table_of[number]) for number, key in enumerate(logs.keys[: logs.current])]
-    tables = [(key, logs.tables[table], *logs.scatters[table]) for key, table in everyone]
-    timed = [(key, log, dof, size) for key, log, dof, size in tables if log.by_hand and dof > 0]
+    everyone = [
+        (key, logs.table_of[number])
+        for number, key in enumerate(logs.keys[: logs.current])
+    ]
+    tables = [
+        (key, logs.tables[table], *logs.scatters[table]) for key, table in everyone
+    ]
+    timed = [
+        (key, log, dof, size)
+        for key, log, dof, size in tables
+        if log.by_hand and dof > 0
+    ]
     flags = []
     for key, log, dof, size in timed:
         # A scatter as large as that of a good hand, or larger, is never rare.
@@ -329,14 +427,23 @@ def shared(logs: Logs) -> tuple[Pairs, Pairs]:
     found: tuple[Pairs, Pairs] = {}, {}
     for table in range(len(logs.tables)):
         for pairs, chances in zip(found, _shared_with(logs, table), strict=True):
-            pairs |= {(table, other): p for other, p in chances if p <= ALLOWED / logs.pairs}
+            pairs |= {
+                (table, other): p for other, p in chances if p <= ALLOWED / logs.pairs
+            }
     rows, spins = (
-        {(i, j): max(p, pairs[j, i]) for (i, j), p in pairs.items() if i <= j and (j, i) in pairs} for pairs in found
+        {
+            (i, j): max(p, pairs[j, i])
+            for (i, j), p in pairs.items()
+            if i <= j and (j, i) in pairs
+        }
+        for pairs in found
     )
     return rows, spins
 
 
-def _same_number(one: Floats, other: Floats, step: Floats, other_step: Floats) -> NDArray[np.bool_]:
+def _same_number(
+    one: Floats, other: Floats, step: Floats, other_step: Floats
+) -> NDArray[np.bool_]:
     """Return which numbers are the same to the last digit of the coarser one."""
     return np.abs(one - other) <= 0.5 * np.maximum(step, other_step) + _EXACT * one
 
@@ -355,7 +462,9 @@ def _tails(chances: Floats) -> Floats:
     return numbers[:, ::-1].cumsum(axis=1)[:, ::-1].clip(LEAST)
 
 
-def _shared_with(logs: Logs, table: int) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
+def _shared_with(
+    logs: Logs, table: int
+) -> tuple[Iterable[tuple[int, float]], Iterable[tuple[int, float]]]:
     """Compare a log with K tables of other logs that have one of its spins; with its own table if that has copies.
 
     Returns these tables with the probability that an honest log has as many of its rows, and of its spins; only those
@@ -363,14 +472,22 @@ def _shared_with(logs: Logs, table: int) -> tuple[Iterable[tuple[int, float]], I
     """
     number, rows = len(logs.keys), np.arange(logs.starts[table], logs.starts[table + 1])
     # Each row with each row of another log that has its weight and its spin, to the step of the tachometer.
-    reach = 0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
+    reach = (
+        0.5 * np.maximum(logs.grid[rows], logs.coarsest) + 2 * _EXACT * logs.spin[rows]
+    )
     low = np.searchsorted(logs.spin, logs.spin[rows] - reach, sorter=logs.order)
-    high = np.searchsorted(logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order)
+    high = np.searchsorted(
+        logs.spin, logs.spin[rows] + reach, side="right", sorter=logs.order
+    )
     mine = np.repeat(rows, high - low)
-    other = np.concatenate([logs.order[begin:end] for begin, end in zip(low, high, strict=True)])
+    other = np.concatenate(
+        [logs.order[begin:end] for begin, end in zip(low, high, strict=True)]
+    )
     same = (logs.table[other] != table) | (logs.copies[table] > 1)
     same &= _same_weight(logs.torque[mine], logs.torque[other])
-    same &= _same_number(logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other])
+    same &= _same_number(
+        logs.spin[mine], logs.spin[other], logs.grid[mine], logs.spin_step[other]
+    )
     mine, other = mine[same], other[same]
     others = np.flatnonzero(np.bincount(logs.table[other]))
     at = np.searchsorted(others, logs.table[other])
@@ -384,15 +501,22 @@ def _shared_with(logs: Logs, table: int) -> tuple[Iterable[tuple[int, float]], I
         return found
 
     spin = logs.same("spin", mine, other)
-    agree, useful = which_have(spin & logs.same("period", mine, other)), logs.useful[rows]
+    agree, useful = (
+        which_have(spin & logs.same("period", mine, other)),
+        logs.useful[rows],
+    )
     same_rows, same_spins = agree.sum(axis=1), (which_have(spin) & useful).sum(axis=1)
-    enough = np.maximum(MOST_SPINS * np.minimum(logs.known[table], logs.known[others]), FEWEST)
+    enough = np.maximum(
+        MOST_SPINS * np.minimum(logs.known[table], logs.known[others]), FEWEST
+    )
     by_rows, by_spins = same_rows >= FEWEST, same_spins > enough
     if not (by_rows | by_spins).any():
         return (), ()
     # A value that n logs have is seen in the other log of a pair in n of N cases.
     common = (1 + weight @ which_have(slice(None))) / number
-    habit = np.sum(weight[same_spins > MOST_SPINS * logs.known[table]]) > max(HABIT, HABIT_SHARE * number)
+    habit = np.sum(weight[same_spins > MOST_SPINS * logs.known[table]]) > max(
+        HABIT, HABIT_SHARE * number
+    )
     common[~useful | habit] = 1.0
     # No interval of this width contains more of a normal distribution.
     step = logs.period_step[rows] + 2 * _EXACT * logs.period[rows]
@@ -401,15 +525,21 @@ def _shared_with(logs: Logs, table: int) -> tuple[Iterable[tuple[int, float]], I
     unlike = 2 * same_rows < len(rows)
     crowd = np.maximum(weight[unlike] @ agree[unlike] - 1, 0) / max(number - 2, 1)
     tails = _tails(np.array([np.maximum(common * chance, crowd), common * useful]))
-    of_rows = zip(others[by_rows].tolist(), tails[0, same_rows[by_rows]].tolist(), strict=True)
-    return of_rows, zip(others[by_spins].tolist(), tails[1, same_spins[by_spins]].tolist(), strict=True)
+    of_rows = zip(
+        others[by_rows].tolist(), tails[0, same_rows[by_rows]].tolist(), strict=True
+    )
+    return of_rows, zip(
+        others[by_spins].tolist(), tails[1, same_spins[by_spins]].tolist(), strict=True
+    )
 
 
 # --- logs with similar spins: copies in which every number was changed a little -----------------------------
 
 NEIGHBOURS = 5  # the density of honest logs around a log follows from the distance of this neighbour
 
-NEAR_ALLOWED = 0.01  # smaller than `ALLOWED`, because the density of honest logs is only estimated
+NEAR_ALLOWED = (
+    0.01  # smaller than `ALLOWED`, because the density of honest logs is only estimated
+)
 
 NEAR_LOGS = 2000  # in a larger class, honest logs are as close as changed copies
 
@@ -430,24 +560,39 @@ def similar(logs: Logs) -> Pairs:
     """
     found: Pairs = {}
     patterns = [tuple(weights(np.array(one.torque)).tolist()) for one in logs.tables]
-    for pattern, members in grouped(zip(patterns, range(len(patterns)), strict=True)).items():
+    for pattern, members in grouped(
+        zip(patterns, range(len(patterns)), strict=True)
+    ).items():
         copies = logs.copies[members]
         if len(pattern) < NEAR_ROWS or not NEIGHBOURS < copies.sum() <= NEAR_LOGS:
             continue
         rows = logs.starts[members][:, None] + np.arange(len(pattern))
         spin = np.log(logs.spin[rows])
         spin -= np.median(np.repeat(spin, copies, axis=0), axis=0)
-        size, counts = spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12, logs.useful[rows].astype(float)
+        size, counts = (
+            spin**2 + (logs.grid[rows] / logs.spin[rows]) ** 2 / 12,
+            logs.useful[rows].astype(float),
+        )
         number = counts @ counts.T
         # The sum of (a - b)² over the spins that count in both logs.
         square = (counts * size) @ counts.T
-        square = np.abs(square + square.T - 2 * (counts * spin) @ (counts * spin).T) / np.maximum(number, 1)
+        square = np.abs(
+            square + square.T - 2 * (counts * spin) @ (counts * spin).T
+        ) / np.maximum(number, 1)
         # A log has no distance from itself, but one from its copies.
-        square[(number < NEAR_ROWS) | (np.eye(len(members), dtype=bool) & (copies == 1))] = np.inf
+        square[
+            (number < NEAR_ROWS) | (np.eye(len(members), dtype=bool) & (copies == 1))
+        ] = np.inf
         first, last = (_nearest(square, copies, count) for count in (1, NEIGHBOURS))
-        usual = np.minimum(2 * np.mean(size, axis=1), np.median(np.repeat(first, copies)))
+        usual = np.minimum(
+            2 * np.mean(size, axis=1), np.median(np.repeat(first, copies))
+        )
         usual = np.minimum(last, usual)
-        chance = np.where(square < NEAR_SPINS**2, NEIGHBOURS * (square / usual[:, None]) ** (number / 2), 1.0)
+        chance = np.where(
+            square < NEAR_SPINS**2,
+            NEIGHBOURS * (square / usual[:, None]) ** (number / 2),
+            1.0,
+        )
         chance = np.maximum(np.maximum(chance, chance.T) / copies.sum(), LEAST)
         for i, j in np.argwhere(chance * logs.pairs <= NEAR_ALLOWED).tolist():
             if i <= j:
@@ -477,7 +622,9 @@ Links = dict[int, int]
 """For each log, the logs that it is paired with, as a mask."""
 
 
-def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> list[Flag]:
+def flag_pairs(
+    kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]
+) -> list[Flag]:
     """Make one flag of all pairs that are connected: five copies of one log are one finding, not ten.
 
     `before`: Flags of other kinds; pairs that these join already are left out.
@@ -487,18 +634,31 @@ def flag_pairs(kind: Kind, pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> 
     group_of = _groups_of(links.values())
     parts: dict[int, list[tuple[float, Links]]] = {}
     for pair, some in links.items():
-        for group, inner in grouped((group_of[log], log) for log in sorted(some)).items():
-            parts.setdefault(group, []).append((pairs[pair], {log: some[log] for log in inner}))
+        for group, inner in grouped(
+            (group_of[log], log) for log in sorted(some)
+        ).items():
+            parts.setdefault(group, []).append(
+                (pairs[pair], {log: some[log] for log in inner})
+            )
     members = grouped((group, log) for log, group in sorted(group_of.items()))
     flags = []
     for group, found in parts.items():
         # Each pair is counted from both of its logs.
-        count = sum(mask.bit_count() for _, some in found for mask in some.values()) // 2
-        strongest = heapq.nsmallest(PAIRS_TOLD, (one for p, some in found for one in _first_pairs(p, some)))
+        count = (
+            sum(mask.bit_count() for _, some in found for mask in some.values()) // 2
+        )
+        strongest = heapq.nsmallest(
+            PAIRS_TOLD, (one for p, some in found for one in _first_pairs(p, some))
+        )
         told = [tell(kind, logs, first, second) for _, first, second in strongest]
-        told += [f"and {count - PAIRS_TOLD} more like these"] if count > PAIRS_TOLD else []
+        told += (
+            [f"and {count - PAIRS_TOLD} more like these"] if count > PAIRS_TOLD else []
+        )
         students = tuple(logs.keys[log] for log in members[group] if log < logs.current)
-        p, previous = strongest[0][0], tuple(logs.keys[log] for log in members[group] if log >= logs.current)
+        p, previous = (
+            strongest[0][0],
+            tuple(logs.keys[log] for log in members[group] if log >= logs.current),
+        )
         flags.append(Flag(kind, students, "; ".join(told), p, p * logs.pairs, previous))
     return flags
 
@@ -507,7 +667,9 @@ def _not_joined(pairs: Pairs, logs: Logs, before: Iterable[Flag]) -> Links:
     """Return the logs that each log of some pairs is compared with, without those that an earlier flag joins to it."""
     number = {key: log for log, key in enumerate(logs.keys)}
     tables = {table for pair in pairs for table in pair}
-    free = {log: logs.compared_with(log) for table in tables for log in logs.members[table]}
+    free = {
+        log: logs.compared_with(log) for table in tables for log in logs.members[table]
+    }
     for flag in before:
         joined = {number[key] for key in (*flag.students, *flag.previous)}
         others = ~mask_of(joined)
@@ -547,22 +709,36 @@ def _groups_of(links: Iterable[Links]) -> dict[int, int]:
 
 def _first_pairs(p: float, links: Links) -> Iterator[tuple[float, int, int]]:
     """Give the first pairs of some links, as many as are told."""
-    pairs = ((p, log, other) for log, mask in links.items() for other in logs_of(mask) if log < other)
+    pairs = (
+        (p, log, other)
+        for log, mask in links.items()
+        for other in logs_of(mask)
+        if log < other
+    )
     return islice(pairs, PAIRS_TOLD)
 
 
 def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
     """Describe what two logs have in common, with the lines in both files."""
-    (one, mine), (other, theirs) = ((logs.prints[log], logs.keys[log]) for log in (first, second))
+    (one, mine), (other, theirs) = (
+        (logs.prints[log], logs.keys[log]) for log in (first, second)
+    )
     rows, others = logs.rows_of(first), logs.rows_of(second)
     if kind == "similar spins":
-        ratios = logs.spin[rows] / logs.spin[others], logs.period[rows] / logs.period[others]
-        spin, period = (f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios)
+        ratios = (
+            logs.spin[rows] / logs.spin[others],
+            logs.period[rows] / logs.period[others],
+        )
+        spin, period = (
+            f"{100 * math.sqrt(np.mean(np.log(ratio) ** 2)):.2g} %" for ratio in ratios
+        )
         told = f"the {len(rows)} spins of {mine} and {theirs} differ by {spin} (root mean square, in the order of"
         told += f" weight and spin), and their precession periods by {period}"
         return f"{told}; the spins of other logs differ much more"
     row, column = rows[:, None], others[None, :]
-    same = _same_weight(logs.torque[row], logs.torque[column]) & logs.same("spin", row, column)
+    same = _same_weight(logs.torque[row], logs.torque[column]) & logs.same(
+        "spin", row, column
+    )
     same &= logs.same("period", row, column) | (kind == "same spins")
     matched: dict[int, int] = {}
     for i, j in np.argwhere(same).tolist():
@@ -570,16 +746,33 @@ def tell(kind: Kind, logs: Logs, first: int, second: int) -> str:
             matched[i] = j
     at, at_other = list(matched), list(matched.values())
     lines, other_lines = np.array(one.lines)[at], np.array(other.lines)[at_other]
-    numbers, other_numbers = (", ".join(map(str, sorted(some))) for some in (lines, other_lines))
-    common, mine = f"{len(at)} of {min(len(rows), len(others))}", f"{mine} (lines {numbers})"
+    numbers, other_numbers = (
+        ", ".join(map(str, sorted(some))) for some in (lines, other_lines)
+    )
+    common, mine = (
+        f"{len(at)} of {min(len(rows), len(others))}",
+        f"{mine} (lines {numbers})",
+    )
     rows, others = rows[at], others[at_other]
     if kind == "same spins":
-        apart = np.max(np.abs(logs.period[rows] - logs.period[others]) * np.array(one.turns)[at])
+        apart = np.max(
+            np.abs(logs.period[rows] - logs.period[others]) * np.array(one.turns)[at]
+        )
         told = f"{common} spins of {mine} are those of {theirs} at the same weights"
         return f"{told}; the times beside them differ by {apart:.2g} s at most"
     told = f"{common} rows of {mine} are in {theirs} (lines {other_numbers})"
     told += ", with the same spin and the same precession period"
-    told += ", the files are the same byte for byte" if one.sha256 == other.sha256 else ""
-    told += ", in another order" if np.any(np.argsort(lines) != np.argsort(other_lines)) else ""
+    told += (
+        ", the files are the same byte for byte" if one.sha256 == other.sha256 else ""
+    )
+    told += (
+        ", in another order"
+        if np.any(np.argsort(lines) != np.argsort(other_lines))
+        else ""
+    )
     steps = logs.period_step[[rows, others]]
-    return told + (", not typed to the same digit" if np.any(steps.max(axis=0) > 1.5 * steps.min(axis=0)) else "")
+    return told + (
+        ", not typed to the same digit"
+        if np.any(steps.max(axis=0) > 1.5 * steps.min(axis=0))
+        else ""
+    )

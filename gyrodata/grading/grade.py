@@ -15,7 +15,14 @@ from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from gyrodata import diagnostics, mistakes
-from gyrodata.errors import Diagnostic, DiagnosticJson, GyroError, InputError, LogError, shown
+from gyrodata.errors import (
+    Diagnostic,
+    DiagnosticJson,
+    GyroError,
+    InputError,
+    LogError,
+    shown,
+)
 from gyrodata.fitting import times_stated
 from gyrodata.grading import criteria, yardsticks
 from gyrodata.grading.criteria import Evidence, Mark
@@ -85,23 +92,36 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     name: str
     status: Status = "not graded"  # "so far": some marks wait for a person
     why: str | None = None  # why it is not graded; None if it is
-    points: float | None = None  # what counts, lateness taken off, two decimals; None if nothing counts yet
+    points: float | None = (
+        None  # what counts, lateness taken off, two decimals; None if nothing counts yet
+    )
     out_of: float
     marks: tuple[Mark, ...] = ()
     """One for each criterion, in the rubric's order; points null: it could not be judged, which is not zero."""
-    slips: tuple[yardsticks.Slip, ...] = ()  # common mistakes that explain the report, the most likely first
+    slips: tuple[
+        yardsticks.Slip, ...
+    ] = ()  # common mistakes that explain the report, the most likely first
     look: tuple[str, ...] = ()  # what a person should look at although it is graded
     station: str | None = None
     section: str = ""  # of the roster
-    reported: Annotated[Reported, Meta(extra_json_schema={"anyOf": [{"required": _REPORTED}, {"maxProperties": 0}]})]
+    reported: Annotated[
+        Reported,
+        Meta(
+            extra_json_schema={"anyOf": [{"required": _REPORTED}, {"maxProperties": 0}]}
+        ),
+    ]
     own: Mapping[str, OwnFit]
     """Each accepted fit of the student's own runs, by its name."""
     inertia: float | None = None
     """I_zz that the student's own runs give by the recommended fit, accepted or not [kg*m^2]."""
     inertia_u: float | None = None  # its standard uncertainty [kg*m^2]
-    matched: str | None = None  # the accepted fit nearest to the report, after correcting a mistake
+    matched: str | None = (
+        None  # the accepted fit nearest to the report, after correcting a mistake
+    )
     d: float | None = None  # distance of the report, as reported, from that fit [u]
-    bench: tuple[str, ...] = ()  # values that the log does not state, from the rubric: "u_time 0.3 s"
+    bench: tuple[
+        str, ...
+    ] = ()  # values that the log does not state, from the rubric: "u_time 0.3 s"
     scatters: tuple[tuple[float, int], ...] = ()
     """χ² of φ̇ψ̇ within each torque and its degrees of freedom, by the usual uncertainties; empty with other ones."""
     # Zeta score of ISO 13528: distance of the corrected value from the reference, over the u of both.
@@ -110,7 +130,9 @@ class ShownGrade(Struct, frozen=True, kw_only=True):
     late_deduction: float  # [points]
     late_reason: str
     diagnostics: tuple[DiagnosticJson, ...] = ()  # what was found in the log
-    by_hand: tuple[Decision, ...] = ()  # decisions of a person, in the order of desk.csv
+    by_hand: tuple[
+        Decision, ...
+    ] = ()  # decisions of a person, in the order of desk.csv
     rubric: str  # digest of the rubric
     digest: str  # of the submission and of the decisions by hand
 
@@ -132,11 +154,16 @@ class Grade(ShownGrade, frozen=True, kw_only=True):
     def ratio(self) -> float | None:
         """Reported I_zz over that of the nearest accepted fit [1]; None without one of them."""
         value, own = self.reported_inertia, self.own.get(self.matched or "")
-        return value / own["value"] if value is not None and own and own["value"] else None
+        return (
+            value / own["value"] if value is not None and own and own["value"] else None
+        )
 
 
 def grade_submission(
-    submission: Submission, rubric: Rubric, reported: str | None = None, mistake: Mistake | None = None
+    submission: Submission,
+    rubric: Rubric,
+    reported: str | None = None,
+    mistake: Mistake | None = None,
 ) -> Grade:
     """Grade one student; a submission that cannot be judged is "not graded", and never raises an error.
 
@@ -151,28 +178,51 @@ def grade_submission(
         return not_graded(submission, rubric, submission.problem)
     wide = ""
     try:
-        readings, answers, bench, too_wide = yardsticks.at_bench(submission, rubric.bench)
+        readings, answers, bench, too_wide = yardsticks.at_bench(
+            submission, rubric.bench
+        )
         wide = f"{TOO_WIDE}: {', '.join(too_wide)}" if too_wide else ""
-        answer = answers.inertia if reported is None else read_reported("inertia", reported)
-        analysis = analyze_readings(yardsticks.corrected(readings, mistake) if mistake else readings, whole=False)
-        asked = {criteria.ASKS[ask] for criterion in rubric.criteria for ask in criterion.asks}
-        lacks = what_lacks(analysis.readings, analysis.measurements, analysis, asked) if asked else []
+        answer = (
+            answers.inertia if reported is None else read_reported("inertia", reported)
+        )
+        analysis = analyze_readings(
+            yardsticks.corrected(readings, mistake) if mistake else readings,
+            whole=False,
+        )
+        asked = {
+            criteria.ASKS[ask]
+            for criterion in rubric.criteria
+            for ask in criterion.asks
+        }
+        lacks = (
+            what_lacks(analysis.readings, analysis.measurements, analysis, asked)
+            if asked
+            else []
+        )
     except (GyroError, ArithmeticError, ValueError) as error:
         why = "; ".join(filter(None, [_why_not(error), wide]))
         return not_graded(submission, rubric, why, getattr(error, "diagnostics", ()))
     # The suspected outliers are in the analysis already.
-    blank = not_graded(submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics))
+    blank = not_graded(
+        submission, rubric, None, (*analysis.diagnostics, *lacks, *answers.diagnostics)
+    )
     lacks += [one for one in analysis.diagnostics if one.code == diagnostics.OUTLIER]
     own = yardsticks.own_runs(analysis, rubric.accept)
     evidence = Evidence(rubric, analysis, lacks, own, answer, submission.members, bench)
     if answer is not None and (value := answer.value) is not None:
         step = answer.step or 0.0
-        slips = tuple(yardsticks.find_slips(value, step, own, analysis.readings, analysis.measurements))
+        slips = tuple(
+            yardsticks.find_slips(
+                value, step, own, analysis.readings, analysis.measurements
+            )
+        )
         named = [one for one in own.values if slips and one.name == slips[0].fit]
         matched = min(named or own.values, key=lambda one: abs(one.value - value))
         d = yardsticks.distance(value, matched.value, step, own.yardstick)
         cells = reported is None and ending(answers.file) in WORKBOOKS
-        evidence = replace(evidence, matched=matched, d=d, slips=slips, from_cells=cells)
+        evidence = replace(
+            evidence, matched=matched, d=d, slips=slips, from_cells=cells
+        )
     doubts = filter(None, [answers.other if reported is None else "", wide])
     grade = replace(
         blank, marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
@@ -185,7 +235,11 @@ def grade_submission(
         scatters=() if times_stated(analysis.measurements) else criteria.scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
     )  # fmt: skip
-    return added_up(grade) if rubric.class_reference else _settle_one(grade, rubric, rubric.references, {})
+    return (
+        added_up(grade)
+        if rubric.class_reference
+        else _settle_one(grade, rubric, rubric.references, {})
+    )
 
 
 References = Mapping[str, yardsticks.Reference]
@@ -193,7 +247,9 @@ Scatters = Mapping[str, yardsticks.BenchScatter]
 """By station; "all" is for all other stations."""
 
 
-def settle(grades: Sequence[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], References, Scatters]:
+def settle(
+    grades: Sequence[Grade], rubric: Rubric
+) -> tuple[tuple[Grade, ...], References, Scatters]:
     """Give the points that need the whole class, because the class is the reference.
 
     `grades`: All grades of the class, as `grade_submission` or an earlier `settle` returned them. Returns the grades in
@@ -201,14 +257,28 @@ def settle(grades: Sequence[Grade], rubric: Rubric) -> tuple[tuple[Grade, ...], 
     """
     references, scatters = rubric.references, {}
     if rubric.class_reference:
-        known = [(one.station, one.inertia, one.inertia_u or 0.0) for one in grades if one.inertia is not None]
+        known = [
+            (one.station, one.inertia, one.inertia_u or 0.0)
+            for one in grades
+            if one.inertia is not None
+        ]
         references = yardsticks.class_references(known)
-    if "from" in rubric.bench and any(criterion.check == "constancy" for criterion in rubric.criteria):
-        scatters = yardsticks.class_scatter((grade.station, grade.scatters) for grade in grades)
-    return tuple(_settle_one(grade, rubric, references, scatters) for grade in grades), references, scatters
+    if "from" in rubric.bench and any(
+        criterion.check == "constancy" for criterion in rubric.criteria
+    ):
+        scatters = yardsticks.class_scatter(
+            (grade.station, grade.scatters) for grade in grades
+        )
+    return (
+        tuple(_settle_one(grade, rubric, references, scatters) for grade in grades),
+        references,
+        scatters,
+    )
 
 
-def _settle_one(grade: Grade, rubric: Rubric, references: References, scatters: Scatters) -> Grade:
+def _settle_one(
+    grade: Grade, rubric: Rubric, references: References, scatters: Scatters
+) -> Grade:
     """Judge the criteria that need a reference or the scatter of the class, and add up the points again."""
     if not grade.own:
         return grade
@@ -222,7 +292,11 @@ def _settle_one(grade: Grade, rubric: Rubric, references: References, scatters: 
             one = criteria.judge_scatter(criterion, one, grade.scatters, scatter)
         marks.append(one)
     zeta = next((one.detail["z"] for one in marks if "z" in one.detail), None)
-    return added_up(replace(grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None))
+    return added_up(
+        replace(
+            grade, marks=tuple(marks), zeta=zeta if isinstance(zeta, float) else None
+        )
+    )
 
 
 AGREES, MUCH = 5.0, 3.0
@@ -238,7 +312,9 @@ class _Doubt(NamedTuple):
     reference: yardsticks.Reference
     inertia: float  # that the log gives [kg*m^2]
     value: float  # as reported [kg*m^2]; 0 without a number
-    far: float  # distance of the log from the reference [standard uncertainties of both]
+    far: (
+        float  # distance of the log from the reference [standard uncertainties of both]
+    )
     wrong_log: bool  # the answer agrees with the reference, and the log does not
 
 
@@ -247,9 +323,16 @@ def _doubt(grade: Grade, references: References) -> _Doubt | None:
     reference = yardsticks.of_station(references, grade.station)
     if reference is None or not grade.own or not grade.inertia:
         return None
-    inertia, value, disagree = grade.inertia, grade.reported_inertia or 0.0, (grade.d or 0.0) > FAR
+    inertia, value, disagree = (
+        grade.inertia,
+        grade.reported_inertia or 0.0,
+        (grade.d or 0.0) > FAR,
+    )
     share = (grade.inertia_u or 0.0) / abs(inertia)
-    far, away = reference.zeta(inertia, share * inertia), abs(inertia - reference.inertia)
+    far, away = (
+        reference.zeta(inertia, share * inertia),
+        abs(inertia - reference.inertia),
+    )
     near = reference.zeta(value, min(share, yardsticks.COARSEST) * value) <= AGREES
     wrong_log = disagree and near and away > MUCH * abs(value - reference.inertia)
     if not wrong_log and (disagree or far <= LOOKED_AT):
@@ -263,7 +346,12 @@ def is_doubtful(grade: Grade, references: References) -> bool:
 
 
 def reconsider(
-    grade: Grade, submission: Submission, rubric: Rubric, references: References, scatters: Scatters, typed: str | None
+    grade: Grade,
+    submission: Submission,
+    rubric: Rubric,
+    references: References,
+    scatters: Scatters,
+    typed: str | None,
 ) -> Grade:
     """Look for a mistake in a log whose own I_zz is far from the reference.
 
@@ -282,21 +370,42 @@ def reconsider(
         measured = analyze_readings(readings, whole=False).measurements
     except GyroError:
         return grade  # it has changed since it was graded; the next run sees that
-    found = mistakes.explaining_mistakes(readings, measured, abs(inertia), value if wrong_log else reference.inertia)
+    found = mistakes.explaining_mistakes(
+        readings, measured, abs(inertia), value if wrong_log else reference.inertia
+    )
     kinds = [kind for kind, _ in found if not kind.kind.startswith("ball_")]
     if wrong_log:
         # Several headers may explain the same factor: the first one tried leaves readings of the usual size.
-        kinds.sort(key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind)))
+        kinds.sort(
+            key=lambda kind: yardsticks.unusual(yardsticks.corrected(readings, kind))
+        )
         again = (grade_submission(submission, rubric, typed, kind) for kind in kinds)
-        known = {name: getattr(grade, name) for name in ("name", "section", "station", "fingerprint")}
-        right = next((replace(one, **known) for one in again if one.d is not None and one.d <= FAR), None)
+        known = {
+            name: getattr(grade, name)
+            for name in ("name", "section", "station", "fingerprint")
+        }
+        right = next(
+            (
+                replace(one, **known)
+                for one in again
+                if one.d is not None and one.d <= FAR
+            ),
+            None,
+        )
         if right is not None:
             return _settle_one(right, rubric, references, scatters)
     why = f"one mistake in the log that would explain this factor: {' or '.join(kind.log for kind in kinds)}"
-    told = f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
-    told += f"{factor_text(inertia / reference.inertia)} it{f'; {why}' if kinds else ''}"
+    told = (
+        f"the log's own I_zz is {far:.3g} standard uncertainties from the reference, "
+    )
+    told += (
+        f"{factor_text(inertia / reference.inertia)} it{f'; {why}' if kinds else ''}"
+    )
     more = f"; {why}; {kinds[0].remedy}" if kinds else ""
-    marks = tuple(replace(one, reason=one.reason + more * (one.check == "reference")) for one in grade.marks)
+    marks = tuple(
+        replace(one, reason=one.reason + more * (one.check == "reference"))
+        for one in grade.marks
+    )
     return replace(grade, marks=marks, look=(*grade.look, told))
 
 
@@ -305,7 +414,12 @@ def added_up(grade: Grade) -> Grade:
     open_marks = [one for one in grade.marks if one.points is None]
     reasons = dict.fromkeys(one.reason for one in open_marks if not one.waits)
     if reasons:
-        return replace(grade, status="not graded", why="; ".join(reasons) if grade.own else grade.why, points=None)
+        return replace(
+            grade,
+            status="not graded",
+            why="; ".join(reasons) if grade.own else grade.why,
+            points=None,
+        )
     total = sum(one.points or 0.0 for one in grade.marks) - grade.late_deduction
     status: Status = "so far" if open_marks else "graded"
     return replace(grade, status=status, why=None, points=round(max(0.0, total), 2))
@@ -325,16 +439,25 @@ def _looks(evidence: Evidence) -> list[str]:
     """Return what a person has to look at."""
     found = []
     # Two mistakes with the same factor cost the same: nothing needs a decision.
-    if any(abs(slip.factor / evidence.factor - 1) > yardsticks.SAME for slip in evidence.slips):
+    if any(
+        abs(slip.factor / evidence.factor - 1) > yardsticks.SAME
+        for slip in evidence.slips
+    ):
         words = " or ".join(slip.words for slip in evidence.slips)
-        found.append(f"several mistakes explain the reported I_zz equally well: {words}")
+        found.append(
+            f"several mistakes explain the reported I_zz equally well: {words}"
+        )
     elif any("+" in slip.kind for slip in evidence.slips):
-        found.append(f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}")
+        found.append(
+            f"only two mistakes at once explain the reported I_zz: {evidence.slips[0].words}"
+        )
     elif evidence.slips:
         found += _doubts_of_slip(evidence)
     spread = criteria.spread_of(evidence.analysis) or 0.0
     if spread > WILD:
-        found.append(f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque")
+        found.append(
+            f"the times do not follow from the spins: φ̇ψ̇ scatters by {100 * spread:.2g} % within a torque"
+        )
     if evidence.d > FAR and not evidence.slips:
         told = f"the reported I_zz is {evidence.d:.3g} u from the student's own runs"
         found.append(f"{told}, and no common mistake explains it")
@@ -352,7 +475,9 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
     known = yardsticks.possible_mistakes(evidence.own, log.readings, log.measurements)
     fits = yardsticks.with_mistake(known[slip.kind], evidence.own)
     if not any(_is_exactly(evidence, one) for one in fits):
-        return [f"a mistake explains the reported I_zz, but not to its digits: {slip.words}"]
+        return [
+            f"a mistake explains the reported I_zz, but not to its digits: {slip.words}"
+        ]
     if all(known[one.kind].rank > 0 for one in evidence.slips):
         return [f"only a rare mistake explains the reported I_zz: {slip.words}"]
     return []
@@ -361,23 +486,41 @@ def _doubts_of_slip(evidence: Evidence) -> list[str]:
 def _is_exactly(evidence: Evidence, fit: yardsticks.OwnValue) -> bool:
     """Return whether the value and the uncertainty that are reported are those of a fit."""
     reported, value, _ = evidence.given
-    if abs(value - fit.value) > SAME_VALUE * abs(fit.value) + (reported.step or 0.0) / 2:
+    if (
+        abs(value - fit.value)
+        > SAME_VALUE * abs(fit.value) + (reported.step or 0.0) / 2
+    ):
         return False
     if reported.u is None:
         return True
-    return fit.u is not None and abs(reported.u - fit.u) <= SAME_U * fit.u + (reported.u_step or 0.0) / 2
+    return (
+        fit.u is not None
+        and abs(reported.u - fit.u) <= SAME_U * fit.u + (reported.u_step or 0.0) / 2
+    )
 
 
 def station_of(readings: Readings) -> str | None:
     """Return the station that a log names, in the form that a rubric uses."""
-    text = next((value for key, value in readings.metadata.items() if key.strip().lower() == "station"), "")
+    text = next(
+        (
+            value
+            for key, value in readings.metadata.items()
+            if key.strip().lower() == "station"
+        ),
+        "",
+    )
     return yardsticks.station_key(text) or None
 
 
 # --- not graded ---------------------------------------------------------------------------------------------
 
 
-def not_graded(submission: Submission, rubric: Rubric, why: str | None, found: Iterable[Diagnostic] = ()) -> Grade:
+def not_graded(
+    submission: Submission,
+    rubric: Rubric,
+    why: str | None,
+    found: Iterable[Diagnostic] = (),
+) -> Grade:
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
     late = judge_lateness(rubric.late, submission, rubric.points)
     return Grade(
@@ -394,7 +537,9 @@ def _why_not(error: Exception) -> str:
     """Say in one sentence why the analysis stopped."""
     if not isinstance(error, GyroError):
         # Numbers that stop the analysis itself must not stop the class, nor give this student a zero.
-        return f"the analysis failed with these numbers ({type(error).__name__}: {error})"
+        return (
+            f"the analysis failed with these numbers ({type(error).__name__}: {error})"
+        )
     done = "analysed" if isinstance(error, LogError) else "read"
     first, *more = [one for one in error.diagnostics if one.severity == "error"]
     where = f"line {first.line}: " if first.line else ""
@@ -404,31 +549,67 @@ def _why_not(error: Exception) -> str:
 # --- ``gyro check --hand-in`` -------------------------------------------------------------------------------
 
 
-def read_hand_in(paths: Sequence[Path]) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
+def read_hand_in(
+    paths: Sequence[Path],
+) -> tuple[Readings, HandIn, tuple[Diagnostic, ...]]:
     """Read a student's files, or folder or zip, as `grade_submission` does, and report the answer in it."""
     submission, told = submission_of(paths)
     if submission.problem is not None:
         raise InputError.named("no_log_here", paths[0].name, why=submission.problem)
     readings, answers = submission.read()
-    reported, station = answers.inertia or read_reported("inertia", ""), station_of(readings)
+    reported, station = (
+        answers.inertia or read_reported("inertia", ""),
+        station_of(readings),
+    )
     file, text = answers.file or None, reported.text or None
-    one = HandIn(text=text, inertia=reported.value, u=reported.u, file=file, line=reported.line, station=station)
+    one = HandIn(
+        text=text,
+        inertia=reported.value,
+        u=reported.u,
+        file=file,
+        line=reported.line,
+        station=station,
+    )
     # The place of the answer is reported once.
-    others = [found for found in answers.diagnostics if found.code != diagnostics.ANSWER_ELSEWHERE]
-    log, name, more = shown(PurePosixPath(submission.log_file or "").name), "answer_missing", ""
+    others = [
+        found
+        for found in answers.diagnostics
+        if found.code != diagnostics.ANSWER_ELSEWHERE
+    ]
+    log, name, more = (
+        shown(PurePosixPath(submission.log_file or "").name),
+        "answer_missing",
+        "",
+    )
     if one.inertia is not None:
         place = f"{one.file}, line {one.line}" if one.line else one.file
         said = f"I_zz = {inertia_text(one.inertia, one.u)}, read from {place}"
-        doubts = ("no uncertainty is found with it" if one.u is None else "", reported.problem)
+        doubts = (
+            "no uncertainty is found with it" if one.u is None else "",
+            reported.problem,
+        )
         name = "answer_read"
-        what = "; ".join(filter(None, [said, *doubts, f"station: {station}" if station else ""]))
+        what = "; ".join(
+            filter(None, [said, *doubts, f"station: {station}" if station else ""])
+        )
     elif answers.inertia is None:
         read = [one for one in (submission.log_name, *submission.report_names) if one]
         unread = [one for one in submission.members if one not in read]
-        here, left = (listing(sorted(shown(PurePosixPath(one).name) for one in some)) for some in (read, unread))
+        here, left = (
+            listing(sorted(shown(PurePosixPath(one).name) for one in some))
+            for some in (read, unread)
+        )
         what = f"no I_zz is found in {here}{f'; not read: {left}' if unread else ''}"
     else:
         what = f"the answer cannot be read: {reported.problem}"
         more = ", and take its other lines with an I_zz out" if one.file == log else ""
     file = file or (log if name == "answer_missing" else "")
-    return readings, one, (*told, *others, Diagnostic.named(name, file, one.line, told=what, log=log, more=more))
+    return (
+        readings,
+        one,
+        (
+            *told,
+            *others,
+            Diagnostic.named(name, file, one.line, told=what, log=log, more=more),
+        ),
+    )

@@ -35,7 +35,19 @@ if TYPE_CHECKING:
 
 DESK, TODO = "desk.csv", "desk-todo.csv"
 COLUMNS = ("student", *Decision.__struct_fields__)
-WORDS = ("total", "bonus", "reported", "station", "partner", "flag", "comment", "hold", "excuse", "late", "log")
+WORDS = (
+    "total",
+    "bonus",
+    "reported",
+    "station",
+    "partner",
+    "flag",
+    "comment",
+    "hold",
+    "excuse",
+    "late",
+    "log",
+)
 """The words of the desk, besides the ids of criteria."""
 
 FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
@@ -44,25 +56,45 @@ FLAG, VERDICTS, BETWEEN = "flag", ("partners", "copied", "cleared"), " + "
 # A student may have several lines of the first; the second need no value.
 SEVERAL, BARE = ("partner", "comment"), ("hold", "excuse")
 CORRECTED = "corrected log"  # a line of ``log`` with the name of a file; "log" may also be a criterion
-OTHERS = ("student", "name", "section", "email", "by", "why", "look into")  # columns without a decision
+OTHERS = (
+    "student",
+    "name",
+    "section",
+    "email",
+    "by",
+    "why",
+    "look into",
+)  # columns without a decision
 Known = Mapping[str, Collection[str]]  # keys of all students with a name, by its forms
-STALE = "resubmitted since"  # first words if a line was written for an earlier submission
+STALE = (
+    "resubmitted since"  # first words if a line was written for an earlier submission
+)
 UNGRADED = "no grade:"
-SETTLING = ("total", "hold", "excuse")  # with one of these, nobody needs to look at the doubts of gyro
+SETTLING = (
+    "total",
+    "hold",
+    "excuse",
+)  # with one of these, nobody needs to look at the doubts of gyro
 
 
 class Desk(Struct, frozen=True):
     """The decisions in a class."""
 
-    lines: Mapping[str, tuple[Decision, ...]] = {}  # by student, in the order of the file
-    left: frozenset[tuple[str, str]] = frozenset()  # student and what of the lines with a name but no value
+    lines: Mapping[
+        str, tuple[Decision, ...]
+    ] = {}  # by student, in the order of the file
+    left: frozenset[tuple[str, str]] = (
+        frozenset()
+    )  # student and what of the lines with a name but no value
     settled: Mapping[frozenset[str], str] = {}
     """How each flag is settled, by its students; one student alone: all flags of that student."""
     folder: Path = Path()  # folder of the file, and of corrected logs
 
     def value(self, student: str, what: str) -> str | None:
         """Return what was decided; None for nothing."""
-        return next((one.value for one in self.lines.get(student, ()) if one.what == what), None)
+        return next(
+            (one.value for one in self.lines.get(student, ()) if one.what == what), None
+        )
 
     def decides(self, student: str, what: str) -> bool:
         """Return whether a line decides something, or leaves it as it is."""
@@ -71,19 +103,35 @@ class Desk(Struct, frozen=True):
     def waits(self, offer: Offer) -> bool:
         """Return whether an offered line is still to be decided."""
         # A line without a value gives nobody a grade, and a flag is settled by its students.
-        asked = offer.flag or offer.reason.startswith(UNGRADED) or offer.why.startswith(STALE)
+        asked = (
+            offer.flag
+            or offer.reason.startswith(UNGRADED)
+            or offer.why.startswith(STALE)
+        )
         return bool(asked) or not self.decides(offer.student, offer.what)
 
     @property
     def partners(self) -> list[frozenset[str]]:
         """Those who hand in the same data."""
-        found = ((student, one) for student, lines in self.lines.items() for one in lines if one.what == "partner")
-        declared = [group for group, verdict in self.settled.items() if verdict == VERDICTS[0] and len(group) > 1]
+        found = (
+            (student, one)
+            for student, lines in self.lines.items()
+            for one in lines
+            if one.what == "partner"
+        )
+        declared = [
+            group
+            for group, verdict in self.settled.items()
+            if verdict == VERDICTS[0] and len(group) > 1
+        ]
         return [*(frozenset((student, one.value)) for student, one in found), *declared]
 
     def first_seen(self, grade: Grade, before: Mapping[str, str]) -> dict[str, str]:
         """Return the digest of the submission for which each line was written: that of the first run with the line."""
-        return {key: before.get(key, grade.digest) for key in map(repr, self.lines.get(grade.student, ()))}
+        return {
+            key: before.get(key, grade.digest)
+            for key in map(repr, self.lines.get(grade.student, ()))
+        }
 
     def corrected(self, item: Submission) -> Submission:
         """Replace the log of a submission by the file that a person corrected; the original stays where it is."""
@@ -102,28 +150,49 @@ class Desk(Struct, frozen=True):
         stale = [
             f"{STALE} {one.what} {one.value} was set by hand: change its line in {DESK} to confirm it"
             for one in lines
-            if one.what not in (*SEVERAL, *BARE, CORRECTED) and seen.get(repr(one), grade.digest) != grade.digest
+            if one.what not in (*SEVERAL, *BARE, CORRECTED)
+            and seen.get(repr(one), grade.digest) != grade.digest
         ]
         numbers = {what: read_number(one.value) or 0.0 for what, one in given.items()}
         marks = list(grade.marks)
         for at, mark in enumerate(marks):
             if one := given.get(mark.criterion):
-                points, reason = round(numbers[one.what], 2), f"given by hand: {one.told}".removesuffix(": ")
-                marks[at] = replace(mark, points=points, reason=reason, detail={}, rule="")
+                points, reason = (
+                    round(numbers[one.what], 2),
+                    f"given by hand: {one.told}".removesuffix(": "),
+                )
+                marks[at] = replace(
+                    mark, points=points, reason=reason, detail={}, rule=""
+                )
         if late := given.get("late"):
             looks = tuple(look for look in grade.look if look != grade.late_reason)
-            grade = replace(grade, late_deduction=numbers["late"], late_reason="late, as decided by hand", look=looks)
+            grade = replace(
+                grade,
+                late_deduction=numbers["late"],
+                late_reason="late, as decided by hand",
+                look=looks,
+            )
         if tuple(marks) != grade.marks or late:
             grade = added_up(replace(grade, marks=tuple(marks)))
         if "total" in given:
-            grade = replace(grade, status="graded", why=None, points=round(numbers["total"], 2), late_deduction=0.0)
+            grade = replace(
+                grade,
+                status="graded",
+                why=None,
+                points=round(numbers["total"], 2),
+                late_deduction=0.0,
+            )
         if "bonus" in given and grade.points is not None:
-            grade = replace(grade, points=max(0.0, round(grade.points + numbers["bonus"], 2)))
+            grade = replace(
+                grade, points=max(0.0, round(grade.points + numbers["bonus"], 2))
+            )
         for what, status in (("hold", "on hold"), ("excuse", "excused")):
             if what in given:
                 grade = replace(grade, status=status, why=None, points=None)
         looks = () if any(what in given for what in SETTLING) else grade.look
-        digest = hashlib.sha256(f"{grade.digest}{lines!r}".encode("utf-8", "replace")).hexdigest()
+        digest = hashlib.sha256(
+            f"{grade.digest}{lines!r}".encode("utf-8", "replace")
+        ).hexdigest()
         return replace(grade, by_hand=lines, look=(*looks, *stale), digest=digest)
 
 
@@ -143,32 +212,49 @@ def read_desk(path: Path, data: bytes, students: Known, rubric: Rubric) -> Desk:
     try:
         for number, cells in _lines(data, path.name, points):
             try:
-                people, one = _decision(dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent)
+                people, one = _decision(
+                    dict.fromkeys(COLUMNS, "") | cells, points, students, path.parent
+                )
                 if not one.value and one.what not in BARE:
                     left |= {(student, one.what) for student in people if one.by}
                     continue
-                key = one.what, one.value if one.what in SEVERAL else BETWEEN.join(people)
+                key = (
+                    one.what,
+                    one.value if one.what in SEVERAL else BETWEEN.join(people),
+                )
                 if one.what == FLAG:
                     settled[frozenset(people)] = one.value
                 for student in people:
                     mine = lines.setdefault(student, {})
                     at, before = mine.get(key, (number, one))
                     if before.value != one.value:
-                        values = {"what": one.what, "who": cells["student"], "here": one.value, "before": before.value}
+                        values = {
+                            "what": one.what,
+                            "who": cells["student"],
+                            "here": one.value,
+                            "before": before.value,
+                        }
                         raise unfit("desk_lines_contradict", line=at, **values)
                     mine[key] = at, one
             except UnfitError as error:
-                faults.append(Diagnostic.of(error.code, str(error), error.hint, path.name, number))
+                faults.append(
+                    Diagnostic.of(error.code, str(error), error.hint, path.name, number)
+                )
     except (csv.Error, LookupError, ValueError) as error:
         values = {"why": error.args[0], "columns": ",".join(COLUMNS)}
         faults = [Diagnostic.named("desk_not_read", path.name, number + 1, **values)]
     if faults:
         raise InputError(faults)
-    decided = {student: tuple(one for _, one in mine.values()) for student, mine in lines.items()}
+    decided = {
+        student: tuple(one for _, one in mine.values())
+        for student, mine in lines.items()
+    }
     return Desk(decided, frozenset(left), settled, path.parent)
 
 
-def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tuple[int, dict[str, str]]]:
+def _lines(
+    data: bytes, name: str, points: Mapping[str, float]
+) -> Iterator[tuple[int, dict[str, str]]]:
     """Give the lines of the file; of a sheet with a column for each decision, a line for each cell."""
     known = {one.casefold(): one for one in (*WORDS, *points)}
     for number, cells in read_list(data, name, "student"):
@@ -179,24 +265,38 @@ def _lines(data: bytes, name: str, points: Mapping[str, float]) -> Iterator[tupl
             continue
         for column in cells:
             if column not in (*OTHERS, *known):
-                raise LookupError(f'"{column[:60]}" is not a criterion of the rubric; {nearest(column, known)}')
+                raise LookupError(
+                    f'"{column[:60]}" is not a criterion of the rubric; {nearest(column, known)}'
+                )
         for column, what in known.items():
             if value := cells.get(column):
                 yield number, cells | {"what": what, "value": value}
 
 
-def _decision(row: dict[str, str], points: dict[str, float], known: Known, folder: Path) -> tuple[list[str], Decision]:
+def _decision(
+    row: dict[str, str], points: dict[str, float], known: Known, folder: Path
+) -> tuple[list[str], Decision]:
     """Read the students and the decision of one line; raise UnfitError if it cannot be used."""
     name, value = row["student"], row["value"]
     what = row["what"] if row["what"] in points else row["what"].casefold()
     if what == "log" and value and (what not in points or read_number(value) is None):
         what = CORRECTED
-    names = name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
+    names = (
+        name.split(BETWEEN) if what == FLAG and name.casefold() not in known else [name]
+    )
     people, fault = sorted({_student(one, known) for one in names}), ""
     short, most = value[:60], points.get(what, points["total"])
-    told: dict[str, object] = {"what": what, "value": short, "written": row["what"][:60], "most": most}
+    told: dict[str, object] = {
+        "what": what,
+        "value": short,
+        "written": row["what"][:60],
+        "most": most,
+    }
     if what not in (*points, *WORDS, CORRECTED):
-        fault, told["near"] = "desk_word_unknown", nearest(row["what"], (*points, *WORDS[1:]))
+        fault, told["near"] = (
+            "desk_word_unknown",
+            nearest(row["what"], (*points, *WORDS[1:])),
+        )
     elif what in BARE or not value:
         value = ""
     elif what in points and value.startswith(("+", "-")):
@@ -207,10 +307,19 @@ def _decision(row: dict[str, str], points: dict[str, float], known: Known, folde
         fault = "desk_log_not_found"
     elif what in (*points, "late") and not is_points(value, most):
         fault, told["half"] = "desk_points_unfit", most / 2
-    elif what == "reported" and (read := read_reported("inertia", value)).fault in ("unreadable", "wrong unit"):
-        fault, told["problem"] = "desk_report_unreadable", read.problem or "it is not a number"
+    elif what == "reported" and (read := read_reported("inertia", value)).fault in (
+        "unreadable",
+        "wrong unit",
+    ):
+        fault, told["problem"] = (
+            "desk_report_unreadable",
+            read.problem or "it is not a number",
+        )
     elif what == FLAG and (value := value.casefold()) not in VERDICTS:
-        fault, told["verdicts"] = "desk_flag_not_settled", f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}"
+        fault, told["verdicts"] = (
+            "desk_flag_not_settled",
+            f"{', '.join(VERDICTS[:-1])} or {VERDICTS[-1]}",
+        )
     elif what == FLAG and not row["by"]:
         fault = "desk_flag_by_nobody"
     elif what == "partner":
@@ -227,13 +336,21 @@ def _student(name: str, known: Known) -> str:
         near = nearest(name, known, "write what grades.csv has under student")
         raise unfit("desk_student_unknown", name=name[:60], near=near)
     if len(keys) > 1 and name not in keys:
-        raise unfit("desk_name_shared", name=name[:60], count=len(keys), keys=listing(keys), some=" or ".join(keys[:5]))
+        raise unfit(
+            "desk_name_shared",
+            name=name[:60],
+            count=len(keys),
+            keys=listing(keys),
+            some=" or ".join(keys[:5]),
+        )
     return name if name in keys else keys[0]
 
 
 def keys_of(name: str, known: Known) -> list[str]:
     """Return the keys of all students with a name."""
-    return sorted(set(next((known[form] for form in forms_of(name) if form in known), ())))
+    return sorted(
+        set(next((known[form] for form in forms_of(name) if form in known), ()))
+    )
 
 
 def forms_of(name: str) -> list[str]:
@@ -242,9 +359,15 @@ def forms_of(name: str) -> list[str]:
     Platforms write "Doe, Jane", "Jane Doe" or "doejane" for one person.
     """
     # "Lucía" is "Lucia" in many lists.
-    name = "".join(sign for sign in unicodedata.normalize("NFD", name.casefold()) if not unicodedata.combining(sign))
+    name = "".join(
+        sign
+        for sign in unicodedata.normalize("NFD", name.casefold())
+        if not unicodedata.combining(sign)
+    )
     words = re.findall(r"[^\W_]+", name)
-    joined = ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
+    joined = (
+        ["".join(some) for some in permutations(words)] if 1 < len(words) < 5 else []
+    )
     return [name, " ".join(sorted(words)), *joined]
 
 
@@ -268,19 +391,27 @@ _MARKED = r"^'(?=[\s\"]*[=+\-@＝＋－＠])"
 """The mark in front of a text that a spreadsheet would run as a formula."""
 
 
-def read_list(data: bytes, name: str, *needed: str, lower: bool = True) -> Iterator[tuple[int, dict[str, str]]]:
+def read_list(
+    data: bytes, name: str, *needed: str, lower: bool = True
+) -> Iterator[tuple[int, dict[str, str]]]:
     """Read a table, a workbook or CSV as any spreadsheet saves it: the line of each row, and its cells by column.
 
     With `lower`, the names of the columns are in small letters. Raises csv.Error, LookupError or ValueError, with what
     is wrong, if it is not a table or lacks a column.
     """
     if data.startswith(b"PK"):
-        text = csv_lines(map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), []))
+        text = csv_lines(
+            map(csv_cell, row) for row in next(iter(sheet_rows(data).values()), [])
+        )
     else:
         text = decode(data, Faults(name))[0]
     delimiter = max(",;\t", key=text.partition("\n")[0].count)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True)
-    head = [cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])]
+    reader = csv.reader(
+        io.StringIO(text, newline=""), delimiter=delimiter, skipinitialspace=True
+    )
+    head = [
+        cell.strip().casefold() if lower else cell.strip() for cell in next(reader, [])
+    ]
     lacks = [f'"{column}"' for column in needed if column not in head]
     if lacks and text.strip():
         raise LookupError(f"there is no column {' and '.join(lacks)}")
@@ -288,7 +419,14 @@ def read_list(data: bytes, name: str, *needed: str, lower: bool = True) -> Itera
     for cells in reader:
         row = [re.sub(_MARKED, "", cell.strip()) for cell in cells]
         if any(row):
-            yield number, {column: cell for column, cell in zip_longest(head, row, fillvalue="") if column}
+            yield (
+                number,
+                {
+                    column: cell
+                    for column, cell in zip_longest(head, row, fillvalue="")
+                    if column
+                },
+            )
         number = reader.line_num + 1
 
 
@@ -308,7 +446,10 @@ class Offer(Struct, frozen=True):
     @property
     def cells(self) -> list[str]:
         """The columns of the desk, without a name under ``by``."""
-        return [csv_cell(one) for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)]
+        return [
+            csv_cell(one)
+            for one in (BETWEEN.join(self.people), self.what, self.value, "", self.why)
+        ]
 
     @property
     def people(self) -> tuple[str, ...]:
@@ -321,16 +462,24 @@ def in_general(why: str) -> str:
     if why.startswith(STALE):
         return f"{STALE} something was set by hand"
     why = re.sub(r"^the file [^:]*: ", "", why)
-    return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[0].strip()
+    return re.split(r"[,;:(]", re.sub(r"\b\d[\d.e+-]*", "…", why), maxsplit=1)[
+        0
+    ].strip()
 
 
-def find_offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()) -> list[Offer]:
+def find_offers(
+    found: ClassGrades, by_hand: Iterable[tuple[str, str]] = ()
+) -> list[Offer]:
     """List the lines that wait for a person, without those that the desk decides; lines of one reason together.
 
     `by_hand`: Students with other points in the gradebook, and these.
     """
-    offers = [one for one in dict.fromkeys(_offers(found, by_hand)) if found.desk.waits(one)]
-    return list(chain.from_iterable(grouped((one.reason, one) for one in offers).values()))
+    offers = [
+        one for one in dict.fromkeys(_offers(found, by_hand)) if found.desk.waits(one)
+    ]
+    return list(
+        chain.from_iterable(grouped((one.reason, one) for one in offers).values())
+    )
 
 
 def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[Offer]:
@@ -339,26 +488,56 @@ def _offers(found: ClassGrades, by_hand: Iterable[tuple[str, str]]) -> Iterator[
         why = "is in the gradebook"
         if not is_points(value, found.rubric.points):
             # The desk would refuse them.
-            value, why = "", f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}"
+            value, why = (
+                "",
+                f"{value} {why}, and is not a number of points from 0 to {found.rubric.points:g}",
+            )
         yield Offer(student, "total", value, why, "other points are in the gradebook")
     for grade in found.grades:
         if grade.why is not None:
-            what = "reported" if grade.own and grade.reported_inertia is None else "total"
-            yield Offer(grade.student, what, "", grade.why, f"{UNGRADED} {in_general(grade.why)}")
+            what = (
+                "reported" if grade.own and grade.reported_inertia is None else "total"
+            )
+            yield Offer(
+                grade.student,
+                what,
+                "",
+                grade.why,
+                f"{UNGRADED} {in_general(grade.why)}",
+            )
     for grade in found.grades:
-        yield from (Offer(grade.student, "total", "", look, in_general(look)) for look in grade.look)
+        yield from (
+            Offer(grade.student, "total", "", look, in_general(look))
+            for look in grade.look
+        )
     yield from _open_flags(found)
     for grade in found.grades:
-        marks = [mark for mark in grade.marks if mark.waits and grade.status in ("so far", "not graded")]
+        marks = [
+            mark
+            for mark in grade.marks
+            if mark.waits and grade.status in ("so far", "not graded")
+        ]
         for one in marks:
-            yield Offer(grade.student, one.criterion, "", one.reason, f"points to give: {one.title}")
+            yield Offer(
+                grade.student,
+                one.criterion,
+                "",
+                one.reason,
+                f"points to give: {one.title}",
+            )
 
 
 def _open_flags(found: ClassGrades) -> Iterator[Offer]:
     """Offer each flag that is not settled for all its students."""
     desk = found.desk
-    graded = {one for one in found.names if any(desk.value(one, what) is not None for what in SETTLING)}
-    single = frozenset[str]().union(*(group for group in desk.settled if len(group) == 1))
+    graded = {
+        one
+        for one in found.names
+        if any(desk.value(one, what) is not None for what in SETTLING)
+    }
+    single = frozenset[str]().union(
+        *(group for group in desk.settled if len(group) == 1)
+    )
     every = {*desk.partners, *found.partners, *desk.settled}
     for flag in found.flags:
         # Each pair of a flag is settled; or each student, if it is about other logs too.
@@ -372,7 +551,9 @@ def _open_flags(found: ClassGrades) -> Iterator[Offer]:
             settled = all(students <= _with(one, groups) for one in students)
         if not settled:
             words = f"flag: {flag.kind}"
-            yield Offer(flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag)
+            yield Offer(
+                flag.students[0], FLAG, "", f"{words}: {flag.evidence}", words, flag
+            )
 
 
 def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
@@ -380,10 +561,16 @@ def _with(student: str, groups: Iterable[frozenset[str]]) -> set[str]:
     return {student}.union(*(group for group in groups if student in group))
 
 
-def todo_csv(offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]) -> str:
+def todo_csv(
+    offers: Iterable[Offer], names: Mapping[str, str], files: Mapping[str, str]
+) -> str:
     """Write the lines sorted by student, with the names of the students and the files to look into."""
     rows: list[Iterable[str]] = [(*COLUMNS, "name", "look into")]
-    for one in sorted(offers, key=lambda one: (one.student, one.what, one.value, one.why)):
-        told = (BETWEEN.join(texts[key] for key in one.people) for texts in (names, files))
+    for one in sorted(
+        offers, key=lambda one: (one.student, one.what, one.value, one.why)
+    ):
+        told = (
+            BETWEEN.join(texts[key] for key in one.people) for texts in (names, files)
+        )
         rows.append([*one.cells, *map(csv_cell, told)])
     return csv_lines(rows)

@@ -37,8 +37,14 @@ def totals_from_here(folder: Path, desk: ledger.Desk, students: Iterable[str]) -
     """Return all totals that gyro wrote for each student; None for a student whose total the desk decides."""
     files = (folder / PUBLISHED).glob("grades-????????????.csv")
     tables = [exports.read_table(one.read_bytes()) or {} for one in files]
-    known = {student: {table[student][exports.TOTAL] for table in tables if student in table} for student in students}
-    return {student: None if desk.decides(student, exports.TOTAL) else some for student, some in known.items()}
+    known = {
+        student: {table[student][exports.TOTAL] for table in tables if student in table}
+        for student in students
+    }
+    return {
+        student: None if desk.decides(student, exports.TOTAL) else some
+        for student, some in known.items()
+    }
 
 
 def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
@@ -52,7 +58,9 @@ def _keep_table(folder: Path, table: bytes) -> Iterator[str]:
     write_whole(kept / f"grades-{_digest(table)}.csv", [table], private=True, sync=True)
 
 
-MOST_LISTED = 50  # files in one cell: a spreadsheet program reads at most 32,767 letters
+MOST_LISTED = (
+    50  # files in one cell: a spreadsheet program reads at most 32,767 letters
+)
 
 
 def _listed(files: list[str]) -> str:
@@ -63,20 +71,43 @@ def _listed(files: list[str]) -> str:
 # --- what is written ---------------------------------------------------------------------------------------
 
 
-def write_results(found: ClassGrades, folder: Path, filled: Filled | None) -> Iterator[str]:
+def write_results(
+    found: ClassGrades, folder: Path, filled: Filled | None
+) -> Iterator[str]:
     """Write everything but the feedback, and keep a table that a person changed; say where to look."""
     names = feedback_names(found)
-    files = {one.student: _listed([basename(file) for file in one.beside_log]) for one in found.submissions.items}
+    files = {
+        one.student: _listed([basename(file) for file in one.beside_log])
+        for one in found.submissions.items
+    }
     yield from _keep_table(folder, found.table.encode("utf-8", "replace"))
     offers = ledger.find_offers(found, filled.by_hand if filled else ())
-    page = class_page(found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder)
-    texts = {ledger.TODO: ledger.todo_csv(offers, found.names, files), TABLE: found.table, "class.html": page}
-    texts |= {"flags.csv": exports.flags_csv(found.flags), "grades.json": "".join(exports.grades_document(found))}
+    page = class_page(
+        found, lambda student: f"{FEEDBACK}/{names[student]}.html", offers, folder
+    )
+    texts = {
+        ledger.TODO: ledger.todo_csv(offers, found.names, files),
+        TABLE: found.table,
+        "class.html": page,
+    }
+    texts |= {
+        "flags.csv": exports.flags_csv(found.flags),
+        "grades.json": "".join(exports.grades_document(found)),
+    }
     for name, text in texts.items():
-        write_whole(folder / name, [text.encode("utf-8", "replace")], private=True, sync=name == TABLE)
+        write_whole(
+            folder / name,
+            [text.encode("utf-8", "replace")],
+            private=True,
+            sync=name == TABLE,
+        )
     if filled is not None:
         write_whole(folder / filled.file, [filled.data], private=True)
-    waiting = f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}" if offers else ""
+    waiting = (
+        f"; {count_text(len(offers), 'line')} for you in {folder / ledger.TODO}"
+        if offers
+        else ""
+    )
     yield f"grades: {folder / TABLE}{waiting}"
     yield f"class: {folder / 'class.html'}"
 
@@ -95,7 +126,9 @@ def feedback_names(found: ClassGrades) -> dict[str, str]:
     names, taken = dict[str, str](), set[str]()
     for item in found.submissions.items:
         # With room for an ending, a number, and the digest of a page that is kept.
-        plain = "/".join(file_name(part, room=32) for part in item.feedback_name.split("/"))
+        plain = "/".join(
+            file_name(part, room=32) for part in item.feedback_name.split("/")
+        )
         forms = chain([plain], (f"{plain}-{number}" for number in count(2)))
         names[item.student] = next(one for one in forms if one.casefold() not in taken)
         taken.add(names[item.student].casefold())
@@ -109,32 +142,66 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
     person had changed, and of students who are no longer in the class.
     """
     names, changed = feedback_names(found), list[str]()
-    before: dict[str, tuple[int, bytes]] | None = None  # without a zip, no page counts as changed
+    before: dict[str, tuple[int, bytes]] | None = (
+        None  # without a zip, no page counts as changed
+    )
     if (folder / ARCHIVE).exists():
         try:
             with zipfile.ZipFile(folder / ARCHIVE) as archive:
-                before = {page.filename: (page.CRC, page.comment) for page in archive.infolist()}
-        except (OSError, zipfile.BadZipFile, NotImplementedError, struct.error, ValueError):
+                before = {
+                    page.filename: (page.CRC, page.comment)
+                    for page in archive.infolist()
+                }
+        except (
+            OSError,
+            zipfile.BadZipFile,
+            NotImplementedError,
+            struct.error,
+            ValueError,
+        ):
             before = {}  # any page may have been changed
-    contents = dict[str, bytes]()  # a digest of what each page shows, which is also its comment in the zip
+    contents = dict[
+        str, bytes
+    ]()  # a digest of what each page shows, which is also its comment in the zip
     for grade, item in zip(found.grades, found.submissions.items, strict=True):
         pages, pictures = [f"{names[grade.student]}{ending}" for ending in ENDINGS], {}
         if figures is not None:
             drawn = found.figures.get(grade.student, {})
-            pictures = {one: (figure_path(figures, item, one).read_bytes(), words) for one, words in drawn.items()}
-        about = __version__, encode(grade), [(zlib.crc32(data), words) for data, words in pictures.values()]
+            pictures = {
+                one: (figure_path(figures, item, one).read_bytes(), words)
+                for one, words in drawn.items()
+            }
+        about = (
+            __version__,
+            encode(grade),
+            [(zlib.crc32(data), words) for data, words in pictures.values()],
+        )
         content = _digest(repr(about).encode()).encode()
         contents |= dict.fromkeys(pages, content)
-        old = {page: path.read_bytes() for page in pages if (path := folder / FEEDBACK / page).exists()}
+        old = {
+            page: path.read_bytes()
+            for page in pages
+            if (path := folder / FEEDBACK / page).exists()
+        }
         # Pages that show this already, and that nobody has changed, are not written again.
-        if [(zlib.crc32(data), content) for data in old.values()] != [before and before.get(page) for page in pages]:
-            for page, text in zip(pages, feedback_pages(grade, pictures).values(), strict=True):
+        if [(zlib.crc32(data), content) for data in old.values()] != [
+            before and before.get(page) for page in pages
+        ]:
+            for page, text in zip(
+                pages, feedback_pages(grade, pictures).values(), strict=True
+            ):
                 data, was = text.encode("utf-8", "replace"), old.get(page)
-                known = was is None or before is None or zlib.crc32(was) in before.get(page, ())
+                known = (
+                    was is None
+                    or before is None
+                    or zlib.crc32(was) in before.get(page, ())
+                )
                 # The old page is kept first: it must not be lost if it cannot be kept.
                 if was and was != data and not known:
                     kept = _keep(folder, page, was)
-                    changed.append(f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}")
+                    changed.append(
+                        f"{FEEDBACK}/{page} was changed by hand; what it was is kept as {kept}"
+                    )
                 if was != data:
                     write_whole(folder / FEEDBACK / page, [data], private=True)
     for path in sorted((folder / FEEDBACK).rglob("*.*")):
@@ -142,19 +209,35 @@ def write_feedback(found: ClassGrades, folder: Path, figures: Path | None) -> li
         if before and page in before and page not in contents:
             kept = _keep(folder, page, path.read_bytes())
             path.unlink()
-            changed.append(f"{FEEDBACK}/{page} is of nobody in this class: it is kept as {kept}")
-    if not before or contents != {name: comment for name, (_, comment) in before.items()}:
-        with new_file(folder / ARCHIVE, private=True) as file, zipfile.ZipFile(file, "w") as archive:
+            changed.append(
+                f"{FEEDBACK}/{page} is of nobody in this class: it is kept as {kept}"
+            )
+    if not before or contents != {
+        name: comment for name, (_, comment) in before.items()
+    }:
+        with (
+            new_file(folder / ARCHIVE, private=True) as file,
+            zipfile.ZipFile(file, "w") as archive,
+        ):
             for name in sorted(contents):
-                entry = zipfile.ZipInfo(name)  # dated 1980, so that the same pages give the same bytes
+                entry = zipfile.ZipInfo(
+                    name
+                )  # dated 1980, so that the same pages give the same bytes
                 entry.external_attr, entry.comment = 0o644 << 16, contents[name]
-                archive.writestr(entry, (folder / FEEDBACK / name).read_bytes(), zipfile.ZIP_DEFLATED, compresslevel=1)
+                archive.writestr(
+                    entry,
+                    (folder / FEEDBACK / name).read_bytes(),
+                    zipfile.ZIP_DEFLATED,
+                    compresslevel=1,
+                )
     return sorted(changed)
 
 
 def _keep(folder: Path, page: str, data: bytes) -> str:
     """Keep a page that gyro replaces or removes; return its new place below the folder of the grades."""
-    kept = Path(PUBLISHED, FEEDBACK, page).with_stem(f"{Path(page).stem}-{_digest(data)}")
+    kept = Path(PUBLISHED, FEEDBACK, page).with_stem(
+        f"{Path(page).stem}-{_digest(data)}"
+    )
     write_whole(folder / kept, [data], private=True, sync=True)
     return kept.as_posix()
 
@@ -162,10 +245,24 @@ def _keep(folder: Path, page: str, data: bytes) -> str:
 # --- what a run says -------------------------------------------------------------------------------------------
 
 
-def told_of(found: ClassGrades, changes: Iterable[exports.Change] | None, filled: Filled | None, dry_run: bool) -> str:
+def told_of(
+    found: ClassGrades,
+    changes: Iterable[exports.Change] | None,
+    filled: Filled | None,
+    dry_run: bool,
+) -> str:
     """Say who was graded in this run and why, what changes in the table of grades, and who is in the gradebook."""
-    lost = Diagnostic.named("journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line"))
+    lost = Diagnostic.named(
+        "journal_lines_lost", JOURNAL, lines=count_text(found.damaged, "line")
+    )
     again = grouped((why, found.names[student]) for student, why in found.again.items())
     skipped = grouped((why, who) for who, why in filled.skipped) if filled else {}
-    values = {"found": found, "again": again, "lost": lost, "changes": changes, "filled": filled, "skipped": skipped}
+    values = {
+        "found": found,
+        "again": again,
+        "lost": lost,
+        "changes": changes,
+        "filled": filled,
+        "skipped": skipped,
+    }
     return environment().get_template("run.txt.jinja").render(values, dry_run=dry_run)

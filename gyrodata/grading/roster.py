@@ -20,7 +20,17 @@ from gyrodata.grading.yardsticks import grouped, station_key
 from gyrodata.readings import listing
 
 _MAIL = ("email", "email address")
-IDS = ("id", "student", "identifier", "sis user id", "sis login id", "username", "student id", "id number", *_MAIL)
+IDS = (
+    "id",
+    "student",
+    "identifier",
+    "sis user id",
+    "sis login id",
+    "username",
+    "student id",
+    "id number",
+    *_MAIL,
+)
 NAMES = ("name", "full name", "student name", "student")
 
 
@@ -43,25 +53,49 @@ class Roster(Struct, frozen=True):
 
     people: Mapping[str, Person] = {}  # students with a submission, by key
     absent: tuple[Person, ...] = ()  # students without one
-    unclear: Mapping[str, str] = {}  # why a person must find the row of a submission, by its key
+    unclear: Mapping[
+        str, str
+    ] = {}  # why a person must find the row of a submission, by its key
 
     def named(self, grade: Grade, station: str | None) -> Grade:
         """Add the student's name and section to a grade; a `station` of the desk goes before that of log and roster."""
         person = self.people.get(grade.student, NOBODY)
-        station = station_key(station or "") or grade.station or station_key(person.station) or None
-        return replace(grade, name=person.name or grade.name, section=person.section, station=station)
+        station = (
+            station_key(station or "")
+            or grade.station
+            or station_key(person.station)
+            or None
+        )
+        return replace(
+            grade,
+            name=person.name or grade.name,
+            section=person.section,
+            station=station,
+        )
 
     def who_is_meant(self, submissions: Submissions) -> dict[str, list[str]]:
         """Return the keys of all students with a name, an id or an address, by its forms as `forms_of` lists them.
 
         A key means only its own student.
         """
-        called = [(one.student, (one.name, *one.ids)) for one in (*self.people.values(), *self.absent)]
-        called += [(item.student, (item.name, *item.ids.values())) for item in submissions.items]
-        pairs = [(student, name) for student, names in called for name in filter(None, names)]
+        called = [
+            (one.student, (one.name, *one.ids))
+            for one in (*self.people.values(), *self.absent)
+        ]
+        called += [
+            (item.student, (item.name, *item.ids.values()))
+            for item in submissions.items
+        ]
+        pairs = [
+            (student, name) for student, names in called for name in filter(None, names)
+        ]
         # Also without the key, which a name has if others have the same name.
-        pairs += [(student, name.removesuffix(f" ({student})")) for student, name in pairs]
-        meant = grouped((form, student) for student, name in pairs for form in forms_of(name)[:2])
+        pairs += [
+            (student, name.removesuffix(f" ({student})")) for student, name in pairs
+        ]
+        meant = grouped(
+            (form, student) for student, name in pairs for form in forms_of(name)[:2]
+        )
         return meant | grouped((student.casefold(), student) for student, _ in called)
 
 
@@ -73,14 +107,26 @@ def students_of(text: str, meant: Known) -> tuple[set[str], list[str]]:
     names = list[str]()
     if not re.fullmatch(SAYS["alone"], text):
         for part in re.split(r"\s*(?:[;/&+\n]|\b(?:and|und|et|y)\b)\s*", text.strip()):
-            names += [part] if "," not in part or keys_of(part, meant) else part.split(",")
-    keys = {name: keys_of(name, meant) for name in map(str.strip, names) if not re.fullmatch(_ONESELF, name)}
+            names += (
+                [part] if "," not in part or keys_of(part, meant) else part.split(",")
+            )
+    keys = {
+        name: keys_of(name, meant)
+        for name in map(str.strip, names)
+        if not re.fullmatch(_ONESELF, name)
+    }
     found = {one[0] for one in keys.values() if len(one) == 1}
     # "Eva Berg, we share the data" names one student.
-    return found, [name for name, one in keys.items() if len(one) != 1 and not (found and name[:1].islower())]
+    return found, [
+        name
+        for name, one in keys.items()
+        if len(one) != 1 and not (found and name[:1].islower())
+    ]
 
 
-def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[list[frozenset[str]], dict[str, str]]:
+def partners_of(
+    grades: Iterable[Grade], roster: Roster, meant: Known
+) -> tuple[list[frozenset[str]], dict[str, str]]:
     """Return the partners that the roster names, or that name each other in their logs.
 
     Also returns what a person should look at, by student: names that nobody in the class has, or that several have.
@@ -88,15 +134,24 @@ def partners_of(grades: Iterable[Grade], roster: Roster, meant: Known) -> tuple[
     declared, looks = list[frozenset[str]](), dict(roster.unclear)
     named: dict[str, set[str]] = {}
     for grade in grades:
-        listed, unlisted = students_of(roster.people.get(grade.student, NOBODY).partners, meant)
+        listed, unlisted = students_of(
+            roster.people.get(grade.student, NOBODY).partners, meant
+        )
         own, _, said = grade.partner.partition(" ~ ")
         named[grade.student], unknown = students_of(own, meant)
         # Other words may be a name as well, such as "Moment of Inertia".
         named[grade.student] |= students_of(said, meant)[0]
         declared += [frozenset((grade.student, *listed))] if listed else []
         if unknown := [*unlisted, *unknown]:
-            looks[grade.student] = f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
-    pairs = [(one, other) for one, some in named.items() for other in some - {one} if one in named.get(other, ())]
+            looks[grade.student] = (
+                f"gyro cannot find the partner, {listing(unknown, 3)}: see the log and the roster"
+            )
+    pairs = [
+        (one, other)
+        for one, some in named.items()
+        for other in some - {one}
+        if one in named.get(other, ())
+    ]
     return [*declared, *map(frozenset, sorted(pairs))], looks
 
 
@@ -105,15 +160,26 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     try:
         rows = [cells for _, cells in read_list(data, name)]
     except (csv.Error, LookupError, ValueError) as error:
-        raise InputError.named("roster_not_read", name, name=name, why=f"cannot be read: {error}") from None
+        raise InputError.named(
+            "roster_not_read", name, name=name, why=f"cannot be read: {error}"
+        ) from None
     if not rows or not {*IDS, *NAMES} & rows[0].keys():
-        raise InputError.named("roster_not_read", name, name=name, why="has no column that says who is who")
+        raise InputError.named(
+            "roster_not_read", name, name=name, why="has no column that says who is who"
+        )
     by_id, called_so = dict[str, str](), list[tuple[str, str]]()
     for item in submissions.items:
-        by_id |= dict.fromkeys(map(str.casefold, (*item.ids.values(), *item.members_of_group)), item.student)
+        by_id |= dict.fromkeys(
+            map(str.casefold, (*item.ids.values(), *item.members_of_group)),
+            item.student,
+        )
         # Students with one name are shown with their keys.
         bare = item.name.removesuffix(f" ({item.student})")
-        called_so += [(form, item.student) for one in (bare, *item.ids.values()) for form in forms_of(one)[:2]]
+        called_so += [
+            (form, item.student)
+            for one in (bare, *item.ids.values())
+            for form in forms_of(one)[:2]
+        ]
         # "doe_jane_12345" contains an id.
         parts = re.split(r"[\W_]+", item.student.casefold())
         by_id |= {part: item.student for part in parts if re.search(r"\d{4}", part)}
@@ -121,14 +187,29 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
     found: list[tuple[str | None, Person]] = []
     for cells in rows:
         called = next((cells[column] for column in NAMES if cells.get(column)), "")
-        called = called or f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
+        called = (
+            called
+            or f"{cells.get('first name', '')} {cells.get('last name', '')}".strip()
+        )
         # Moodle writes "Participant N" for N.
-        ids = [re.sub(r"^\D+ (\d+)$", r"\1", cells[column]) for column in IDS if cells.get(column)] or [called]
+        ids = [
+            re.sub(r"^\D+ (\d+)$", r"\1", cells[column])
+            for column in IDS
+            if cells.get(column)
+        ] or [called]
         # Canvas's rows of points possible and of test students have a title and no number.
         if ids == [""] or ("id" in cells and not cells["id"]):
             continue
-        about = called, cells.get("section", ""), cells.get("station", ""), cells.get("partner", ""), tuple(ids)
-        key = next((by_id[one.casefold()] for one in ids if one.casefold() in by_id), None)
+        about = (
+            called,
+            cells.get("section", ""),
+            cells.get("station", ""),
+            cells.get("partner", ""),
+            tuple(ids),
+        )
+        key = next(
+            (by_id[one.casefold()] for one in ids if one.casefold() in by_id), None
+        )
         found.append((key, Person(key or ids[0], *about)))
     people, absent, unclear = dict[str, Person](), list[Person](), dict[str, str]()
     by_name, unknown = grouped(called_so), [one for key, one in found if not key]
@@ -142,12 +223,19 @@ def read_roster(data: bytes, name: str, submissions: Submissions) -> Roster:
         key = key or next(iter(fit), None)
         if len(fit) > 1 or (fit and len(rivals) > 1):
             why = f"gyro cannot tell whose row of the roster this is: {listing(sorted(rivals))} have the same name"
-            unclear |= {one: f'{why}; add a column "identifier", with {one} in the right row' for one in fit}
+            unclear |= {
+                one: f'{why}; add a column "identifier", with {one} in the right row'
+                for one in fit
+            }
         elif key is None:
             absent.append(person)
         else:
             people.setdefault(key, person._replace(student=key))
     counts = Counter(one.name for one in (*people.values(), *absent) if one.name)
     # Students with one name are shown with their keys.
-    people |= {key: one._replace(name=f"{one.name} ({key})") for key, one in people.items() if counts[one.name] > 1}
+    people |= {
+        key: one._replace(name=f"{one.name} ({key})")
+        for key, one in people.items()
+        if counts[one.name] > 1
+    }
     return Roster(people, tuple(sorted(absent)), unclear)

@@ -23,7 +23,15 @@ from msgspec.structs import asdict, force_setattr
 from gyrodata import diagnostics
 from gyrodata.errors import Diagnostic
 from gyrodata.grading.criteria import ASKS, KINDS, MEANINGS, points_of
-from gyrodata.grading.yardsticks import APPARATUS, BENCH, TABLES, Reference, Station, check_bench, station_key
+from gyrodata.grading.yardsticks import (
+    APPARATUS,
+    BENCH,
+    TABLES,
+    Reference,
+    Station,
+    check_bench,
+    station_key,
+)
 from gyrodata.reporting.values import duration_text
 from gyrodata.toml_table import Number, Text, TomlFile, nearest, unfit
 
@@ -34,11 +42,16 @@ if TYPE_CHECKING:
 
 # As a rubric contains them: a duration, and the points or the share of all points that are taken off.
 _DURATION = r"^\s*\d+(\.\d+)?\s*(s|sec|second|min|minute|h|hour|day|week)s?\s*$"
-Duration = Annotated[str, Meta(pattern=_DURATION, examples=["15 min", "36 h", "2 days"])]
+Duration = Annotated[
+    str, Meta(pattern=_DURATION, examples=["15 min", "36 h", "2 days"])
+]
 _SHARE = Annotated[str, Meta(pattern=r"^\s*\d+(\.\d+)?\s*%\s*$", examples=["10 %"])]
 Deduction = _SHARE | Annotated[float, Meta(ge=0, examples=[2])]
 _STAMP = {"pattern": r"^\d{4}-\d\d-\d\d[Tt ]\d\d:\d\d"}
-Time = Annotated[dt.datetime | None, Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema=_STAMP)]
+Time = Annotated[
+    dt.datetime | None,
+    Meta(examples=["2026-03-09T23:59:00+01:00"], extra_json_schema=_STAMP),
+]
 
 
 def seconds_of(duration: str) -> float:
@@ -72,7 +85,9 @@ class LateRule(Struct, frozen=True, forbid_unknown_fields=True):
 
     due: Time = None  # None: the lateness that the learning platform shows counts
     grace: Duration = "0 s"
-    tiers: tuple[Tier, ...] = field(default=(), name="tier")  # in rising order of `until`
+    tiers: tuple[Tier, ...] = field(
+        default=(), name="tier"
+    )  # in rising order of `until`
     beyond: Deduction = "100 %"  # after the last tier
     marked: Deduction | None = None
     """For a submission that is only marked late, without a time; None: a person must look."""
@@ -93,16 +108,34 @@ class Lateness(Struct, frozen=True):
     look: bool  # True if a person must decide
 
 
-def judge_lateness(rule: LateRule | None, submission: Submission, whole: float) -> Lateness:
+def judge_lateness(
+    rule: LateRule | None, submission: Submission, whole: float
+) -> Lateness:
     """Compute what lateness costs of `whole` points, from the marks and time stamps of the submission only."""
     late, late_seconds = submission.late, submission.late_seconds
     if rule is None:
-        after = f"{duration_text(late_seconds)} late" if late_seconds else "marked late" if late else ""
+        after = (
+            f"{duration_text(late_seconds)} late"
+            if late_seconds
+            else "marked late"
+            if late
+            else ""
+        )
         return Lateness(late_seconds, 0.0, after, False)
-    called = {one.casefold() for one in (submission.student, submission.name, *submission.ids.values())}
-    excepted = next((one for one in rule.exceptions if one.student.casefold() in called), None)
+    called = {
+        one.casefold()
+        for one in (submission.student, submission.name, *submission.ids.values())
+    }
+    excepted = next(
+        (one for one in rule.exceptions if one.student.casefold() in called), None
+    )
     if excepted and excepted.waive:
-        return Lateness(late_seconds, 0.0, "lateness waived for you" if late or late_seconds else "", False)
+        return Lateness(
+            late_seconds,
+            0.0,
+            "lateness waived for you" if late or late_seconds else "",
+            False,
+        )
     due = (excepted and excepted.due) or rule.due
     extra = seconds_of(excepted.extra or "0 s") if excepted else 0.0
     seconds, stamp = None if late else 0.0, None
@@ -119,12 +152,26 @@ def judge_lateness(rule: LateRule | None, submission: Submission, whole: float) 
     if seconds is None and (rule.marked is None or excepted):
         return Lateness(None, 0.0, "marked late, but nothing says by how much", True)
     if seconds is None:
-        return Lateness(None, points_of(rule.marked or 0.0, whole), "marked late, without the time", False)
+        return Lateness(
+            None,
+            points_of(rule.marked or 0.0, whole),
+            "marked late, without the time",
+            False,
+        )
     if seconds <= seconds_of(rule.grace):
-        reason = f"{duration_text(seconds)} after the deadline, within the grace time" if seconds > 0 else ""
+        reason = (
+            f"{duration_text(seconds)} after the deadline, within the grace time"
+            if seconds > 0
+            else ""
+        )
         return Lateness(max(0.0, seconds), 0.0, reason, False)
-    deduct = next((tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until)), rule.beyond)
-    return Lateness(seconds, points_of(deduct, whole), f"{duration_text(seconds)} late", False)
+    deduct = next(
+        (tier.deduct for tier in rule.tiers if seconds <= seconds_of(tier.until)),
+        rule.beyond,
+    )
+    return Lateness(
+        seconds, points_of(deduct, whole), f"{duration_text(seconds)} late", False
+    )
 
 
 # --- the rubric --------------------------------------------------------------------------------------------------
@@ -147,7 +194,9 @@ class Curve(NamedTuple):
     """Share of the points as a function of a variable: 1 in `full`, 0 outside `zero`, linear in between."""
 
     variable: str
-    full: tuple[float, float]  # lower and upper end of the values with all points; infinite if there is none
+    full: tuple[
+        float, float
+    ]  # lower and upper end of the values with all points; infinite if there is none
     zero: tuple[float, float]  # ends of the values with some points
 
     def share(self, value: float) -> float:
@@ -165,11 +214,28 @@ def parse_condition(text: str, key: str) -> tuple[str, str, float, float]:
     match = re.fullmatch(CONDITION, text)
     if match is None:
         raise unfit("condition_unclear", key, text=text)
-    name, relation = match["name"], match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">=")
-    low, high = float(match["low"] or match["bound"]), float(match["high"] or match["bound"])
+    name, relation = (
+        match["name"],
+        match["word"] or match["sign"].replace("≤", "<=").replace("≥", ">="),
+    )
+    low, high = (
+        float(match["low"] or match["bound"]),
+        float(match["high"] or match["bound"]),
+    )
     if low > high or (low == high and match["word"]):
-        raise unfit("condition_bounds_reversed", key, text=text, relation=relation, **match.groupdict())
-    return name, relation, -math.inf if relation == "<=" else low, math.inf if relation == ">=" else high
+        raise unfit(
+            "condition_bounds_reversed",
+            key,
+            text=text,
+            relation=relation,
+            **match.groupdict(),
+        )
+    return (
+        name,
+        relation,
+        -math.inf if relation == "<=" else low,
+        math.inf if relation == ">=" else high,
+    )
 
 
 # --- the file -----------------------------------------------------------------------------------------------
@@ -195,7 +261,13 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
         for key in ("full", "zero", "slip", "asks"):
             if getattr(self, key) and key not in kind.keys:
                 raise unfit("criterion_key_unknown", key, key=key, check=self.check)
-        defaults = {"title": kind.title, "full": kind.full, "zero": kind.zero, "slip": "50 %", "asks": tuple(ASKS)[:3]}
+        defaults = {
+            "title": kind.title,
+            "full": kind.full,
+            "zero": kind.zero,
+            "slip": "50 %",
+            "asks": tuple(ASKS)[:3],
+        }
         for key, value in defaults.items():
             if getattr(self, key) in (None, "", ()) and key in ("title", *kind.keys):
                 force_setattr(self, key, value)
@@ -208,15 +280,33 @@ class Criterion(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             return Curve("", (0.0, 0.0), (0.0, 0.0))
         kind, zero = KINDS[self.check], parse_condition(self.zero, "zero")
         name, relation, low, high = parse_condition(self.full, "full")
-        known, opposite = (kind.full.split()[0], *kind.variables), _OPPOSITE.get(relation)
+        known, opposite = (
+            (kind.full.split()[0], *kind.variables),
+            _OPPOSITE.get(relation),
+        )
         if name not in known:
-            raise unfit("condition_of_other_check", "full", name=name, check=self.check, known=" or ".join(known))
+            raise unfit(
+                "condition_of_other_check",
+                "full",
+                name=name,
+                check=self.check,
+                known=" or ".join(known),
+            )
         if opposite is None:
             raise unfit("condition_full_outside", "full", name=name)
         # "zero" says from which value on there are no points; the other end is infinite.
-        ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[relation]
+        ends = {"<=": (-math.inf, zero[2]), ">=": (zero[3], math.inf), "in": zero[2:]}[
+            relation
+        ]
         if zero[:2] != (name, opposite.split()[0]) or ends[0] > low or ends[1] < high:
-            raise unfit("conditions_do_not_fit", "zero", zero=self.zero, full=self.full, name=name, opposite=opposite)
+            raise unfit(
+                "conditions_do_not_fit",
+                "zero",
+                zero=self.zero,
+                full=self.full,
+                name=name,
+                opposite=opposite,
+            )
         return Curve(name, (low, high), ends)
 
     @property
@@ -238,12 +328,24 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     no_report: Literal["look", "zero"] = "look"
     late: LateRule | None = None
     reference: Mapping[str, Station | str] | None = None
-    bench: Annotated[Mapping[str, str], Meta(extra_json_schema={"propertyNames": {"enum": ["from", *BENCH]}})] = {}
+    bench: Annotated[
+        Mapping[str, str],
+        Meta(extra_json_schema={"propertyNames": {"enum": ["from", *BENCH]}}),
+    ] = {}
 
     def __post_init__(self) -> None:
-        each, total = [f"{one.points:g}" for one in self.criteria], math.fsum(one.points for one in self.criteria)
+        each, total = (
+            [f"{one.points:g}" for one in self.criteria],
+            math.fsum(one.points for one in self.criteria),
+        )
         if abs(total - self.points) > 1e-9:
-            raise unfit("points_do_not_add_up", "points", points=self.points, parts=" + ".join(each), total=total)
+            raise unfit(
+                "points_do_not_add_up",
+                "points",
+                points=self.points,
+                parts=" + ".join(each),
+                total=total,
+            )
         ids = [one.id for one in self.criteria]
         for at, one in enumerate(self.criteria):
             if one.id in ids[:at]:
@@ -253,7 +355,10 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
             if one.check == "reference" and self.reference is None:
                 raise unfit("reference_missing", ("criterion", at), id=one.id)
         check_bench(self.bench)
-        for head, stated in (("reference", self.references), ("bench", set(self.bench) - {"from", *APPARATUS})):
+        for head, stated in (
+            ("reference", self.references),
+            ("bench", set(self.bench) - {"from", *APPARATUS}),
+        ):
             source = (getattr(self, head) or {}).get("from")
             if source not in (None, "class"):
                 raise unfit("from_not_class", (head, "from"), source=source)
@@ -263,9 +368,19 @@ class _Table(Struct, frozen=True, dict=True, forbid_unknown_fields=True):
     @cached_property
     def references(self) -> Mapping[str, Reference]:
         """References that the rubric states, by station; "all" is for all other stations."""
-        stated = {name: one for name, one in (self.reference or {}).items() if isinstance(one, Station)}
-        words = {name: f"the rubric{'' if name == 'all' else f', station {name}'}" for name in stated}
-        return {station_key(name): one.reference(words[name]) for name, one in stated.items()}
+        stated = {
+            name: one
+            for name, one in (self.reference or {}).items()
+            if isinstance(one, Station)
+        }
+        words = {
+            name: f"the rubric{'' if name == 'all' else f', station {name}'}"
+            for name in stated
+        }
+        return {
+            station_key(name): one.reference(words[name])
+            for name, one in stated.items()
+        }
 
 
 class Rubric(_Table, frozen=True, dict=True):
@@ -281,7 +396,9 @@ class Rubric(_Table, frozen=True, dict=True):
     def _hash(self, *left_out: str) -> str:
         content = to_builtins(self, builtin_types=(dt.datetime,))
         content = {key: value for key, value in content.items() if key not in left_out}
-        return hashlib.sha256(json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()).hexdigest()
+        return hashlib.sha256(
+            json.dumps(content, sort_keys=True, default=dt.datetime.isoformat).encode()
+        ).hexdigest()
 
     @cached_property
     def digest(self) -> str:
@@ -299,7 +416,11 @@ BUILT_IN = ("simple", "full", "manual")
 
 def default_rubric_text(kind: str = "full") -> str:
     """Return the text of a rubric of `BUILT_IN`, with its remarks; "full" is used by default."""
-    return files("gyrodata.grading").joinpath(f"rubric-{kind}.toml".replace("-full", "")).read_text("utf-8")
+    return (
+        files("gyrodata.grading")
+        .joinpath(f"rubric-{kind}.toml".replace("-full", ""))
+        .read_text("utf-8")
+    )
 
 
 def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
@@ -315,12 +436,22 @@ def read_rubric(data: bytes, name: str = "rubric.toml") -> Rubric:
 
 def unknown_exceptions(rubric: Rubric, submissions: Submissions) -> list[Diagnostic]:
     """Warn of each late exception for a student who is not in the class: it has no effect."""
-    known = {name.casefold(): name for one in submissions.items for name in (one.student, one.name, *one.ids.values())}
+    known = {
+        name.casefold(): name
+        for one in submissions.items
+        for name in (one.student, one.name, *one.ids.values())
+    }
     found = []
     for one in rubric.late.exceptions if rubric.late else ():
         if one.student.casefold() not in known:
-            near = nearest(one.student, known.values(), "write the name, key or id of a student")
-            found.append(Diagnostic.named("exception_for_nobody", rubric.name, student=one.student, near=near))
+            near = nearest(
+                one.student, known.values(), "write the name, key or id of a student"
+            )
+            found.append(
+                Diagnostic.named(
+                    "exception_for_nobody", rubric.name, student=one.student, near=near
+                )
+            )
     return found
 
 

@@ -15,7 +15,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from gyrodata.error_sources import SOURCES, TRANSVERSE_U
-from gyrodata.readings import SHARED_UNCERTAINTIES, Column, Faults, Reading, Readings, as_u_of, to_display, u_keys
+from gyrodata.readings import (
+    SHARED_UNCERTAINTIES,
+    Column,
+    Faults,
+    Reading,
+    Readings,
+    as_u_of,
+    to_display,
+    u_keys,
+)
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import ORIGIN_LENGTHS
 from gyrodata.units import Uncertainty
@@ -56,7 +65,9 @@ class Usual(Struct, frozen=True):
         return stated.at(value) <= max(OVER_BENCH * self.of_bench.at(value), usual)
 
 
-def with_usual(readings: Readings, bench: Mapping[str, str]) -> tuple[Readings, tuple[str, ...]]:
+def with_usual(
+    readings: Readings, bench: Mapping[str, str]
+) -> tuple[Readings, tuple[str, ...]]:
     """Return a log without the uncertainties that are far over the usual, and these in words.
 
     `bench`: The lines of ``[bench]`` of the rubric. A log without such a statement is returned as it is.
@@ -68,14 +79,19 @@ def with_usual(readings: Readings, bench: Mapping[str, str]) -> tuple[Readings, 
         for u in dict.fromkeys(wide.values()):
             key = _line_of(readings, role, u)
             words = readings.uncertainties[key] if key else u
-            told.setdefault(key or f"u_{role}", _in_words(key or role, words, _usual_of_role(role, known)))
+            told.setdefault(
+                key or f"u_{role}",
+                _in_words(key or role, words, _usual_of_role(role, known)),
+            )
             readings = _without(readings, role, u, known)
     for key in [key for key in readings.uncertainties if key in SHARED_UNCERTAINTIES]:
         source = key.removeprefix("u_")
         if source not in SOURCES:
             continue
         usual = _usual_of_source(source, key, known)
-        if not usual.allows(readings.uncertainties[key], _typical(readings, SOURCES[source].quantity)):
+        if not usual.allows(
+            readings.uncertainties[key], _typical(readings, SOURCES[source].quantity)
+        ):
             told[key] = _in_words(key, readings.uncertainties[key], usual)
             readings = _with_shared(readings, key, usual.of_bench)
     usual = _usual_of_source("position_zero", "u_position_zero", known)
@@ -101,7 +117,11 @@ def _words_of(u: Uncertainty, key: str) -> str:
 
 def _of_bench(lines: Mapping[str, str]) -> dict[str, Uncertainty]:
     """Read the uncertainties that a rubric states for the bench, by their keys."""
-    given = [Given(key, text, key, None) for key, text in lines.items() if key.startswith("u_")]
+    given = [
+        Given(key, text, key, None)
+        for key, text in lines.items()
+        if key.startswith("u_")
+    ]
     return read_settings([], [], given, Faults(""), True).uncertainties
 
 
@@ -113,13 +133,19 @@ def _usual_of_role(role: str, bench: Mapping[str, Uncertainty]) -> Usual:
     kind, usual = SOURCES[source], _LEAST.get(source, SOURCES[source].default)
     # The default of an angle is a number of turns.
     usual = as_u_of("angle", "u_turns", usual) if role == "angle" else usual
-    stated = next((as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None)
+    stated = next(
+        (as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None
+    )
     return Usual(usual, _usual_words(kind.usual, stated, role), stated)
 
 
 def _usual_of_source(source: str, key: str, bench: Mapping[str, Uncertainty]) -> Usual:
     """Return the uncertainty that a whole log has without a statement."""
-    return Usual(SOURCES[source].default, _usual_words(SOURCES[source].usual, bench.get(key), key), bench.get(key))
+    return Usual(
+        SOURCES[source].default,
+        _usual_words(SOURCES[source].usual, bench.get(key), key),
+        bench.get(key),
+    )
 
 
 def _usual_words(usual: str, stated: Uncertainty | None, key: str) -> str:
@@ -136,26 +162,37 @@ def _counts(readings: Readings, role: str) -> list[float]:
     return [value or 1.0 for value in turns.values]
 
 
-def _too_wide(column: Column, usual: Usual, counts: list[float]) -> dict[int, Uncertainty]:
+def _too_wide(
+    column: Column, usual: Usual, counts: list[float]
+) -> dict[int, Uncertainty]:
     """Return the stated uncertainties of the readings of a column that are far over the usual, by run."""
     found = {}
     for run, u in column.stated:
         value = column.values[run]
         divided = Uncertainty(u.absolute * counts[run], u.relative)
-        if value is not None and not usual.allows(divided, value, column.steps[run] / math.sqrt(12)):
+        if value is not None and not usual.allows(
+            divided, value, column.steps[run] / math.sqrt(12)
+        ):
             found[run] = u
     return found
 
 
-def _without(readings: Readings, role: str, u: Uncertainty, bench: Mapping[str, Uncertainty]) -> Readings:
+def _without(
+    readings: Readings, role: str, u: Uncertainty, bench: Mapping[str, Uncertainty]
+) -> Readings:
     """Return a log in which no reading of a role has this uncertainty."""
     column = readings.columns[role]
-    of_bench = next((as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None)
+    of_bench = next(
+        (as_u_of(role, key, bench[key]) for key in u_keys(role) if key in bench), None
+    )
 
     def usual(one: Reading) -> Reading:
         return replace(one, u=of_bench) if one.u == u else one
 
-    columns = {**readings.columns, role: replace(column, readings=tuple(map(usual, column.readings)))}
+    columns = {
+        **readings.columns,
+        role: replace(column, readings=tuple(map(usual, column.readings))),
+    }
     readings = replace(readings, columns=columns)
     while key := _line_of(readings, role, u):
         readings = _with_shared(readings, key, None)
@@ -165,18 +202,31 @@ def _without(readings: Readings, role: str, u: Uncertainty, bench: Mapping[str, 
 def _line_of(readings: Readings, role: str, u: Uncertainty) -> str:
     """Return the key of the line that states an uncertainty for all readings of a role; "" if none does."""
     known = readings.uncertainties
-    return next((key for key in u_keys(role) if key in known and as_u_of(role, key, known[key]) == u), "")
+    return next(
+        (
+            key
+            for key in u_keys(role)
+            if key in known and as_u_of(role, key, known[key]) == u
+        ),
+        "",
+    )
 
 
 def _with_shared(readings: Readings, key: str, u: Uncertainty | None) -> Readings:
     """Return a log with another uncertainty in one of its lines, or without that line."""
     left = {one: stated for one, stated in readings.uncertainties.items() if one != key}
     places = {one: place for one, place in readings.stated_at.items() if one != key}
-    return replace(readings, uncertainties=left if u is None else {**left, key: u}, stated_at=places)
+    return replace(
+        readings,
+        uncertainties=left if u is None else {**left, key: u},
+        stated_at=places,
+    )
 
 
 def _typical(readings: Readings, quantity: str) -> float:
     """Return the size of a quantity in a log [SI unit]."""
     column = readings.columns.get(quantity)
-    sizes = [abs(value) for value in column.values if value] if column is not None else []
+    sizes = (
+        [abs(value) for value in column.values if value] if column is not None else []
+    )
     return statistics.median(sizes) if sizes else {"g": G}.get(quantity, 1.0)

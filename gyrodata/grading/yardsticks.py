@@ -30,7 +30,14 @@ from gyrodata.measurements import Measurements
 from gyrodata.measurements.checks import SIZES
 from gyrodata.mistakes import Mistake, known_mistakes, list_mistakes
 from gyrodata.physics import RPM, Floats
-from gyrodata.readings import SHARED_UNCERTAINTIES, Faults, Reading, Readings, read_reported, u_keys
+from gyrodata.readings import (
+    SHARED_UNCERTAINTIES,
+    Faults,
+    Reading,
+    Readings,
+    read_reported,
+    u_keys,
+)
 from gyrodata.readings.lablog import Given, read_settings
 from gyrodata.readings.roles import CONSTANTS, UNCERTAINTIES
 from gyrodata.reporting.values import inertia_text
@@ -44,7 +51,9 @@ if TYPE_CHECKING:
 Key = TypeVar("Key")
 Log = TypeVar("Log")
 
-TABLES: Mapping[str, Any] = tomllib.loads(Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8"))
+TABLES: Mapping[str, Any] = tomllib.loads(
+    Path(__file__).with_name("criteria.toml").read_text(encoding="utf-8")
+)
 
 FINEST, COARSEST = 0.005, 0.05
 """Smallest and largest u, as a share of I_zz, for the distance d. Two careful people who round their intermediate
@@ -82,23 +91,41 @@ class OwnRuns(Struct, frozen=True, dict=True):
     recommended: OwnValue
     yardstick: float  # one unit of d, as a share of I_zz [1]
 
-    def fits(self, product: Floats | float = 1.0, torque: Floats | float = 1.0) -> list[OwnValue]:
+    def fits(
+        self, product: Floats | float = 1.0, torque: Floats | float = 1.0
+    ) -> list[OwnValue]:
         """Compute the accepted fits, with φ̇ψ̇ and M multiplied by these factors, shape () or (n,)."""
         found = []
         for (suffix, used), name in itertools.product(self.sets, self.accept):
-            if name == "recommended" or (name == "mean_of_ratios" and suffix == "loaded"):
+            if name == "recommended" or (
+                name == "mean_of_ratios" and suffix == "loaded"
+            ):
                 continue
-            if name == "with_constant" and not fitting.torques_differ(self.torque[used]):
+            if name == "with_constant" and not fitting.torques_differ(
+                self.torque[used]
+            ):
                 continue
             x, y = (product * self.product)[used], (torque * self.torque)[used]
             with np.errstate(all="ignore"):
                 value, u = map(float, fitting.TEXTBOOK[name](x, y))
-            found.append(OwnValue(f"{name}:{suffix}".rstrip(":"), value, u if math.isfinite(u) else None))
+            found.append(
+                OwnValue(
+                    f"{name}:{suffix}".rstrip(":"),
+                    value,
+                    u if math.isfinite(u) else None,
+                )
+            )
         # The recommended fit can only be scaled, by a factor that is the same in every run.
         loaded = np.broadcast_to(torque, self.torque.shape)[self.torque != 0]
-        if "recommended" in self.accept and not np.ndim(product) and np.ptp(loaded) <= 1e-9 * abs(loaded[0]):
+        if (
+            "recommended" in self.accept
+            and not np.ndim(product)
+            and np.ptp(loaded) <= 1e-9 * abs(loaded[0])
+        ):
             factor, best = float(loaded[0] / product), self.recommended
-            found.append(OwnValue("recommended", factor * best.value, best.u and factor * best.u))
+            found.append(
+                OwnValue("recommended", factor * best.value, best.u and factor * best.u)
+            )
         return found
 
     @cached_property
@@ -109,7 +136,13 @@ class OwnRuns(Struct, frozen=True, dict=True):
         """
         kept: list[OwnValue] = []
         found = [own for own in self.fits() if math.isfinite(own.value) and own.value]
-        for own in sorted(found, key=lambda own: (":" in own.name, self.accept.index(own.name.partition(":")[0]))):
+        for own in sorted(
+            found,
+            key=lambda own: (
+                ":" in own.name,
+                self.accept.index(own.name.partition(":")[0]),
+            ),
+        ):
             if not any(math.isclose(own.value, other.value) for other in kept):
                 kept.append(own)
         return tuple(kept) or (self.recommended,)
@@ -119,12 +152,24 @@ def own_runs(analysis: Analysis, accept: Sequence[str]) -> OwnRuns:
     """Take the runs that a report is compared with from an analysis."""
     measured, inertia = analysis.measurements, analysis.inertia
     kept = np.array([not run.left_out for run in analysis.run_table])
-    others = {"all": np.ones(len(kept), dtype=bool), "loaded": kept & (measured.torque != 0)}
-    sets = [("", kept), *((name, used) for name, used in others.items() if not np.array_equal(used, kept))]
+    others = {
+        "all": np.ones(len(kept), dtype=bool),
+        "loaded": kept & (measured.torque != 0),
+    }
+    sets = [
+        ("", kept),
+        *(
+            (name, used)
+            for name, used in others.items()
+            if not np.array_equal(used, kept)
+        ),
+    ]
     product = analysis.fit.sense * np.abs(measured.product)
     best = OwnValue("recommended", inertia.value, inertia.u or None)
     yardstick = min(max((inertia.u or 0.0) / abs(inertia.value), FINEST), COARSEST)
-    return OwnRuns(product, measured.torque, tuple(sets), tuple(accept), best, yardstick)
+    return OwnRuns(
+        product, measured.torque, tuple(sets), tuple(accept), best, yardstick
+    )
 
 
 def distance(reported: float, own: float, step: float, yardstick: float) -> float:
@@ -182,7 +227,13 @@ class Slip(Struct, frozen=True):
     distance: float  # of the report from that fit [u]
 
 
-def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, measured: Measurements) -> list[Slip]:
+def find_slips(
+    reported: float,
+    step: float,
+    own: OwnRuns,
+    readings: Readings,
+    measured: Measurements,
+) -> list[Slip]:
     """Name the slips that explain a reported I_zz, the most likely first.
 
     Parameters
@@ -199,43 +250,92 @@ def find_slips(reported: float, step: float, own: OwnRuns, readings: Readings, m
     list of Slip
         Several if they explain it equally well; empty if the runs explain the report, or no known slip does.
     """
-    if min(distance(reported, value.value, step, own.yardstick) for value in own.values) <= FROM:
+    if (
+        min(
+            distance(reported, value.value, step, own.yardstick) for value in own.values
+        )
+        <= FROM
+    ):
         return []
-    plain, margin = {value.name: value.value for value in own.values}, FROM * own.yardstick
+    plain, margin = (
+        {value.name: value.value for value in own.values},
+        FROM * own.yardstick,
+    )
     yardstick = min(own.yardstick, SLIP_U)
     low, high = min(plain.values()) * (1 - margin), max(plain.values()) * (1 + margin)
     singles = list(possible_mistakes(own, readings, measured).values())
     found: list[tuple[int, Slip]] = []
     for kinds, within in ((singles, WITHIN), (_pairs(singles), BOTH_WITHIN)):
-        for kind in () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds:
-            for one in sorted(with_mistake(kind, own), key=lambda one: abs(one.value - reported)):
-                away = distance(reported, one.value, step, yardstick) if one.value else math.inf
+        for kind in (
+            () if any(slip.distance <= BOTH_WITHIN for _, slip in found) else kinds
+        ):
+            for one in sorted(
+                with_mistake(kind, own), key=lambda one: abs(one.value - reported)
+            ):
+                away = (
+                    distance(reported, one.value, step, yardstick)
+                    if one.value
+                    else math.inf
+                )
                 if kinds is not singles and (one.u or 0.0) > CLEAR * abs(one.value):
                     continue
                 # A value among honest answers cannot be separated from them.
-                if away <= min(within, NEAREST / yardstick) and one.name in plain and not low <= one.value <= high:
-                    factor, away = one.value / plain[one.name], away * yardstick / own.yardstick
-                    found.append((kind.rank, Slip(kind.kind, kind.words, kind.check, factor, one.name, one.u, away)))
+                if (
+                    away <= min(within, NEAREST / yardstick)
+                    and one.name in plain
+                    and not low <= one.value <= high
+                ):
+                    factor, away = (
+                        one.value / plain[one.name],
+                        away * yardstick / own.yardstick,
+                    )
+                    found.append(
+                        (
+                            kind.rank,
+                            Slip(
+                                kind.kind,
+                                kind.words,
+                                kind.check,
+                                factor,
+                                one.name,
+                                one.u,
+                                away,
+                            ),
+                        )
+                    )
                     break
     least = min((slip.distance for _, slip in found), default=0.0)
     found = [item for item in found if item[1].distance <= least + AS_GOOD]
     found.sort(key=lambda item: (item[0], item[1].distance))
     # A mistake suggested by the log's units comes before one with only the same factor.
     likely = [slip.factor for rank, slip in found if rank == 0]
-    named = [slip for rank, slip in found if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)]
+    named = [
+        slip
+        for rank, slip in found
+        if rank == 0 or all(abs(one / slip.factor - 1) >= SAME for one in likely)
+    ]
     return named[:MOST]
 
 
 def with_mistake(kind: Mistake, own: OwnRuns) -> list[OwnValue]:
     """Compute the accepted fits of runs with a mistake."""
     if kind.kind == "inverse_slope":
-        return [OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2) for one in own.values]
+        return [
+            OwnValue(one.name, 1 / one.value, one.u and one.u / one.value**2)
+            for one in own.values
+        ]
     return own.fits(kind.product, kind.torque)
 
 
-def possible_mistakes(own: OwnRuns, readings: Readings, measured: Measurements) -> dict[str, Mistake]:
+def possible_mistakes(
+    own: OwnRuns, readings: Readings, measured: Measurements
+) -> dict[str, Mistake]:
     """List every mistake that the arithmetic can contain for a log, by its kind."""
-    possible = [one for one in list_mistakes(readings, measured, own.recommended.value) if one.words]
+    possible = [
+        one
+        for one in list_mistakes(readings, measured, own.recommended.value)
+        if one.words
+    ]
     return {one.kind: one for one in (*possible, known_mistakes()["inverse_slope"])}
 
 
@@ -243,42 +343,87 @@ def corrected(readings: Readings, kind: Mistake) -> Readings:
     """Return a log without a mistake, and with a warning of it."""
     torque, product = np.asarray(kind.torque), np.asarray(kind.product)
     role = kind.column or ("turns" if np.all(torque == 1) else "position")
-    factor = product if role == "time" else 1 / (product if role in ("spin", "turns") else torque)
+    factor = (
+        product
+        if role == "time"
+        else 1 / (product if role in ("spin", "turns") else torque)
+    )
     roles = ("spin", "spin_start", "spin_end") if role == "spin" else (role,)
     meant = "" if role == "turns" else kind.meant
     # Which role is made from which column, in which unit, and by which factor.
     made = [(one, one, meant, factor) for one in readings.columns if one in roles]
     if kind.kind == "exchanged":
-        made = [("spin", "time", "rpm", np.array(RPM)), ("time", "spin", "s", np.array(1 / RPM))]
+        made = [
+            ("spin", "time", "rpm", np.array(RPM)),
+            ("time", "spin", "s", np.array(1 / RPM)),
+        ]
     columns = dict(readings.columns)
     for one, source, unit, factor in made:
         column = readings.columns[source]
-        read = map(_times, column.readings, np.broadcast_to(factor, len(readings.runs)).tolist())
-        columns[one] = replace(column, role=one, unit=unit or column.unit, readings=tuple(read))
-    warning = Diagnostic.named("log_contradicts_answer", readings.name, what=kind.log, remedy=kind.remedy)
-    return replace(readings, columns=columns, diagnostics=(*readings.diagnostics, warning))
+        read = map(
+            _times,
+            column.readings,
+            np.broadcast_to(factor, len(readings.runs)).tolist(),
+        )
+        columns[one] = replace(
+            column, role=one, unit=unit or column.unit, readings=tuple(read)
+        )
+    warning = Diagnostic.named(
+        "log_contradicts_answer", readings.name, what=kind.log, remedy=kind.remedy
+    )
+    return replace(
+        readings, columns=columns, diagnostics=(*readings.diagnostics, warning)
+    )
 
 
 def _times(one: Reading, factor: float) -> Reading:
     """Multiply a reading, its step and its uncertainty."""
     u = one.u and replace(one.u, absolute=factor * one.u.absolute)
-    return replace(one, value=one.value and factor * one.value, step=one.step and factor * one.step, u=u)
+    return replace(
+        one,
+        value=one.value and factor * one.value,
+        step=one.step and factor * one.step,
+        u=u,
+    )
 
 
 def unusual(readings: Readings) -> int:
     """Count the quantities of a log with a reading that is very unusual for this lab."""
-    columns = ((size, readings.columns[size.role].values) for size in SIZES if size.role in readings.columns)
-    return sum(any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some) for size, some in columns)
+    columns = (
+        (size, readings.columns[size.role].values)
+        for size in SIZES
+        if size.role in readings.columns
+    )
+    return sum(
+        any(one and not size.usual[0] <= abs(one) <= size.usual[1] for one in some)
+        for size, some in columns
+    )
 
 
 def _pairs(singles: list[Mistake]) -> list[Mistake]:
     """List all pairs of forgotten steps: students put raw numbers into the formula."""
     found = []
-    for one, other in itertools.combinations([kind for kind in singles if kind.forgets], 2):
+    for one, other in itertools.combinations(
+        [kind for kind in singles if kind.forgets], 2
+    ):
         if one.forgets != other.forgets:
-            words, check = f"perhaps {one.words}, and {other.words}", f"{one.check}; {other.check}"
-            both = Mistake(f"{one.kind} + {other.kind}", words, check, rank=max(one.rank, other.rank))
-            found.append(replace(both, torque=one.torque * other.torque, product=one.product * other.product))
+            words, check = (
+                f"perhaps {one.words}, and {other.words}",
+                f"{one.check}; {other.check}",
+            )
+            both = Mistake(
+                f"{one.kind} + {other.kind}",
+                words,
+                check,
+                rank=max(one.rank, other.rank),
+            )
+            found.append(
+                replace(
+                    both,
+                    torque=one.torque * other.torque,
+                    product=one.product * other.product,
+                )
+            )
     return found
 
 
@@ -299,7 +444,9 @@ class Reference(Struct, frozen=True, dict=True):
 
     def zeta(self, value: float, u: float) -> float:
         """Return the distance of a value with its u [kg*m^2] from the reference, over the u of both [1]."""
-        return abs(value - self.inertia) / (math.hypot(u, self.u) or 1e-9 * abs(self.inertia))
+        return abs(value - self.inertia) / (
+            math.hypot(u, self.u) or 1e-9 * abs(self.inertia)
+        )
 
 
 def station_key(text: str) -> str:
@@ -331,7 +478,11 @@ class Station(Struct, frozen=True, forbid_unknown_fields=True):
         """Return the values in SI; `source`: the origin in words."""
         read = read_reported("inertia", f"{self.inertia} ± {self.u}")
         if read.problem or read.u is None or not read.value or read.value < 0:
-            raise unfit("reference_unclear", "inertia", problem=read.problem or f'"{read.text}" is not above zero')
+            raise unfit(
+                "reference_unclear",
+                "inertia",
+                problem=read.problem or f'"{read.text}" is not above zero',
+            )
         return Reference(read.value, read.u, source)
 
 
@@ -342,7 +493,9 @@ FEW = 5  # a station with fewer logs than this is compared with the whole class
 MEDIAN_TO_MEAN = 1.2533  # standard uncertainty of a median over that of a mean, √(π/2), for normal values
 
 
-def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[str, Reference]:
+def class_references(
+    values: Iterable[tuple[str | None, float, float]],
+) -> dict[str, Reference]:
     """Return the reference of each station with at least `FEW` logs, and "all" for every other station.
 
     `values`: For each log its station (or None), I_zz and its u [kg*m^2], in any order. The u of a station is that of a
@@ -350,21 +503,39 @@ def class_references(values: Iterable[tuple[str | None, float, float]]) -> dict[
     Neither is smaller than the u of the logs allow.
     """
     references = {}
-    for station, logs in _by_station(((station, (value, u)) for station, value, u in values), FEW).items():
+    for station, logs in _by_station(
+        ((station, (value, u)) for station, value, u in values), FEW
+    ).items():
         whole, number = station == "all", len(logs)
         median = statistics.median(value for value, _ in logs)
-        scatter = fitting.MAD_TO_SD * statistics.median(abs(value - median) for value, _ in logs)
+        scatter = fitting.MAD_TO_SD * statistics.median(
+            abs(value - median) for value, _ in logs
+        )
         least = statistics.median(u for _, u in logs) / math.sqrt(number)
-        u = max(scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least)
-        words = f"all {number} logs" if whole else f"the {number} logs of station {station}"
-        references[station] = Reference(median, u, f"the median of {words}" if number > 1 else "this log alone")
+        u = max(
+            scatter if whole else MEDIAN_TO_MEAN * scatter / math.sqrt(number), least
+        )
+        words = (
+            f"all {number} logs" if whole else f"the {number} logs of station {station}"
+        )
+        references[station] = Reference(
+            median, u, f"the median of {words}" if number > 1 else "this log alone"
+        )
     return references
 
 
-def _by_station(logs: Iterable[tuple[str | None, Log]], enough: int) -> dict[str, list[Log]]:
+def _by_station(
+    logs: Iterable[tuple[str | None, Log]], enough: int
+) -> dict[str, list[Log]]:
     """Group the logs by stations with at least `enough` logs; "all" contains every log."""
-    groups = grouped((name, log) for station, log in logs for name in {"all", station or "all"})
-    return {name: some for name, some in sorted(groups.items()) if name == "all" or len(some) >= enough}
+    groups = grouped(
+        (name, log) for station, log in logs for name in {"all", station or "all"}
+    )
+    return {
+        name: some
+        for name, some in sorted(groups.items())
+        if name == "all" or len(some) >= enough
+    }
 
 
 def grouped(pairs: Iterable[tuple[Key, Log]]) -> dict[Key, list[Log]]:
@@ -386,11 +557,26 @@ def check_bench(lines: Mapping[str, str]) -> None:
     """Read each value of ``[bench]`` as a line of a log is read; raise UnfitError for one that cannot be used."""
     for key, text in lines.items():
         if key not in ("from", *BENCH):
-            raise unfit("bench_key_unknown", ("bench", key), key=key, hint=nearest(key, BENCH, "take it out"))
+            raise unfit(
+                "bench_key_unknown",
+                ("bench", key),
+                key=key,
+                hint=nearest(key, BENCH, "take it out"),
+            )
         try:
-            read_settings([], [], [Given(key, text, key, None)] if key != "from" else [], Faults(""), True)
+            read_settings(
+                [],
+                [],
+                [Given(key, text, key, None)] if key != "from" else [],
+                Faults(""),
+                True,
+            )
         except InputError as error:
-            raise UnfitError(error.diagnostics[0].message, error.diagnostics[0].hint, path=("bench", key)) from None
+            raise UnfitError(
+                error.diagnostics[0].message,
+                error.diagnostics[0].hint,
+                path=("bench", key),
+            ) from None
 
 
 class AtBench(NamedTuple):
@@ -398,30 +584,65 @@ class AtBench(NamedTuple):
 
     readings: Readings
     answers: Answers
-    added: tuple[str, ...]  # lines of ``[bench]`` for what the log does not state: "u_time 0.3 s"
-    too_wide: tuple[str, ...]  # uncertainties that the log states far over the usual; the usual ones are used
+    added: tuple[
+        str, ...
+    ]  # lines of ``[bench]`` for what the log does not state: "u_time 0.3 s"
+    too_wide: tuple[
+        str, ...
+    ]  # uncertainties that the log states far over the usual; the usual ones are used
 
 
 def at_bench(submission: Submission, lines: Mapping[str, str]) -> AtBench:
     """Read a log, with the `lines` of ``[bench]`` for what it does not state, or states far over the usual."""
     readings, answers = submission.read()
-    known = {*APPARATUS, *SHARED_UNCERTAINTIES, *(key for role in readings.columns for key in u_keys(role))}
-    balanced = readings.balance_tilt or readings.balance_drift or readings.balanced is not None
+    known = {
+        *APPARATUS,
+        *SHARED_UNCERTAINTIES,
+        *(key for role in readings.columns for key in u_keys(role)),
+    }
+    balanced = (
+        readings.balance_tilt or readings.balance_drift or readings.balanced is not None
+    )
     # g follows from the latitude, and a test of the balance is better than its usual uncertainty.
-    also = {"motion": readings.motion, "g": "latitude" in readings.constants, "u_imbalance": balanced}
-    own = {*readings.constants, *readings.columns, *readings.uncertainties, *(key for key in also if also[key])}
-    own |= {key for role, column in readings.columns.items() if column.stated for key in u_keys(role)}
-    left = [key for key in lines if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))]
+    also = {
+        "motion": readings.motion,
+        "g": "latitude" in readings.constants,
+        "u_imbalance": balanced,
+    }
+    own = {
+        *readings.constants,
+        *readings.columns,
+        *readings.uncertainties,
+        *(key for key in also if also[key]),
+    }
+    own |= {
+        key
+        for role, column in readings.columns.items()
+        if column.stated
+        for key in u_keys(role)
+    }
+    left = [
+        key
+        for key in lines
+        if key in known and own.isdisjoint((key, *u_keys(key.removeprefix("u_"))))
+    ]
     missing = {key: " ".join(lines[key].split()) for key in left}
     if missing:
         readings, answers = submission.read(missing)
     readings, too_wide = with_usual(readings, lines)
-    return AtBench(readings, answers, tuple(f"{key} {text}" for key, text in missing.items()), too_wide)
+    return AtBench(
+        readings,
+        answers,
+        tuple(f"{key} {text}" for key, text in missing.items()),
+        too_wide,
+    )
 
 
 ENOUGH = 8  # logs from which the scatter of a class is estimated
 
-ROUGHEST = 3.0  # a larger factor of a log is reduced to this, because such a log may be wrong
+ROUGHEST = (
+    3.0  # a larger factor of a log is reduced to this, because such a log may be wrong
+)
 
 PLAIN = 1.2  # a smaller factor is the usual scatter
 
@@ -439,18 +660,28 @@ class BenchScatter(Struct, frozen=True):
         return f"the {self.logs} logs of {self.whose} scatter {self.factor:.2g} times as much as usual"
 
 
-def class_scatter(logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]]) -> dict[str, BenchScatter]:
+def class_scatter(
+    logs: Iterable[tuple[str | None, Sequence[tuple[float, int]]]],
+) -> dict[str, BenchScatter]:
     """Return the scatter of each station with at least `ENOUGH` logs, and "all" for every other station.
 
     `logs`: For each log its station (or None), and χ² of φ̇ψ̇ within each torque by the usual uncertainties with its
     degrees of freedom, in any order. The factor is the root mean square over the logs; no log counts as more than
     `ROUGHEST`, so that a few wrong logs do not change the result for all.
     """
-    sums = [(station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log)) for station, log in logs if log]
-    groups = _by_station(((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH)
+    sums = [
+        (station, sum(chi2 for chi2, _ in log), sum(dof for _, dof in log))
+        for station, log in logs
+        if log
+    ]
+    groups = _by_station(
+        ((station, min(chi2 / dof, ROUGHEST**2)) for station, chi2, dof in sums), ENOUGH
+    )
     found = {}
     for name, squares in groups.items():
         factor = math.sqrt(statistics.fmean(squares)) if len(squares) >= ENOUGH else 1.0
         whose = "the class" if name == "all" else f"station {name}"
-        found[name] = BenchScatter(factor if factor > PLAIN else 1.0, len(squares), whose)
+        found[name] = BenchScatter(
+            factor if factor > PLAIN else 1.0, len(squares), whose
+        )
     return found

@@ -6,6 +6,16 @@ zero of the ruler. Runs that share it have the same group number, so no covarian
 written in several runs, it is one reading: equal weights share their error, and so do equal positions.
 """
 
-from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES, TRANSVERSE_U, WHOLE
-from gyrodata.measurements.measured import Measurements, measure, select, total_spin_excess
+from gyrodata.error_sources import (
+    DEFAULT_TRANSVERSE_RATIO,
+    SOURCES,
+    TRANSVERSE_U,
+    WHOLE,
+)
+from gyrodata.measurements.measured import (
+    Measurements,
+    measure,
+    select,
+    total_spin_excess,
+)
 from gyrodata.measurements.sources import Source, as_spin, mean_spin, spin_columns

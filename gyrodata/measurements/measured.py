@@ -15,7 +15,14 @@ from gyrodata import physics
 from gyrodata.error_sources import DEFAULT_TRANSVERSE_RATIO, SOURCES
 from gyrodata.errors import Diagnostic
 from gyrodata.measurements import sources as parts
-from gyrodata.measurements.sources import Drag, Source, as_spin, find_drag, spin_columns, values_of
+from gyrodata.measurements.sources import (
+    Drag,
+    Source,
+    as_spin,
+    find_drag,
+    spin_columns,
+    values_of,
+)
 from gyrodata.physics import Floats
 from gyrodata.readings import Column, Readings
 
@@ -103,11 +110,21 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @cached_property
     def by_torque(self) -> list[list[int]]:
         """Indices of the runs of each torque, in the order of the log."""
-        loads = np.where(np.isnan(self.mass), np.where(np.isnan(self.force), self.given_torque, self.force), self.mass)
+        loads = np.where(
+            np.isnan(self.mass),
+            np.where(np.isnan(self.force), self.given_torque, self.force),
+            self.mass,
+        )
         groups: dict[tuple[str, str, str], list[int]] = {}
-        each = zip(loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True)
+        each = zip(
+            loads.tolist(), self.position.tolist(), self.sense.tolist(), strict=True
+        )
         for i, (load, position, sense) in enumerate(each):
-            words = (f"{load:.9g}", f"{position:.9g}", f"{sense:g}" if load == 0 else "")
+            words = (
+                f"{load:.9g}",
+                f"{position:.9g}",
+                f"{sense:g}" if load == 0 else "",
+            )
             groups.setdefault(words, []).append(i)
         return list(groups.values())
 
@@ -141,7 +158,9 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
         """Relative uncertainty of each run's φ̇ψ̇ from its own time and spin [1], shape (n,)."""
         variance = np.zeros(len(self.runs))
         for source in self.sources:
-            size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(source.quantity)
+            size = {"time": self.time, "spin": self.spin, "turns": self.turns}.get(
+                source.quantity
+            )
             if size is not None and not source.shared_by.startswith("all runs"):
                 variance += (source.absolute / size + source.relative) ** 2
         return np.sqrt(variance)
@@ -149,8 +168,14 @@ class Measurements(Struct, frozen=True, eq=False, dict=True):
     @property
     def time_u(self) -> float | None:
         """Standard uncertainty of every time [s]; None if the runs differ."""
-        own = [source for source in self.sources if source.quantity == "time" and self.timed]
-        alike = len(own) == 1 and not own[0].relative.any() and not np.ptp(own[0].absolute)
+        own = [
+            source
+            for source in self.sources
+            if source.quantity == "time" and self.timed
+        ]
+        alike = (
+            len(own) == 1 and not own[0].relative.any() and not np.ptp(own[0].absolute)
+        )
         return float(own[0].absolute[0]) if alike else None
 
 
@@ -159,14 +184,23 @@ def measure(readings: Readings) -> Measurements:
     readings = without_loads(readings)
     diagnostics: list[Diagnostic] = []
     columns, count = readings.columns, len(readings.runs)
-    nothing, values = np.full(count, np.nan), {role: values_of(column) for role, column in columns.items()}
+    nothing, values = (
+        np.full(count, np.nan),
+        {role: values_of(column) for role, column in columns.items()},
+    )
 
     latitude = readings.constants.get("latitude")
-    usual_g = physics.STANDARD_GRAVITY if latitude is None else float(physics.normal_gravity(latitude))
+    usual_g = (
+        physics.STANDARD_GRAVITY
+        if latitude is None
+        else float(physics.normal_gravity(latitude))
+    )
     g = readings.constants.get("g", usual_g)
     kind = parts.load_role(columns)
     if kind == "mass" and latitude is None and "g" not in readings.constants:
-        diagnostics.append(readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY))
+        diagnostics.append(
+            readings.say("gravity_not_given", g=physics.STANDARD_GRAVITY)
+        )
     load = values[kind]
     position, torque, added = nothing, load, np.zeros(count)
     if kind != "torque":
@@ -179,7 +213,9 @@ def measure(readings: Readings) -> Measurements:
     timing = timing_column(columns)
     time, turns = values[timing.role], np.ones(count)
     if timing.role == "time":
-        turns = np.abs(values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi))
+        turns = np.abs(
+            values["turns"] if "turns" in columns else values["angle"] / (2 * np.pi)
+        )
     elif timing.role == "precession_rate":
         time = 2 * np.pi / np.abs(time)
     drag = find_drag(readings, time)
@@ -189,9 +225,15 @@ def measure(readings: Readings) -> Measurements:
     pitch = np.nan_to_num(values["pitch"]) if "pitch" in values else np.zeros(count)
     if readings.tachometer == "still":
         spin = spin - total_spin_excess(sense, turns, time, pitch)
-    transverse, nutation = values.get("transverse_inertia"), values.get("nutation_period")
+    transverse, nutation = (
+        values.get("transverse_inertia"),
+        values.get("nutation_period"),
+    )
     directions = values.get("precession_sense")
-    timed, (bias, _) = timing.role != "precession_rate", parts.stated_or_default(readings, "time_bias")
+    timed, (bias, _) = (
+        timing.role != "precession_rate",
+        parts.stated_or_default(readings, "time_bias"),
+    )
     (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
     return Measurements(
         runs=readings.runs, lines=readings.lines, time=time, turns=turns, spin=spin,
@@ -215,11 +257,17 @@ def without_loads(readings: Readings) -> Readings:
     """Return a log without its masses if it has torques and no positions: only the torques are then used."""
     if "torque" not in readings.columns or "position" in readings.columns:
         return readings
-    kept = {role: column for role, column in readings.columns.items() if role not in ("mass", "force")}
+    kept = {
+        role: column
+        for role, column in readings.columns.items()
+        if role not in ("mass", "force")
+    }
     return replace(readings, columns=kept)
 
 
-def total_spin_excess(sense: Floats, turns: Floats, time: Floats, pitch: Floats) -> Floats:
+def total_spin_excess(
+    sense: Floats, turns: Floats, time: Floats, pitch: Floats
+) -> Floats:
     """Compute what a tachometer that stands still reads in excess of the spin [rad/s]: φ̇ sin(pitch), shape (n,)."""
     return np.where(sense == 0, 1.0, sense) * 2 * np.pi * turns / time * np.sin(pitch)
 
@@ -237,14 +285,21 @@ def select(measurements: Measurements, kept: Sequence[int]) -> Measurements:
     *sources, some = records
     lines = np.array(measurements.lines)[index].tolist()
     runs = np.array(measurements.runs, dtype=object)[index].tolist()
-    return cast(Measurements, replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)))
+    return cast(
+        Measurements,
+        replace(some, runs=tuple(runs), lines=tuple(lines), sources=tuple(sources)),
+    )
 
 
 def timing_column(table: Mapping[str, Column]) -> Column:
     """Return the column of the timing: times with turns or angles, else periods, else rates of precession."""
     if "time" in table and ("turns" in table or "angle" in table):
         return table["time"]
-    return table["precession_period"] if "precession_period" in table else table["precession_rate"]
+    return (
+        table["precession_period"]
+        if "precession_period" in table
+        else table["precession_rate"]
+    )
 
 
 class Spins(Struct, frozen=True):
@@ -260,7 +315,9 @@ class Spins(Struct, frozen=True):
     """By what the mean is too small because the reading was late [1]; None if it was not."""
 
 
-def _spins(readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None) -> Spins:
+def _spins(
+    readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag: Drag | None
+) -> Spins:
     """Compute the mean spin of each run from its readings."""
     used = spin_columns(readings)
     if len(used) == 1:
@@ -269,12 +326,18 @@ def _spins(readings: Readings, diagnostics: list[Diagnostic], time: Floats, drag
     start, end = spins[0], spins[-1]
     for i in np.flatnonzero(end > start * 1.02).tolist():
         percent = 100 * (end[i] / start[i] - 1)
-        diagnostics.append(readings.say("spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent))
+        diagnostics.append(
+            readings.say(
+                "spin_rises", used[-1].cell(i), run=readings.runs[i], percent=percent
+            )
+        )
     exponent = physics.VISCOUS if drag is None else drag.exponent
     return Spins(parts.mean_spin(spins, exponent), start, end)
 
 
-def _spins_read_once(readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None) -> Spins:
+def _spins_read_once(
+    readings: Readings, used: tuple[Column, ...], time: Floats, drag: Drag | None
+) -> Spins:
     """Compute the mean spin of runs in which it was read once: in the middle, or later, or before the run."""
     spin = as_spin(used[0])
     if not parts.read_once(used):
@@ -329,7 +392,12 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
         transverse = float(np.nanmean(values_of(column))) if column else None
         # From rest under a constant torque the angle is M0 t²/(2 I).
         return (
-            lambda inertia: 2 * (transverse or DEFAULT_TRANSVERSE_RATIO * inertia) * abs(angle) / seconds**2
+            lambda inertia: (
+                2
+                * (transverse or DEFAULT_TRANSVERSE_RATIO * inertia)
+                * abs(angle)
+                / seconds**2
+            )
         ), "balance_tilt"
     if readings.balance_drift is not None:
         angle, seconds, spin = readings.balance_drift
@@ -337,14 +405,35 @@ def _balance(readings: Readings) -> tuple[Callable[[float], float] | None, str]:
     return None, ""
 
 
-def _torque_unseen(readings: Readings, still: Readings, diagnostics: list[Diagnostic]) -> float:
+def _torque_unseen(
+    readings: Readings, still: Readings, diagnostics: list[Diagnostic]
+) -> float:
     """Compute the torque over I_zz [rad²/s²] that would have moved the unloaded rod of the runs `still` visibly."""
-    counts, time = still.columns.get("turns") or still.columns["angle"], values_of(still.columns["time"])
-    usual, turn = SOURCES["angle"].default.absolute, 1.0 if counts.role == "turns" else 2 * math.pi
-    sighted = [one.u.absolute / turn if one.u and one.u.absolute else usual for one in counts.readings]
+    counts, time = (
+        still.columns.get("turns") or still.columns["angle"],
+        values_of(still.columns["time"]),
+    )
+    usual, turn = (
+        SOURCES["angle"].default.absolute,
+        1.0 if counts.role == "turns" else 2 * math.pi,
+    )
+    sighted = [
+        one.u.absolute / turn if one.u and one.u.absolute else usual
+        for one in counts.readings
+    ]
     # Eq. (9): the torque is I_zz φ̇ψ̇.
-    unseen = 2 * math.pi * np.array(sighted) / time * _spins(still, diagnostics, time, None).mean
+    unseen = (
+        2
+        * math.pi
+        * np.array(sighted)
+        / time
+        * _spins(still, diagnostics, time, None).mean
+    )
     best = int(unseen.argmin())
-    values = {"run": still.runs[best], "time": time[best], "degrees": 360 * sighted[best]}
+    values = {
+        "run": still.runs[best],
+        "time": time[best],
+        "degrees": 360 * sighted[best],
+    }
     diagnostics.append(readings.say("rod_stayed", counts.place(best), **values))
     return float(unseen[best])

@@ -108,10 +108,17 @@ def list_sources(
     size, default, usual = TRANSVERSE_U, True, f"{100 * TRANSVERSE_U:g} %"
     column = columns.get("transverse_inertia") or columns.get("nutation_period")
     if column is not None:
-        usual, of_source = SOURCES["transverse_inertia"].usual, SOURCES["transverse_inertia"].default.relative
-        stated = [u.at(value) / value for i, u in column.stated if (value := column.values[i])]
+        usual, of_source = (
+            SOURCES["transverse_inertia"].usual,
+            SOURCES["transverse_inertia"].default.relative,
+        )
+        stated = [
+            u.at(value) / value for i, u in column.stated if (value := column.values[i])
+        ]
         default, size = not stated, max(stated, default=of_source)
-    yield _source("transverse_inertia", np.zeros(len(pitch), dtype=int), 0.0, size, default, usual)
+    yield _source(
+        "transverse_inertia", np.zeros(len(pitch), dtype=int), 0.0, size, default, usual
+    )
 
 
 def _diameter_source(column: Column, mass: Floats) -> Source:
@@ -158,9 +165,16 @@ def usual_fall_u(delay: Floats, delay_u: float) -> Floats:
     return USUAL_RATE * np.sqrt(by_rate + by_delay)
 
 
-def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | None) -> Iterator[Source]:
+def _spin_sources(
+    readings: Readings, spin: Floats, time: Floats, drag: Drag | None
+) -> Iterator[Source]:
     """List the errors of the spins, when they were read, and the law by which the spin falls."""
-    used, square, any_default, usual = spin_columns(readings), np.zeros(len(spin)), False, None
+    used, square, any_default, usual = (
+        spin_columns(readings),
+        np.zeros(len(spin)),
+        False,
+        None,
+    )
     spins, spots = list(map(as_spin, used)), []
     # The relative change of the mean spin for a relative change of each reading; the sum is 1.
     weights = [np.ones(len(spin))]
@@ -175,13 +189,21 @@ def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | N
         if column.role == "spin_time":
             # Several turns are timed with the stopwatch.
             usual, counts = SOURCES["time"].usual, readings.columns["spin_turns"]
-            size = Uncertainty(SOURCES["time"].default.absolute / min(filter(None, counts.values)))
+            size = Uncertainty(
+                SOURCES["time"].default.absolute / min(filter(None, counts.values))
+            )
         values = np.abs(values_of(column))
         absolute, relative, default = _reading_errors(column, values, size)
         # The same relative uncertainty for a period and for its reciprocal.
         part = relative + absolute / values
         if column.role == "spin_time":
-            part = np.hypot(part, [r.u.at(r.value) / r.value if r.u and r.value else 0.0 for r in counts.readings])
+            part = np.hypot(
+                part,
+                [
+                    r.u.at(r.value) / r.value if r.u and r.value else 0.0
+                    for r in counts.readings
+                ],
+            )
         square, any_default = square + (weight * part) ** 2, any_default or default
         spots.append(column.spots)
     groups = _numbered(list(zip(*spots, strict=True)))
@@ -198,7 +220,14 @@ def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | N
         late = np.hypot(reading_delay(readings, used, time), delay.absolute)
         by_law = late * drag.at(spin) * np.log(spin / drag.spin) * drag.u_exponent
         words = f"{LATE:g} s late ± 1.7 s, in a spin that falls by 1/e in {1 / drag.rate:.0f} s"
-        yield _source("spin_delay", every, 0.0, delay.absolute * drag.at(spin), delay_default, words)
+        yield _source(
+            "spin_delay",
+            every,
+            0.0,
+            delay.absolute * drag.at(spin),
+            delay_default,
+            words,
+        )
         yield _source("decay_exponent", every, 0.0, by_law, law_default)
     elif len(used) == 2:
         u = law.at(1.0) if drag is None else drag.u_exponent
@@ -206,36 +235,59 @@ def _spin_sources(readings: Readings, spin: Floats, time: Floats, drag: Drag | N
         yield _source("decay_exponent", every, 0.0, doubt, law_default)
 
 
-def _timing_sources(readings: Readings, timing: Column, time: Floats, turns: Floats) -> Iterator[Source]:
+def _timing_sources(
+    readings: Readings, timing: Column, time: Floats, turns: Floats
+) -> Iterator[Source]:
     """List the errors of the times, or of rates instead of times, and of the timed angles."""
     own = np.arange(len(time))
     if timing.role == "precession_rate":
         rate = np.abs(values_of(timing))
-        absolute, relative, default = _reading_errors(timing, rate, SOURCES["precession_rate"].default)
+        absolute, relative, default = _reading_errors(
+            timing, rate, SOURCES["precession_rate"].default
+        )
         yield _source("precession_rate", own, 0.0, relative + absolute / rate, default)
         return
     absolute, relative, default = _reading_errors(timing, time, SOURCES["time"].default)
     # The uncertainty of a period or rate beside the time, as in a log with the columns t, N, T = t/N and σ_T.
     for column in told_by_period(readings.columns, timing):
         # A rate has the same relative error as its period.
-        size = time / turns if column.role == "precession_period" else 2 * np.pi * turns / time
+        size = (
+            time / turns
+            if column.role == "precession_period"
+            else 2 * np.pi * turns / time
+        )
         stated = np.array([[u.absolute, u.relative] for _, u in column.stated])
         if default and np.all((stated.sum(axis=1) > 0) & np.isfinite(size)):
-            absolute, relative, default = stated[:, 0] / size * time, stated[:, 1], False
+            absolute, relative, default = (
+                stated[:, 0] / size * time,
+                stated[:, 1],
+                False,
+            )
     yield _source("time", own, absolute, relative, default)
     if timing.role != "time":
         return
     # The angle that a time covers: the rod is sighted against a mark at its start and at its end, unless both are the
     # same mark.
-    column = readings.columns["turns"] if "turns" in readings.columns else readings.columns["angle"]
-    per_turn, part = 1.0 if column.role == "turns" else 2 * np.pi, np.abs(turns - np.round(turns)) > WHOLE
+    column = (
+        readings.columns["turns"]
+        if "turns" in readings.columns
+        else readings.columns["angle"]
+    )
+    per_turn, part = (
+        1.0 if column.role == "turns" else 2 * np.pi,
+        np.abs(turns - np.round(turns)) > WHOLE,
+    )
     absolute = np.where(part, SOURCES["angle"].default.absolute, 0.0)
     relative, by_default = np.zeros(len(turns)), part.copy()
     of_one_end = stated_u(column.role, readings.uncertainties)
     for i, u in column.stated:
         # A line for the whole log is about one end, as the default; the uncertainty of a single cell is all of it.
         ends = math.sqrt(2) * part[i] if u == of_one_end else 1.0
-        absolute[i], relative[i], by_default[i] = ends * u.absolute / per_turn, u.relative, False
+        absolute[i], relative[i], by_default[i] = (
+            ends * u.absolute / per_turn,
+            u.relative,
+            False,
+        )
     if absolute.any() or relative.any():
         yield _source("angle", own, absolute, relative, bool(by_default.any()))
     if column.role == "turns":
@@ -259,7 +311,16 @@ def _rounding_of_turns(turns: Column) -> Iterator[Source]:
         return
     groups = _numbered(texts, rounding)
     shared_by = "runs with the same rounded turns"
-    yield Source("rounded_turns", "turns", groups, rounding, np.zeros(len(texts)), shared_by, True, "rounding")
+    yield Source(
+        "rounded_turns",
+        "turns",
+        groups,
+        rounding,
+        np.zeros(len(texts)),
+        shared_by,
+        True,
+        "rounding",
+    )
 
 
 def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
@@ -269,20 +330,46 @@ def stated_or_default(readings: Readings, key: str) -> tuple[Uncertainty, bool]:
 
 
 def _source(
-    key: str, groups: Integers, absolute: Any, relative: Any, default: bool, usual: str | None = None
+    key: str,
+    groups: Integers,
+    absolute: Any,
+    relative: Any,
+    default: bool,
+    usual: str | None = None,
 ) -> Source:
     """Create a source of the table for a log, with one size of its errors or one for each run."""
     kind, nothing = SOURCES[key], np.zeros(len(groups))
     words = kind.usual if usual is None else usual
-    return Source(key, kind.quantity, groups, nothing + absolute, nothing + relative, kind.shared_by, default, words)
+    return Source(
+        key,
+        kind.quantity,
+        groups,
+        nothing + absolute,
+        nothing + relative,
+        kind.shared_by,
+        default,
+        words,
+    )
 
 
-def _of_whole_log(readings: Readings, key: str, usual: Uncertainty | None = None, words: str | None = None) -> Source:
+def _of_whole_log(
+    readings: Readings,
+    key: str,
+    usual: Uncertainty | None = None,
+    words: str | None = None,
+) -> Source:
     """Return a component that all runs share; `usual` describes its default if this log has another one."""
     used, default = stated_or_default(readings, key)
     if default and usual is not None:
         used = usual
-    return _source(key, np.zeros(len(readings.runs), dtype=int), used.absolute, used.relative, default, words)
+    return _source(
+        key,
+        np.zeros(len(readings.runs), dtype=int),
+        used.absolute,
+        used.relative,
+        default,
+        words,
+    )
 
 
 def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Source:
@@ -294,14 +381,18 @@ def _by_value(key: str, column: Column, values: Floats, loaded: Floats) -> Sourc
     absolute, relative, default = _reading_errors(column, values, SOURCES[key].default)
     touched = loaded & np.isfinite(values)
     group = _numbered(values, touched)
-    for sizes in (absolute, relative) if column.stated or len({*column.steps}) > 1 else ():
+    for sizes in (
+        (absolute, relative) if column.stated or len({*column.steps}) > 1 else ()
+    ):
         most = np.zeros_like(sizes)
         np.maximum.at(most, group[touched], sizes[touched])
         sizes[touched] = most[group[touched]]
     return _source(key, group, absolute, relative, default)
 
 
-def _numbered(keys: Sequence[object] | Floats, counts: Floats | None = None) -> Integers:
+def _numbered(
+    keys: Sequence[object] | Floats, counts: Floats | None = None
+) -> Integers:
     """Number the keys from 0 in order of appearance: the same number for equal keys, and for values equal to 9 digits.
 
     With `counts`, shape (n,), a run for which it is zero gets −1.
@@ -310,11 +401,15 @@ def _numbered(keys: Sequence[object] | Floats, counts: Floats | None = None) -> 
     groups = [-1] * len(keys)
     for i, key in enumerate(keys.tolist() if isinstance(keys, np.ndarray) else keys):
         if counts is None or counts[i]:
-            groups[i] = numbers.setdefault(f"{key:.9g}" if isinstance(key, float) else key, len(numbers))
+            groups[i] = numbers.setdefault(
+                f"{key:.9g}" if isinstance(key, float) else key, len(numbers)
+            )
     return np.array(groups, dtype=int)
 
 
-def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tuple[Floats, Floats, bool]:
+def _reading_errors(
+    column: Column, values: Floats, default: Uncertainty
+) -> tuple[Floats, Floats, bool]:
     """Return the uncertainty of each reading of a column: as stated, or the default with the rounding.
 
     The absolute [SI] and the relative [1] part have shape (n,); the last value is True if a default was used.
@@ -324,7 +419,10 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
     size = np.where(np.isfinite(values), np.abs(values), 0.0)
     whole = np.sqrt(default.absolute**2 + (default.relative * size) ** 2 + rounding**2)
     in_proportion = (size > 0) & (default.relative > 0)
-    a, r = np.where(in_proportion, 0.0, whole), np.divide(whole, size, out=np.zeros_like(size), where=in_proportion)
+    a, r = (
+        np.where(in_proportion, 0.0, whole),
+        np.divide(whole, size, out=np.zeros_like(size), where=in_proportion),
+    )
     for i, stated in column.stated:
         a[i], r[i] = stated.absolute, stated.relative
     return a, r, len(column.stated) < len(values)
@@ -332,7 +430,11 @@ def _reading_errors(column: Column, values: Floats, default: Uncertainty) -> tup
 
 def told_by_period(columns: Mapping[str, Column], timing: Column) -> Iterator[Column]:
     """List columns of periods or rates that state an uncertainty for every run, if the times state none."""
-    for role in ("precession_period", "precession_rate") if timing.role == "time" and not timing.stated else ():
+    for role in (
+        ("precession_period", "precession_rate")
+        if timing.role == "time" and not timing.stated
+        else ()
+    ):
         if role in columns and len(columns[role].stated) == len(columns[role].readings):
             yield columns[role]
 
@@ -389,10 +491,17 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
     """
     used, falls = spin_columns(readings), list(readings.spin_down)
     if len(used) > 1:
-        falls += zip(as_spin(used[0]).tolist(), as_spin(used[-1]).tolist(), time.tolist(), strict=True)
+        falls += zip(
+            as_spin(used[0]).tolist(),
+            as_spin(used[-1]).tolist(),
+            time.tolist(),
+            strict=True,
+        )
     if not falls:
         return None
-    values = [(u, abs(column.values[i] or 0.0)) for column in used for i, u in column.stated]
+    values = [
+        (u, abs(column.values[i] or 0.0)) for column in used for i, u in column.stated
+    ]
     # "100 ± 0" says nothing of the other readings.
     stated = [share for u, value in values if value and (share := u.at(value) / value)]
     u_spin = float(np.median(stated)) if stated else SOURCES["spin"].default.relative
@@ -409,16 +518,29 @@ def find_drag(readings: Readings, time: Floats) -> Drag | None:
         # The rate at the geometric mean of both spins.
         found = fall / seconds * physics.sinhc(bend * fall / 2)
         shape = np.exp(bend * distance)
-        rows = np.vstack([np.column_stack([shape, rate * distance * shape]) / u[:, None], [0.0, 1 / prior]])
+        rows = np.vstack(
+            [
+                np.column_stack([shape, rate * distance * shape]) / u[:, None],
+                [0.0, 1 / prior],
+            ]
+        )
         covariance = np.linalg.inv(rows.T @ rows)
-        step = covariance @ rows.T @ np.append((found - rate * shape) / u, -bend / prior)
+        step = (
+            covariance @ rows.T @ np.append((found - rate * shape) / u, -bend / prior)
+        )
         rate, bend = rate + float(step[0]), float(np.clip(bend + step[1], -2.0, 2.0))
     misfit = float(np.sum(((found - rate * shape) / u) ** 2)) / max(len(u) - 2, 1)
-    u_rate, u_bend = (np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))).tolist()
+    u_rate, u_bend = (
+        np.sqrt(np.diag(covariance)) * max(1.0, math.sqrt(misfit))
+    ).tolist()
     u_bend = min(math.hypot(u_bend, NO_POWER_LAW), u_exponent)
     if misfit > NO_LAW:
         bend, u_bend = 0.0, u_exponent
-    return Drag(rate, u_rate, middle, 1 + bend, u_bend) if rate > CERTAIN * u_rate else None
+    return (
+        Drag(rate, u_rate, middle, 1 + bend, u_bend)
+        if rate > CERTAIN * u_rate
+        else None
+    )
 
 
 # --- readings of the spin ---------------------------------------------------------------------------------------
@@ -428,8 +550,16 @@ def spin_columns(readings: Readings) -> tuple[Column, ...]:
     """Return the columns of the spin: start, midpoint and end, or one reading, or start and end."""
     columns = readings.columns
     for unit in ("spin", "spin_period"):
-        for names in ((f"{unit}_start", unit, f"{unit}_end"), (unit,), (f"{unit}_start", f"{unit}_end")):
-            used = [columns[name] for name in names if name in columns and None not in columns[name].values]
+        for names in (
+            (f"{unit}_start", unit, f"{unit}_end"),
+            (unit,),
+            (f"{unit}_start", f"{unit}_end"),
+        ):
+            used = [
+                columns[name]
+                for name in names
+                if name in columns and None not in columns[name].values
+            ]
             if len(used) == len(names):
                 return tuple(used)
     if "spin_time" in columns and "spin_turns" in columns:
@@ -444,7 +574,11 @@ def _time_of_one(time: Column, turns: Column) -> Column:
         if one.value is None or not count.value:
             readings.append(Reading())
             continue
-        u = None if one.u is None else Uncertainty(one.u.absolute / count.value, one.u.relative)
+        u = (
+            None
+            if one.u is None
+            else Uncertainty(one.u.absolute / count.value, one.u.relative)
+        )
         step = None if one.step is None else one.step / count.value
         readings.append(Reading(one.value / count.value, step, u, one.text))
     return replace(time, readings=tuple(readings))
@@ -453,7 +587,12 @@ def _time_of_one(time: Column, turns: Column) -> Column:
 def as_spin(column: Column) -> Floats:
     """Return the spin [rad/s] of a column of spins, or of times per revolution, shape (n,)."""
     values = np.abs(values_of(column))
-    return cast(Floats, 2 * np.pi / values if column.role.startswith(("spin_period", "spin_time")) else values)
+    return cast(
+        Floats,
+        2 * np.pi / values
+        if column.role.startswith(("spin_period", "spin_time"))
+        else values,
+    )
 
 
 def mean_spin(spins: list[Floats], exponent: float = physics.VISCOUS) -> Floats:

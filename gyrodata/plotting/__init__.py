@@ -5,4 +5,12 @@ describes them in words.
 """
 
 from gyrodata.plotting.figure_data import Look, list_looks
-from gyrodata.plotting.figures import FIGURES, SIZES, Form, alt_text, omit_docstrings, plot_on, render
+from gyrodata.plotting.figures import (
+    FIGURES,
+    SIZES,
+    Form,
+    alt_text,
+    omit_docstrings,
+    plot_on,
+    render,
+)

@@ -84,7 +84,9 @@ def gather(analysis: Analysis) -> Scene:
     unit, unit_size = torque_unit(float(np.abs(measured.torque).max()))
     period, product = measured.time / measured.turns, measured.product
     time_u, spin_u = _relative(measured, "time", "turns"), _relative(measured, "spin")
-    torque_u = np.abs(measured.torque) * _relative(measured, "mass", "position", "force", "torque", "g")
+    torque_u = np.abs(measured.torque) * _relative(
+        measured, "mass", "position", "force", "torque", "g"
+    )
     product_u = np.abs(product) * np.hypot(time_u, spin_u)
     inertia, imbalance = analysis.inertia.value, analysis.residual_torque.value
     return Scene(
@@ -106,7 +108,12 @@ def _relative(measured: Measurements, *quantities: str) -> Floats:
             name = "given_torque" if source.quantity == "torque" else source.quantity
             size = np.abs(np.nan_to_num(getattr(measured, name)))
             size = np.where(size == 0, np.inf, size)
-            variance += np.where(source.groups >= 0, source.absolute / size + source.relative, 0.0) ** 2
+            variance += (
+                np.where(
+                    source.groups >= 0, source.absolute / size + source.relative, 0.0
+                )
+                ** 2
+            )
     return np.sqrt(variance)
 
 
@@ -124,19 +131,27 @@ def _groups(analysis: Analysis) -> tuple[Group, ...]:
     for i in [i for i, label in enumerate(labels) if labels.count(label) > 1]:
         # Runs without a weight can precess in both directions.
         labels[i] += f" ({'+' if torques[i].product.value > 0 else '−'})"
-    loaded = sorted((i for i, torque in enumerate(torques) if torque.torque), key=lambda i: torques[i].torque)
+    loaded = sorted(
+        (i for i, torque in enumerate(torques) if torque.torque),
+        key=lambda i: torques[i].torque,
+    )
     colours: Sequence[str] = COLOURS
     if len(loaded) > len(COLOURS):
         from matplotlib import colormaps
         from matplotlib.colors import to_hex
 
         # From dark blue to salmon, all with enough contrast to white (3 : 1).
-        colours = [to_hex(shade) for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))]
+        colours = [
+            to_hex(shade)
+            for shade in colormaps["plasma"](np.linspace(0.0, 0.66, len(loaded)))
+        ]
     looks = [UNLOADED] * len(torques)
     for rank, i in enumerate(loaded):
         looks[i] = (colours[rank], MARKERS[rank % len(MARKERS)])
     parts = zip(labels, looks, members, torques, strict=True)
-    return tuple(Group(Look(label, *look), group, torque) for label, look, group, torque in parts)
+    return tuple(
+        Group(Look(label, *look), group, torque) for label, look, group, torque in parts
+    )
 
 
 def _label(measured: Measurements, i: int) -> str:
@@ -146,7 +161,11 @@ def _label(measured: Measurements, i: int) -> str:
     at = f" at {as_number(100 * measured.position[i], 100 * measured.position_step[i])} cm"
     mass, step, force = measured.mass[i], measured.mass_step[i], measured.force[i]
     if not math.isnan(mass):
-        return (f"{as_number(1e3 * mass, 1e3 * step)} g" if mass < 10 else f"{as_number(mass, step)} kg") + at
+        return (
+            f"{as_number(1e3 * mass, 1e3 * step)} g"
+            if mass < 10
+            else f"{as_number(mass, step)} kg"
+        ) + at
     if not math.isnan(force):
         return f"{as_number(force)} N{at}"
     unit, size = torque_unit(abs(float(measured.torque[i])))
@@ -158,7 +177,9 @@ def _label(measured: Measurements, i: int) -> str:
 
 def as_number(value: float, step: float = 0.0) -> str:
     """Write a reading with its digits, or with at least four significant digits, and with a typographic minus."""
-    return (f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)).replace("-", "−")
+    return (
+        f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else as_read(value, step)
+    ).replace("-", "−")
 
 
 def with_u(result: Estimate) -> str:
@@ -168,7 +189,11 @@ def with_u(result: Estimate) -> str:
     from uncertainties import ufloat
 
     form = ".2uP" if 0.1 <= abs(result.value) < 1e4 else ".2ueP"
-    return f"{ufloat(result.value, result.u):{form}}".replace("±", " ± ").replace("×", " × ").replace("-", "−")
+    return (
+        f"{ufloat(result.value, result.u):{form}}".replace("±", " ± ")
+        .replace("×", " × ")
+        .replace("-", "−")
+    )
 
 
 def answer(inertia: Result) -> str:

@@ -24,7 +24,14 @@ from numpy.typing import NDArray
 
 from gyrodata.errors import count_text, insist_on_choice, insist_on_type
 from gyrodata.physics import RPM, Floats
-from gyrodata.plotting.figure_data import Scene, answer, as_number, gather, run_name, with_u
+from gyrodata.plotting.figure_data import (
+    Scene,
+    answer,
+    as_number,
+    gather,
+    run_name,
+    with_u,
+)
 from gyrodata.results import Analysis
 
 if TYPE_CHECKING:
@@ -37,7 +44,11 @@ INK, SOFT, BAND = "#222222", "#666666", "#0072B2"
 
 STYLE = Path(__file__).with_suffix(".mplstyle")
 
-SIZES = {"screen": (5.0, 3.2, 1.8, 144), "slides": (5.6, 3.15, 0.0, 1920 / 5.6), "print": (6.6, 4.2, 2.4, 300)}
+SIZES = {
+    "screen": (5.0, 3.2, 1.8, 144),
+    "slides": (5.6, 3.15, 0.0, 1920 / 5.6),
+    "print": (6.6, 4.2, 2.4, 300),
+}
 """Width and height of a figure, additional height for a second panel [inch], and resolution of a PNG [dots/inch]."""
 
 METADATA: dict[str, dict[str, Any]] = {
@@ -61,12 +72,23 @@ def draw_period(ax: Axes, scene: Scene) -> None:
     right = 1.06 * float((scene.spin + scene.spin_u).max())
     # One turn without a weight may take an hour: such runs do not determine the limits.
     loaded = scene.torque != 0
-    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[1]
-    ax.set(xlim=(0.0, right), ylim=(0.0, top), xlabel="spin ψ̇ [rpm]", ylabel="precession period τ [s]")
+    top = _limits(scene.period[loaded], scene.period_u[loaded], ~scene.hollow[loaded])[
+        1
+    ]
+    ax.set(
+        xlim=(0.0, right),
+        ylim=(0.0, top),
+        xlabel="spin ψ̇ [rpm]",
+        ylabel="precession period τ [s]",
+    )
     for group in scene.groups:
         working = abs(group.summary.torque + scene.imbalance)
         if group.summary.torque and working:
-            ax.plot((0.0, right), (0.0, 2 * math.pi * scene.inertia * RPM * right / working), color=group.look.colour)
+            ax.plot(
+                (0.0, right),
+                (0.0, 2 * math.pi * scene.inertia * RPM * right / working),
+                color=group.look.colour,
+            )
     _draw_runs(ax, scene, scene.spin, scene.period, scene.spin_u, scene.period_u)
 
 
@@ -74,13 +96,24 @@ def describe_period(scene: Scene) -> str:
     """Describe the figure in words."""
     found = []
     for group in scene.groups:
-        members = sorted((i for i in group.members if not scene.hollow[i]), key=lambda i: scene.spin[i])
-        ends = [f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm" for i in members]
+        members = sorted(
+            (i for i in group.members if not scene.hollow[i]),
+            key=lambda i: scene.spin[i],
+        )
+        ends = [
+            f"{as_number(scene.period[i])} s at {as_number(scene.spin[i])} rpm"
+            for i in members
+        ]
         if ends:
-            found.append(f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}")
+            found.append(
+                f"{group.look.label}: {' to '.join(dict.fromkeys([ends[0], ends[-1]]))}"
+            )
     law = scene.analysis.exponent
     grows = f", growing as the spin to the power {with_u(law)}" if law else ""
-    runs, torques = count_text(len(scene.names), "run"), count_text(len(scene.groups), "torque")
+    runs, torques = (
+        count_text(len(scene.names), "run"),
+        count_text(len(scene.groups), "torque"),
+    )
     return (
         f"Precession period against spin, {runs} at {torques}{grows}; a line through zero for each torque, steeper for "
         f"a smaller torque. {_listed(found)}."
@@ -94,17 +127,32 @@ def draw_product(ax: Axes, scene: Scene) -> None:
     ax.set(xlim=(0.0, right), ylim=limits, xlabel="spin ψ̇ [rpm]", ylabel="φ̇ψ̇ [rad²/s²]")
     for group in scene.groups:
         mean, half = group.summary.product.value, 2 * (group.summary.product.u or 0.0)
-        ax.axhspan(mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0)
+        ax.axhspan(
+            mean - half, mean + half, color=group.look.colour, alpha=0.2, linewidth=0.0
+        )
         ax.axhline(mean, color=group.look.colour)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
-    _draw_runs(ax, scene, scene.spin, scene.product, scene.spin_u, scene.product_u, means=len(scene.groups) <= 6)
+    _draw_runs(
+        ax,
+        scene,
+        scene.spin,
+        scene.product,
+        scene.spin_u,
+        scene.product_u,
+        means=len(scene.groups) <= 6,
+    )
 
 
 def describe_product(scene: Scene) -> str:
     """Describe the figure in words."""
-    found = [f"{group.look.label}: {with_u(group.summary.product)} rad²/s²" for group in scene.groups]
+    found = [
+        f"{group.look.label}: {with_u(group.summary.product)} rad²/s²"
+        for group in scene.groups
+    ]
     same = scene.analysis.constancy
-    level = f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
+    level = (
+        f"; the runs scatter by {100 * same.scatter:.2g} % about them" if same else ""
+    )
     return f"Precession rate times spin, against spin: a level line for each torque{level}. {_listed(found)}."
 
 
@@ -112,7 +160,10 @@ def draw_torque(ax: Axes, scene: Scene) -> None:
     """Draw the torque against φ̇ψ̇, with the fitted line, its 95 % band and the line through the origin."""
     x, line, (down, up) = _line(scene)
     low, high = _limits(scene.torque, scene.torque_u, ~scene.hollow)
-    low, high = min(low, float(line.min()) - 0.02 * (high - low)), max(high, float(line.max()))
+    low, high = (
+        min(low, float(line.min()) - 0.02 * (high - low)),
+        max(high, float(line.max())),
+    )
     ax.set(xlim=(x[0], x[-1]), ylim=(low, high))
     ax.set(xlabel="precession rate × spin, φ̇ψ̇ [rad²/s²]", ylabel=f"M [{scene.unit}]")
     ax.set_title(f"I_zz = {answer(scene.analysis.inertia)}", loc="left")
@@ -127,7 +178,9 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
     """Draw the difference of each run's torque and the fitted line, on a larger scale."""
     x, line, (down, up) = _line(scene)
     # The runs determine the limits; the band may be outside.
-    reach = float((np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max())
+    reach = float(
+        (np.abs(scene.rest) + scene.rest_u)[~scene.hollow | scene.hollow.all()].max()
+    )
     limit = 1.1 * min(max(reach, float(down.max()), float(up.max())), 2 * reach) or 1.0
     ax.set(xlim=(x[0], x[-1]), ylim=(-limit, limit), ylabel=f"M − fit [{scene.unit}]")
     ax.set_xlabel("precession rate × spin, φ̇ψ̇ [rad²/s²]")
@@ -140,7 +193,11 @@ def draw_rest(ax: Axes, scene: Scene) -> None:
 def describe_torque(scene: Scene) -> str:
     """Describe the figure in words."""
     low, high = float(scene.torque.min()), float(scene.torque.max())
-    reach = f"from {as_number(low)} to {as_number(high)}" if high > low else f"of {as_number(high)}"
+    reach = (
+        f"from {as_number(low)} to {as_number(high)}"
+        if high > low
+        else f"of {as_number(high)}"
+    )
     far = np.abs(scene.rest) / np.maximum(scene.rest_u, 1e-300)
     farthest = int(np.argmax(np.where(scene.left_out, 0.0, far)))
     return (
@@ -161,11 +218,19 @@ def draw_residuals(ax: Axes, scene: Scene) -> None:
     ax.set(xlabel="run, in the order of the log", ylabel="time − prediction [u]")
     steps = (digit * 10**power for power in range(9) for digit in (1, 2, 5))
     # There is space for about 30 letters.
-    step = next(n for n in steps if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2) <= 30 * n)
+    step = next(
+        n
+        for n in steps
+        if len(number) * (max(map(len, scene.names[n - 1 :: n]), default=0) + 2)
+        <= 30 * n
+    )
     ax.set_xticks(number[step - 1 :: step], scene.names[step - 1 :: step])
     kept = np.abs(deviations[~scene.left_out])
     title = f"Residuals: {int(np.sum(kept <= 2))} of {len(kept)} runs within ± 2 u"
-    ax.set_title(title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs", loc="left")
+    ax.set_title(
+        title if scene.analysis.fit.dof > 0 else "Residuals: as many unknowns as runs",
+        loc="left",
+    )
     ax.axhspan(-2.0, 2.0, color=BAND, alpha=0.1, linewidth=0.0)
     ax.axhline(0.0, color=SOFT, linewidth=0.8)
     _draw_runs(ax, scene, number, deviations, 0 * number, 0 * number)
@@ -224,9 +289,15 @@ FIGURES = {
 def _limits(values: Floats, u: Floats, kept: NDArray[np.bool_]) -> tuple[float, float]:
     """Return limits that include zero and the kept runs; other runs extend them by a half at most."""
     shown = kept if kept.any() else np.ones_like(kept)
-    low, high = min(0.0, float((values - u)[shown].min())), max(0.0, float((values + u)[shown].max()))
+    low, high = (
+        min(0.0, float((values - u)[shown].min())),
+        max(0.0, float((values + u)[shown].max())),
+    )
     span = high - low or 1.0
-    low, high = max(min(low, float(values.min())), low - span / 2), min(max(high, float(values.max())), high + span / 2)
+    low, high = (
+        max(min(low, float(values.min())), low - span / 2),
+        min(max(high, float(values.max())), high + span / 2),
+    )
     space = 0.06 * (high - low)
     return (low - space if low < 0 else 0.0), (high + space if high > 0 else 0.0)
 
@@ -241,23 +312,41 @@ def _line(scene: Scene) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     (v_inertia, cov), (_, v_imbalance) = scene.analysis.fit.covariance[:2, :2]
     interval = scene.analysis.inertia.interval_95
     half = 1.96 * math.sqrt(v_inertia)
-    low, high = (abs(end - scene.inertia) for end in interval) if interval else (half, half)
+    low, high = (
+        (abs(end - scene.inertia) for end in interval) if interval else (half, half)
+    )
     height = 1.96**2 * max(v_imbalance - cov * (cov / v_inertia), 0.0)
     along = x - cov / v_inertia
-    lower, upper = (np.where(along > 0, *turned) * along for turned in ((low, high), (high, low)))
-    band = np.sqrt(lower**2 + height) / scene.unit_size, np.sqrt(upper**2 + height) / scene.unit_size
+    lower, upper = (
+        np.where(along > 0, *turned) * along for turned in ((low, high), (high, low))
+    )
+    band = (
+        np.sqrt(lower**2 + height) / scene.unit_size,
+        np.sqrt(upper**2 + height) / scene.unit_size,
+    )
     return x, (x * scene.inertia - scene.imbalance) / scene.unit_size, band
 
 
 def _draw_origin(ax: Axes, scene: Scene, x: Floats, minus: Floats | float) -> None:
     """Draw the line through the origin, minus another line."""
-    inertia = next((fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"), None)
+    inertia = next(
+        (fit.inertia for fit in scene.analysis.fits if fit.name == "through_origin"),
+        None,
+    )
     if inertia:
         y = inertia.value / scene.unit_size * x - minus
         ax.plot(x, y, color=SOFT, linestyle="dashed", label="through the origin")
 
 
-def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: Floats, means: bool = False) -> None:
+def _draw_runs(
+    ax: Axes,
+    scene: Scene,
+    x: Floats,
+    y: Floats,
+    x_u: Floats,
+    y_u: Floats,
+    means: bool = False,
+) -> None:
     """Draw every run with the colour and marker of its torque; flagged runs are hollow and named.
 
     A run outside the axes is drawn at the edge, without bars and with its value. With `means`, the legend contains the
@@ -266,9 +355,13 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     at_x, at_y = np.clip(x, *ax.get_xlim()), np.clip(y, *ax.get_ylim())
     inside = (at_x == x) & (at_y == y)
     colours = np.full(len(x), "#000000")
-    for rank, group in enumerate(sorted(scene.groups, key=lambda group: -group.summary.torque)):
+    for rank, group in enumerate(
+        sorted(scene.groups, key=lambda group: -group.summary.torque)
+    ):
         colours[group.members] = colour = group.look.colour
-        label = group.look.label + (f"\n{with_u(group.summary.product)} rad²/s²" if means else "")
+        label = group.look.label + (
+            f"\n{with_u(group.summary.product)} rad²/s²" if means else ""
+        )
         if rank % _labelled(scene):
             label = "_"
         for hollow in (False, True):
@@ -282,9 +375,19 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
                 label = "_"
     if x_u.any() or y_u.any():
         of_bars: Any = list(colours[inside])
-        ax.errorbar(x[inside], y[inside], y_u[inside], x_u[inside], fmt="none", ecolor=of_bars, elinewidth=1.0)
+        ax.errorbar(
+            x[inside],
+            y[inside],
+            y_u[inside],
+            x_u[inside],
+            fmt="none",
+            ecolor=of_bars,
+            elinewidth=1.0,
+        )
     names, odd = {}, np.flatnonzero(scene.hollow | ~inside)
-    for i in odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]:
+    for i in (
+        odd if len(odd) <= MOST_NAMES else np.flatnonzero(scene.hollow)[:MOST_NAMES]
+    ):
         words = [run_name(scene.names[i])] if scene.hollow[i] else []
         if at_x[i] != x[i]:
             words.append(f"{'→' if x[i] > at_x[i] else '←'} {as_number(x[i])}")
@@ -294,7 +397,15 @@ def _draw_runs(ax: Axes, scene: Scene, x: Floats, y: Floats, x_u: Floats, y_u: F
     _name_runs(ax, at_x, at_y, names)
     if scene.hollow.any():
         why = "left out" if (scene.left_out == scene.hollow).all() else "flagged"
-        ax.plot([], [], linestyle="none", marker="o", markerfacecolor="white", color=SOFT, label=f"hollow: {why}")
+        ax.plot(
+            [],
+            [],
+            linestyle="none",
+            marker="o",
+            markerfacecolor="white",
+            color=SOFT,
+            label=f"hollow: {why}",
+        )
     if not inside.all():
         ax.plot([], [], label="at the edge:\nnot shown on this axis", linestyle="none")
 
@@ -307,12 +418,19 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
     corners = ax.bbox.get_points() * points
     for i, name in names.items():
         half = np.array([2.4 * len(name) + 3, 5.0])
-        aside = np.clip(middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1) - middles[i][0]
+        aside = (
+            np.clip(
+                middles[i][0], corners[0][0] + half[0] + 1, corners[1][0] - half[0] - 1
+            )
+            - middles[i][0]
+        )
         ways = (aside, 11), (aside, -11), (half[0] + 5, 0), (-half[0] - 5, 0)
         offsets = np.array([*ways, *((aside, dy) for dy in (22, -22, 33, -33))])
         places = middles[i] + offsets
         apart = np.abs(places[:, None] - np.array(middles)) - half - np.array(halves)
-        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(axis=1)
+        outside = ((places - half < corners[0]) | (places + half > corners[1])).any(
+            axis=1
+        )
         # Covering a name is worse than covering a mark.
         weights = np.repeat([1, 9], [len(x), len(middles) - len(x)])
         best = int(np.argmin((apart < 0).all(axis=2) @ weights + 9 * outside))
@@ -331,7 +449,9 @@ def _labelled(scene: Scene) -> int:
 
 
 def _listed(items: Sequence[str], most: int = 4) -> str:
-    return "; ".join(items[:most]) + (f"; and {len(items) - most} more" if len(items) > most else "")
+    return "; ".join(items[:most]) + (
+        f"; and {len(items) - most} more" if len(items) > most else ""
+    )
 
 
 # --- figures and files ---------------------------------------------------------------------------------------------
@@ -350,13 +470,33 @@ def _fill(figure: Figure, scene: Scene, name: str) -> Axes:
         ax.xaxis.set_visible(ax is axes[-1])
     step = _labelled(scene)
     title = f"1 in {step} of {len(scene.groups)} torques" if step > 1 else None
-    shown = {label: handle for ax in axes for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    figure.legend(list(shown.values()), list(shown), loc="outside lower left", ncols=2, title=title)
+    shown = {
+        label: handle
+        for ax in axes
+        for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)
+    }
+    figure.legend(
+        list(shown.values()),
+        list(shown),
+        loc="outside lower left",
+        ncols=2,
+        title=title,
+    )
     # Space for the texts [points], by the numbers of their letters and lines: a layout engine would lay out every text.
-    ticks = [text for ax in axes for text in ax.yaxis.get_major_formatter().format_ticks(ax.get_yticks().tolist())]
-    lines = max(map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))) + bool(title)
+    ticks = [
+        text
+        for ax in axes
+        for text in ax.yaxis.get_major_formatter().format_ticks(
+            ax.get_yticks().tolist()
+        )
+    ]
+    lines = max(
+        map(sum, np.array_split([1 + label.count("\n") for label in shown], 2))
+    ) + bool(title)
     left, top = 26 + 5.7 * max(map(len, ticks)), 20 if axes[0].get_title("left") else 8
-    figure.subplots_adjust(left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height)
+    figure.subplots_adjust(
+        left=left / width, bottom=(40 + 12 * lines) / height, top=1 - top / height
+    )
     return axes[0]
 
 
@@ -472,7 +612,9 @@ def own_style(*styles: Path) -> Iterator[None]:
     matplotlib = load_matplotlib()
     with matplotlib.rc_context():
         for number, path in enumerate(styles):
-            style = matplotlib.rc_params_from_file(path, use_default_template=number == 0)
+            style = matplotlib.rc_params_from_file(
+                path, use_default_template=number == 0
+            )
             matplotlib.rcParams.update(style)
         yield
 
@@ -489,7 +631,9 @@ def omit_docstrings() -> None:
 def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
     """Return the bytes of a figure's file; a PNG of level 9 is smaller than one of level 1, but slow."""
     file = io.BytesIO()
-    options: Any = {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
+    options: Any = (
+        {"pil_kwargs": {"compress_level": compress_level}} if form == "png" else {}
+    )
     figure.savefig(file, format=form, metadata=METADATA[form], **options)
     return file.getvalue()
 
@@ -497,5 +641,10 @@ def save(figure: Figure, form: Form, compress_level: int = 1) -> bytes:
 def alt_text(analysis: Analysis, name: str) -> str:
     """Describe a figure, for readers who cannot see it."""
     scene = gather(analysis)
-    odd = [run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i]) for i in np.flatnonzero(scene.hollow)]
-    return FIGURES[name].describe(scene) + (f" Drawn hollow: {_listed(odd)}." if odd else "")
+    odd = [
+        run_name(scene.names[i]) + ", left out" * bool(scene.left_out[i])
+        for i in np.flatnonzero(scene.hollow)
+    ]
+    return FIGURES[name].describe(scene) + (
+        f" Drawn hollow: {_listed(odd)}." if odd else ""
+    )

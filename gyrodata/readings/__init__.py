@@ -4,8 +4,24 @@ The reader accepts many forms, but it never guesses what would change the answer
 with its place and what to type.
 """
 
-from gyrodata.readings.lablog import Column, Faults, Place, Reading, Readings, Reported, listing, read_reported
-from gyrodata.readings.roles import SHARED_UNCERTAINTIES, as_u_of, check_value, kind_of_role, to_display, u_keys
+from gyrodata.readings.lablog import (
+    Column,
+    Faults,
+    Place,
+    Reading,
+    Readings,
+    Reported,
+    listing,
+    read_reported,
+)
+from gyrodata.readings.roles import (
+    SHARED_UNCERTAINTIES,
+    as_u_of,
+    check_value,
+    kind_of_role,
+    to_display,
+    u_keys,
+)
 from gyrodata.readings.source import MAX_BYTES, MAX_ROWS, decode, value_text
 from gyrodata.readings.table import read_log, rounded_turns
 from gyrodata.readings.writing import fixed_log, write_log

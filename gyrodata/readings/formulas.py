@@ -70,7 +70,9 @@ def without_value(content: Content) -> dict[Cell, Formula]:
     These are the formulas without a stored value. A stored 0 is not a result either, if the workbook asks for a
     calculation, or if none of its formulas has another value although this one has an input that is not 0.
     """
-    lacking = {formula.cell: formula for formula in content.formulas if formula.value is None}
+    lacking = {
+        formula.cell: formula for formula in content.formulas if formula.value is None
+    }
     zeros = [formula for formula in content.formulas if formula.may_lack_result]
     if content.to_calculate:
         return lacking | {formula.cell: formula for formula in zeros}
@@ -78,7 +80,9 @@ def without_value(content: Content) -> dict[Cell, Formula]:
         return lacking
     for formula in zeros:
         # A program writes the formulas from the top to the bottom, so that a formula comes after its inputs.
-        if any(cell in lacking or content.numbers.get(cell) for cell in inputs_of(formula)):
+        if any(
+            cell in lacking or content.numbers.get(cell) for cell in inputs_of(formula)
+        ):
             lacking[formula.cell] = formula
     return lacking
 
@@ -90,7 +94,9 @@ def inputs_of(formula: Formula) -> Iterator[Cell]:
     for match in _INPUT.finditer(formula.text[:MAX_TEXT]):
         sheet, left, top, right, bottom = match.groups()
         title = (sheet or formula.cell[0]).strip("'")
-        columns = range(column_index_from_string(left), column_index_from_string(right or left) + 1)
+        columns = range(
+            column_index_from_string(left), column_index_from_string(right or left) + 1
+        )
         rows = range(int(top), int(bottom or top) + 1)
         if len(rows) * len(columns) <= MAX_AREA:
             yield from ((title, row, column) for row in rows for column in columns)

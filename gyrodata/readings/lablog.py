@@ -93,22 +93,37 @@ class Column(Struct, frozen=True, dict=True):
     @cached_property
     def stated(self) -> tuple[tuple[int, Uncertainty], ...]:
         """Run and uncertainty of each reading with a stated uncertainty."""
-        return tuple([(i, reading.u) for i, reading in enumerate(self.readings) if reading.u is not None])
+        return tuple(
+            [
+                (i, reading.u)
+                for i, reading in enumerate(self.readings)
+                if reading.u is not None
+            ]
+        )
 
     def select(self, rows: Sequence[int]) -> Column:
         """Return a column with some of the readings."""
-        readings, spots = tuple([self.readings[i] for i in rows]), tuple([self.spots[i] for i in rows])
+        readings, spots = (
+            tuple([self.readings[i] for i in rows]),
+            tuple([self.spots[i] for i in rows]),
+        )
         return replace(self, readings=readings, spots=spots)
 
     def place(self, run: int) -> Place | None:
         """Return the place of a reading; None for a value from an option or a simulation."""
         if self.spots[run] < 0:
             return self.given
-        return self.find(self.spots[run]) if self.find is not None and self.readings[run].text else None
+        return (
+            self.find(self.spots[run])
+            if self.find is not None and self.readings[run].text
+            else None
+        )
 
     def cell(self, run: int) -> Text | None:
         """Return the cell of a reading; None for a value from an option or a simulation."""
-        return Text(self.readings[run].text, place) if (place := self.place(run)) else None
+        return (
+            Text(self.readings[run].text, place) if (place := self.place(run)) else None
+        )
 
 
 Fall = tuple[float, float, float]
@@ -210,9 +225,22 @@ class Readings(Struct, frozen=True, dict=True):
         """Return a log with some of the runs."""
         columns = {role: column.select(runs) for role, column in self.columns.items()}
         others = tuple(column.select(runs) for column in self.others)
-        unread = tuple((header, tuple(texts[i] for i in runs)) for header, texts in self.unread)
-        labels, lines, notes = (tuple(texts[i] for i in runs) for texts in (self.runs, self.lines, self.notes))
-        return replace(self, runs=labels, lines=lines, notes=notes, columns=columns, others=others, unread=unread)
+        unread = tuple(
+            (header, tuple(texts[i] for i in runs)) for header, texts in self.unread
+        )
+        labels, lines, notes = (
+            tuple(texts[i] for i in runs)
+            for texts in (self.runs, self.lines, self.notes)
+        )
+        return replace(
+            self,
+            runs=labels,
+            lines=lines,
+            notes=notes,
+            columns=columns,
+            others=others,
+            unread=unread,
+        )
 
     @property
     def ok(self) -> bool:
@@ -221,9 +249,15 @@ class Readings(Struct, frozen=True, dict=True):
 
     def place(self, run: int) -> Place | None:
         """Return the place of a run's time, period or rate."""
-        return next(self.columns[role].place(run) for role in roles.TIMINGS if role in self.columns)
+        return next(
+            self.columns[role].place(run)
+            for role in roles.TIMINGS
+            if role in self.columns
+        )
 
-    def say(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
+    def say(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> Diagnostic:
         """Fill in a message of `messages.toml` about a place of this log."""
         return self._faults.message(name, place, **values)
 
@@ -240,32 +274,64 @@ def split_lines(text: str) -> list[str]:
 class Faults:
     """The faults found so far in one log, in the order in which they were found."""
 
-    def __init__(self, name: str, text: str = "", sheets: tuple[tuple[int, str], ...] = ()) -> None:
+    def __init__(
+        self, name: str, text: str = "", sheets: tuple[tuple[int, str], ...] = ()
+    ) -> None:
         self.name, self.sheets = name, sheets
         self.lines = split_lines(text) if text else []
         self.found: list[Diagnostic] = []
         self._count: Counter[str] = Counter()
 
-    def message(self, name: str, place: Text | Place | None = None, /, **values: Any) -> Diagnostic:
+    def message(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> Diagnostic:
         """Fill in a message of `messages.toml`.
 
         The mark below the line is as wide as a cell, or as the value `text`; a value `code` replaces the usual code.
         A list is one of line numbers, and {cell} is the text of the cell.
         """
         about = diagnostics.message(name)
-        code, text = values.get("code") or about.code.split()[1], str(values.get("text", ""))
-        where, text = (place.place, place.text) if isinstance(place, Text) else (place, text)
-        values = {key: self.span(value) if isinstance(value, list) else value for key, value in values.items()}
-        words, hint = (words.format(cell=text, **values) for words in (about.message, about.hint))
+        code, text = (
+            values.get("code") or about.code.split()[1],
+            str(values.get("text", "")),
+        )
+        where, text = (
+            (place.place, place.text) if isinstance(place, Text) else (place, text)
+        )
+        values = {
+            key: self.span(value) if isinstance(value, list) else value
+            for key, value in values.items()
+        }
+        words, hint = (
+            words.format(cell=text, **values) for words in (about.message, about.hint)
+        )
         if where is None:
             return Diagnostic.of(code, words, hint, self.name, doubt=about.doubt)
-        excerpt = self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
+        excerpt = (
+            self.lines[where.line - 1] if 0 < where.line <= len(self.lines) else ""
+        )
         sheet, row = self._row(where.line)
         high, low = divmod(excerpt[: where.column - 1].count("\t"), 26)
-        cell = f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}" if sheet and row else sheet
-        return Diagnostic.of(code, words, hint, self.name, *where, excerpt, max(1, len(text)), about.doubt, cell)
+        cell = (
+            f"{sheet}!{chr(64 + high) * (high > 0)}{chr(65 + low)}{row}"
+            if sheet and row
+            else sheet
+        )
+        return Diagnostic.of(
+            code,
+            words,
+            hint,
+            self.name,
+            *where,
+            excerpt,
+            max(1, len(text)),
+            about.doubt,
+            cell,
+        )
 
-    def add(self, name: str, place: Text | Place | None = None, /, **values: Any) -> None:
+    def add(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> None:
         """Add a message with its values; of one code, only the first `MOST_OF_ONE_CODE` are made and kept."""
         code = values.get("code") or diagnostics.message(name).code.split()[1]
         self._count[code] += 1
@@ -275,9 +341,13 @@ class Faults:
     def take_back(self, name: str, lines: Collection[int]) -> None:
         """Remove the messages of one kind about some lines."""
         code = diagnostics.message(name).code.split()[1]
-        self.found = [one for one in self.found if one.code != code or one.line not in lines]
+        self.found = [
+            one for one in self.found if one.code != code or one.line not in lines
+        ]
 
-    def refuse(self, name: str, place: Text | Place | None = None, /, **values: Any) -> InputError:
+    def refuse(
+        self, name: str, place: Text | Place | None = None, /, **values: Any
+    ) -> InputError:
         """Return the error to raise for an input that is not a log, with all that was found before."""
         self.add(name, place, **values)
         return InputError(self.found)
@@ -295,14 +365,23 @@ class Faults:
         for _, group in groupby(enumerate(lines), lambda item: item[1] - item[0]):
             block = [self._row(line) for _, line in group]
             sheet = f"{block[0][0]}!" if len(self.sheets) > 1 else ""
-            parts.append(sheet + "-".join(dict.fromkeys((str(block[0][1]), str(block[-1][1])))))
+            parts.append(
+                sheet + "-".join(dict.fromkeys((str(block[0][1]), str(block[-1][1]))))
+            )
         word = "row" if len(self.sheets) > 1 else "line"
         return f"{word if len(lines) == 1 else word + 's'} {listing(parts)}"
 
     def all_told(self) -> tuple[Diagnostic, ...]:
         """Return what was found, and how many more there are of each code."""
-        more = {code: count - MOST_OF_ONE_CODE for code, count in self._count.items() if count > MOST_OF_ONE_CODE}
-        told = [Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name) for code, n in more.items()]
+        more = {
+            code: count - MOST_OF_ONE_CODE
+            for code, count in self._count.items()
+            if count > MOST_OF_ONE_CODE
+        }
+        told = [
+            Diagnostic.of(code, f"{n} more of this kind are not shown", file=self.name)
+            for code, n in more.items()
+        ]
         return (*self.found, *told)
 
     def has_error(self) -> bool:
@@ -330,12 +409,28 @@ BLANKS = frozenset({"", "-", "–", "—", "−", "--", "~", "‐", "‑"}) | UN
 
 # What a student reports, for grading ------------------------------------------------------------------------------
 
-REPORTABLE = {"inertia": "inertia", "imbalance": "torque", "timing_bias": "time", "exponent": "number"}
+REPORTABLE = {
+    "inertia": "inertia",
+    "imbalance": "torque",
+    "timing_bias": "time",
+    "exponent": "number",
+}
 """Kind of quantity of each value that can be reported."""
 
 _Report = Literal["unreadable", "no unit", "wrong unit", "given twice"]
-_LATEX = (("$", ""), (r"\times", "×"), (r"\cdot", "·"), (r"\pm", "±"), (r"\,", " "), ("^{", "^"), ("}", ""))
-_FAULTS: dict[str, _Report] = {diagnostics.UNIT_MISSING: "no unit", diagnostics.UNIT_UNKNOWN: "wrong unit"}
+_LATEX = (
+    ("$", ""),
+    (r"\times", "×"),
+    (r"\cdot", "·"),
+    (r"\pm", "±"),
+    (r"\,", " "),
+    ("^{", "^"),
+    ("}", ""),
+)
+_FAULTS: dict[str, _Report] = {
+    diagnostics.UNIT_MISSING: "no unit",
+    diagnostics.UNIT_UNKNOWN: "wrong unit",
+}
 
 
 class Reported(Struct, frozen=True):
@@ -380,36 +475,63 @@ class Reported(Struct, frozen=True):
     line: int | None = None
 
 
-def read_reported(key: str, text: str, line: int | None = None, ask: bool = True) -> Reported:
+def read_reported(
+    key: str, text: str, line: int | None = None, ask: bool = True
+) -> Reported:
     """Read one reported value: ``4.4e-3 ± 0.1e-3 kg m^2``, ``(4.4 ± 0.1) × 10⁻³ kg m²`` or ``4.4(1) g m^2``."""
     read = Reported(roles.reported_key(key), text.strip(), line=line)
     kind = REPORTABLE[read.key]
-    bare = reduce(lambda so_far, pair: so_far.replace(*pair), _LATEX, re.sub(quantities.IN_FRONT, "", read.text))
+    bare = reduce(
+        lambda so_far, pair: so_far.replace(*pair),
+        _LATEX,
+        re.sub(quantities.IN_FRONT, "", read.text),
+    )
     written = quantities.take_apart(bare)
     try:
         quantity = quantities.read_cell(bare, kind, None, ask)
     except UnitError as error:
         fault = _FAULTS.get(error.code, "unreadable")
-        if "is not known" in str(error) and not (written and units.kinds_of((written.unit or "").partition(" ")[0])):
+        if "is not known" in str(error) and not (
+            written and units.kinds_of((written.unit or "").partition(" ")[0])
+        ):
             fault = "unreadable"  # an unknown unit may contain a power of ten
         read = replace(read, fault=fault, problem=f'"{read.text[:60]}" {error}')
         if written is None or fault == "unreadable":
             return read
         spread_unit = "%" if written.spread_unit == "%" else None
-        quantity = quantities.in_si(replace(written, unit=units.SI[kind], spread_unit=spread_unit), kind)
+        quantity = quantities.in_si(
+            replace(written, unit=units.SI[kind], spread_unit=spread_unit), kind
+        )
     u = quantity.uncertainty and quantity.uncertainty.at(quantity.value)
     if any(not 1e-30 <= abs(size) <= 1e30 for size in (quantity.value, u) if size):
-        return replace(read, fault="unreadable", problem=f'"{read.text[:60]}" is far from anything in a lab')
-    read = replace(read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step)
+        return replace(
+            read,
+            fault="unreadable",
+            problem=f'"{read.text[:60]}" is far from anything in a lab',
+        )
+    read = replace(
+        read, value=quantity.value, u=u, step=quantity.step, u_step=quantity.u_step
+    )
     if written is None or quantity.step is None:
         return read  # a fraction has no digits that could be counted
-    return replace(read, digits=_digits(written.number), u_digits=written.spread and _digits(written.spread))
+    return replace(
+        read,
+        digits=_digits(written.number),
+        u_digits=written.spread and _digits(written.spread),
+    )
 
 
 def _digits(number: str) -> int:
     """Count significant digits: ``0.0044`` has as many as ``4.4e-3``; zeros before the point may only fill up."""
     digits = re.sub("[^0-9.,]", "", re.split("[eE]", number)[0]).lstrip("0.,")
-    return len(re.sub("[.,]", "", digits) if re.search("[.,]", number) else digits.rstrip("0")) or 1
+    return (
+        len(
+            re.sub("[.,]", "", digits)
+            if re.search("[.,]", number)
+            else digits.rstrip("0")
+        )
+        or 1
+    )
 
 
 # Values for the whole log -----------------------------------------------------------------------------------------
@@ -430,7 +552,9 @@ class Given(Struct, frozen=True):
     def reading(self, u: Uncertainty | None) -> Reading:
         """Return the value as the reading of a run; `u` is used if it has no uncertainty of its own."""
         assert self.cell is not None
-        return Reading(self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text)
+        return Reading(
+            self.cell.value, self.cell.step, self.cell.uncertainty or u, self.text
+        )
 
 
 class Settings(Struct):
@@ -453,27 +577,51 @@ class Settings(Struct):
 
 
 def read_options(
-    settings: Mapping[str, str], mapping: Mapping[str, str], config: str | os.PathLike[str] | None
+    settings: Mapping[str, str],
+    mapping: Mapping[str, str],
+    config: str | os.PathLike[str] | None,
 ) -> list[Given]:
     """Check the names of all options before the log is read; return the values of ``--set`` and ``--config``."""
     faults, table = Faults(""), {}
     if config is not None:
         try:
             with Path(config).open("rb") as file:
-                table = msgspec.toml.decode(file.read(1_000_000).decode("utf-8-sig"), type=dict[str, str | int | float])
+                table = msgspec.toml.decode(
+                    file.read(1_000_000).decode("utf-8-sig"),
+                    type=dict[str, str | int | float],
+                )
         except (OSError, ValueError, RecursionError) as error:
-            raise faults.refuse("config", path=str(config), why=getattr(error, "strerror", None) or error) from None
-    given = [Given(key, str(value), f"--config {key}", None) for key, value in table.items()]
-    given += [Given(key.strip(), text.strip(), f"--set {key}", None) for key, text in settings.items()]
+            raise faults.refuse(
+                "config",
+                path=str(config),
+                why=getattr(error, "strerror", None) or error,
+            ) from None
+    given = [
+        Given(key, str(value), f"--config {key}", None) for key, value in table.items()
+    ]
+    given += [
+        Given(key.strip(), text.strip(), f"--set {key}", None)
+        for key, text in settings.items()
+    ]
     keys = [key for key in roles.KEYS if key not in roles.TEXTS]
     mapped = [*roles.ROLES, *roles.UNCERTAINTIES]
     names = [("option_unknown", item.label, item.key, keys) for item in given]
-    names += [("mapped_role_unknown", f"--map {role}=…", role, mapped) for role in mapping]
+    names += [
+        ("mapped_role_unknown", f"--map {role}=…", role, mapped) for role in mapping
+    ]
     for fault, what, name, known in names:
-        if name not in known and not (known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)):
+        if name not in known and not (
+            known is mapped and re.fullmatch(r"time_[1-9][0-9]?", name)
+        ):
             close = difflib.get_close_matches(name.lower(), known, n=3, cutoff=0.6)
-            close = close or [role for role in roles.name_roles(name)[0] if role in known]
-            hint = f"did you mean {' or '.join(close)}?" if close else f"known are: {listing(known, 99)}"
+            close = close or [
+                role for role in roles.name_roles(name)[0] if role in known
+            ]
+            hint = (
+                f"did you mean {' or '.join(close)}?"
+                if close
+                else f"known are: {listing(known, 99)}"
+            )
             faults.add(fault, what=what, hint=hint)
     if faults.has_error():
         raise InputError(faults.found)
@@ -481,7 +629,11 @@ def read_options(
 
 
 def read_settings(
-    metadata: Sequence[tuple[str, Text]], comments: Sequence[Text], options: Sequence[Given], faults: Faults, ask: bool
+    metadata: Sequence[tuple[str, Text]],
+    comments: Sequence[Text],
+    options: Sequence[Given],
+    faults: Faults,
+    ask: bool,
 ) -> Settings:
     """Read all ``# key: value`` lines and options: lines replace the values of a file, and ``--set`` replaces both.
 
@@ -494,29 +646,54 @@ def read_settings(
         known = key.lower()
         if known == "ball_radius":
             known, text = "ball_diameter", replace(text, text=f"2 x {text.text}")
-        if known == "time" and ":" not in text.text and (turns := roles.turns_in(text.text)):
+        if (
+            known == "time"
+            and ":" not in text.text
+            and (turns := roles.turns_in(text.text))
+        ):
             known, text = "turns", replace(text, text=turns)  # "# time = 3 turns"
         # A line with the name of a quantity may be blank, the hour of the day, or a sentence.
         says_nothing = not text.text or (known == "time" and ":" in text.text)
-        says_nothing |= known in roles.ROLES and len(text.text.split()) > 3 and not re.search(r"\d", text.text)
+        says_nothing |= (
+            known in roles.ROLES
+            and len(text.text.split()) > 3
+            and not re.search(r"\d", text.text)
+        )
         result, (name, _, value) = roles.reported_key(key), text.text.partition("=")
         if known.startswith(roles.REPORTED) and result in REPORTABLE:
             _enter_reported(settings, key, text, faults, ask)
         elif result == "inertia":
             answers.append((key, text))
         elif known not in roles.KEYS and roles.reported_key(name.strip()) == "inertia":
-            answers.append((name.strip(), replace(text, text=value.strip())))  # "# Result: I_zz = …"
+            answers.append(
+                (name.strip(), replace(text, text=value.strip()))
+            )  # "# Result: I_zz = …"
         elif known not in roles.KEYS or known in roles.TEXTS or says_nothing:
             settings.metadata[key] = text.text
-            if text.text and known not in roles.KEYS and len(key) <= 30 and len(settings.metadata) < 200:
+            if (
+                text.text
+                and known not in roles.KEYS
+                and len(key) <= 30
+                and len(settings.metadata) < 200
+            ):
                 _warn_of_remark(key, text.text, text, faults)
         elif known in seen and seen[known].text != text.text and known != "spin_down":
-            faults.add("key_given_twice", text, key=known, first=seen[known].place.line, second=text.place.line)
+            faults.add(
+                "key_given_twice",
+                text,
+                key=known,
+                first=seen[known].place.line,
+                second=text.place.line,
+            )
         else:
             seen[known] = text
-            _enter(settings, Given(known, text.text, f"# {known}", text.place), ask, faults)
+            _enter(
+                settings, Given(known, text.text, f"# {known}", text.place), ask, faults
+            )
     for comment in comments:
-        if match := re.fullmatch(r"(\w+)\s+([-+]?[0-9].*)", comment.text):  # "# spin 400 rpm" without a colon
+        if match := re.fullmatch(
+            r"(\w+)\s+([-+]?[0-9].*)", comment.text
+        ):  # "# spin 400 rpm" without a colon
             _warn_of_remark(match[1], match[2], comment, faults)
     # "# I_zz = …" is an answer too, if no "# reported_inertia: …" is.
     for key, text in answers if "inertia" not in settings.reported else ():
@@ -533,7 +710,9 @@ def read_settings(
     return settings
 
 
-def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, ask: bool) -> None:
+def _enter_reported(
+    settings: Settings, key: str, text: Text, faults: Faults, ask: bool
+) -> None:
     """Keep a reported value; a fault in it is only a note for its writer, because it is graded elsewhere."""
     name = roles.reported_key(key)
     before = settings.reported.get(name)
@@ -542,7 +721,9 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
     read = read_reported(key, text.text, text.place.line, ask)
     if before is not None:
         problem = f"{name} is reported twice, in lines {before.line} and {text.place.line}, with two values"
-        read = Reported(name, before.text, fault="given twice", problem=problem, line=before.line)
+        read = Reported(
+            name, before.text, fault="given twice", problem=problem, line=before.line
+        )
     settings.reported[name] = read
     if read.problem:
         faults.add("reported_value", text, name=name, problem=read.problem)
@@ -550,7 +731,9 @@ def _enter_reported(settings: Settings, key: str, text: Text, faults: Faults, as
 
 _KNOWN = (*roles.KEYS, *(f"{roles.REPORTED}{name}" for name in REPORTABLE))
 # A class writes the same remarks a thousand times.
-_nearest_key = lru_cache(maxsize=1024)(partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8))
+_nearest_key = lru_cache(maxsize=1024)(
+    partial(difflib.get_close_matches, possibilities=_KNOWN, n=1, cutoff=0.8)
+)
 
 
 def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
@@ -558,16 +741,34 @@ def _warn_of_remark(key: str, value: str, text: Text, faults: Faults) -> None:
     close = _nearest_key(key.lower()) if len(key) > 2 else []
     if not close and value[:1].isdigit():
         names = (key, re.sub(r"_?[0-9]{1,2}$", "", key))
-        close = [one for name in names for one in roles.name_roles(name)[0] if roles.kind_of_role(one) != "text"]
+        close = [
+            one
+            for name in names
+            for one in roles.name_roles(name)[0]
+            if roles.kind_of_role(one) != "text"
+        ]
     if close and not roles.turns_in(f"{key} {value}"):  # "# timed 2 turns each run"
         # Of "14.8 cm from centre" the value is meant.
-        match = re.match(rf"{quantities.NUMBER}\s*\S*", value) if close[0] in roles.ROLES else None
+        match = (
+            re.match(rf"{quantities.NUMBER}\s*\S*", value)
+            if close[0] in roles.ROLES
+            else None
+        )
         written = text.text if text.text != value else key
-        faults.add("remark", text, written=written, meant=f"{close[0]}: {match[0] if match else value}")
+        faults.add(
+            "remark",
+            text,
+            written=written,
+            meant=f"{close[0]}: {match[0] if match else value}",
+        )
 
 
 YES_OR_NO: dict[str, bool | None] = {"": None}
-YES_OR_NO |= {word: said == "yes" for said in ("yes", "no") for word in vocabulary.words(said).split()}
+YES_OR_NO |= {
+    word: said == "yes"
+    for said in ("yes", "no")
+    for word in vocabulary.words(said).split()
+}
 ON_EARTH = 9.7, 9.9
 """g [m/s^2] is between these in every lab: 9.76 on the highest mountains, 9.83 at the poles."""
 
@@ -575,13 +776,18 @@ ON_EARTH = 9.7, 9.9
 def form_of(key: str) -> tuple[str, list[str]]:
     """Return how a line of several quantities is written, with {} for each of them, and their kinds."""
     sample, quantity = vocabulary.LINES[key]["sample"], r"[0-9.]+ (\w+)"
-    return re.sub(quantity, "{}", sample), [kind for [kind] in map(kinds_of, re.findall(quantity, sample))]
+    return re.sub(quantity, "{}", sample), [
+        kind for [kind] in map(kinds_of, re.findall(quantity, sample))
+    ]
 
 
 def _read_several(key: str, text: str) -> tuple[float, ...]:
     """Read the quantities of one line [SI], such as the angle, the time and the spin of a drift."""
     text += ", friction 0 g" if key == "falling_mass" and "friction" not in text else ""
-    (form, kinds), hint = form_of(key), f'write it like "{vocabulary.LINES[key]["sample"]}"'
+    (form, kinds), hint = (
+        form_of(key),
+        f'write it like "{vocabulary.LINES[key]["sample"]}"',
+    )
     match = re.fullmatch(form.replace("{}", "(.+?)").replace(" ", r"\s+"), text)
     if match is None:
         raise UnitError("is not understood", hint)
@@ -594,14 +800,19 @@ def _read_several(key: str, text: str) -> tuple[float, ...]:
             raise UnitError("contains a value that is impossible", hint)
         return numbers
     for kind, number in zip(kinds, numbers, strict=True):
-        role, size = "spin" if kind == "rate" else kind, number if kind == "time" else abs(number)
+        role, size = (
+            "spin" if kind == "rate" else kind,
+            number if kind == "time" else abs(number),
+        )
         if (fault := roles.check_value(role, size)[0]) and (number or kind != "angle"):
             raise UnitError(fault, hint)
     if key != "spin_down":
         return numbers
     start, end, seconds = abs(numbers[0]), abs(numbers[1]), numbers[2]
     if end > 1.02 * start:
-        raise UnitError("says that the spin rises", "exchange start and end if they are swapped")
+        raise UnitError(
+            "says that the spin rises", "exchange start and end if they are swapped"
+        )
     return start, end, seconds
 
 
@@ -613,10 +824,16 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
     """Enter one value; an option that cannot be read is refused at once."""
     key, text, line = item.key, item.text.strip(), vocabulary.LINES.get(item.key, {})
     if key == "position" and roles.from_centre(text):
-        text = re.split(r"\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text)[0]
+        text = re.split(
+            r"\s+(?:from|to|von|zur?|bis|du|au|desde|al?|dal?|от|od|do)\b", text
+        )[0]
     try:
         if key == "spin_down":
-            falls = (_read_several(key, part.strip()) for part in text.split(";") if part.strip())
+            falls = (
+                _read_several(key, part.strip())
+                for part in text.split(";")
+                if part.strip()
+            )
             # Several lines are several falls.
             settings.fields[key] = (*settings.fields.get(key, ()), *falls)
         elif "sample" in line:
@@ -624,7 +841,9 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
         elif line:
             words = line.get("words") or YES_OR_NO
             if text.lower() not in words:
-                raise UnitError("is none of the words that can be read here", line["hint"])
+                raise UnitError(
+                    "is none of the words that can be read here", line["hint"]
+                )
             if key == "question_numbers":
                 settings.metadata[key] = "yes" if words[text.lower()] else "no"
             else:
@@ -635,15 +854,26 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             except UnitError as error:
                 raise UnitError(f"is not an uncertainty: {error}", error.hint) from None
             if key.endswith("_scale") and u.absolute:
-                raise UnitError("is not a share", 'the error of a whole scale is in %, such as "0.1 %"')
+                raise UnitError(
+                    "is not a share",
+                    'the error of a whole scale is in %, such as "0.1 %"',
+                )
             if key in OF_NOTHING and u.relative:
-                raise UnitError("is a share of what is not read", f'write it with its unit: "{OF_NOTHING[key]}"')
+                raise UnitError(
+                    "is a share of what is not read",
+                    f'write it with its unit: "{OF_NOTHING[key]}"',
+                )
             settings.uncertainties[key], settings.given_uncertainties[key] = u, item
         elif key == "latitude":
             match = re.fullmatch(r"(.*[^\s])\s*([NSns])", text)
-            value = quantities.read_cell(match[1] if match else text, "angle", "deg", ask).value
+            value = quantities.read_cell(
+                match[1] if match else text, "angle", "deg", ask
+            ).value
             if abs(value) > math.pi / 2 or (match and value < 0):
-                raise UnitError("is not a latitude", 'write it like "52.5 deg", from -90 at the south pole to 90 deg')
+                raise UnitError(
+                    "is not a latitude",
+                    'write it like "52.5 deg", from -90 at the south pole to 90 deg',
+                )
             settings.constants[key] = -value if match and match[2] in "Ss" else value
         else:
             if key in roles.COUNTS and quantities.take_apart(text) is None:
@@ -651,10 +881,15 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             # g is in m/s² if it has no unit.
             written = quantities.take_apart(text) if key == "g" else None
             bare = written is not None and not written.unit
-            cell = quantities.read_cell(text, roles.kind_of_role(key), "m/s^2" if bare else None, ask)
+            cell = quantities.read_cell(
+                text, roles.kind_of_role(key), "m/s^2" if bare else None, ask
+            )
             if key == "g" and not ON_EARTH[0] <= cell.value <= ON_EARTH[1]:
                 message = f"is {cell.value:.4g} m/s²; on Earth g is between {ON_EARTH[0]} and {ON_EARTH[1]} m/s²"
-                raise UnitError(message, 'write the value of your place with its unit, such as "9.81 m/s^2"')
+                raise UnitError(
+                    message,
+                    'write the value of your place with its unit, such as "9.81 m/s^2"',
+                )
             fault, hint = roles.check_value(key, cell.value)
             if key in roles.CONSTANTS and not cell.value > 0:
                 fault, hint = "is not above zero", ""
@@ -663,14 +898,22 @@ def _enter(settings: Settings, item: Given, ask: bool, faults: Faults) -> None:
             if bare:
                 faults.add("g_without_unit", item.place, text=item.text)
             if key in roles.CONSTANTS:
-                settings.constants[key], settings.steps[key] = cell.value, cell.step or 0.0
+                settings.constants[key], settings.steps[key] = (
+                    cell.value,
+                    cell.step or 0.0,
+                )
                 if cell.uncertainty is not None:
                     settings.uncertainties.setdefault(f"u_{key}", cell.uncertainty)
             else:
                 settings.roles[key] = replace(item, cell=cell)
     except UnitError as error:
         hint = error.hint or quantities.how_to_write(roles.kind_of_role(key))
-        values: dict[str, Any] = {"label": item.label, "text": item.text, "error": error, "hint": hint}
+        values: dict[str, Any] = {
+            "label": item.label,
+            "text": item.text,
+            "error": error,
+            "hint": hint,
+        }
         if item.place is None:
             raise Faults(faults.name).refuse("option_value", **values) from None
         settings.unread |= {key} & set(roles.ROLES)

@@ -49,18 +49,44 @@ def table_of(text: str) -> str:
             return _table_of_json(data)
         cells = [(cell["cell_type"], "".join(cell["source"])) for cell in data["cells"]]
         text = "\n".join(source for _, source in cells)
-        notes = [f"# {line}" for kind, source in cells if kind == "markdown" for line in source.split("\n") if line]
+        notes = [
+            f"# {line}"
+            for kind, source in cells
+            if kind == "markdown"
+            for line in source.split("\n")
+            if line
+        ]
     lists = [
-        (_header(found), re.split(r"[\s,;]+", found["cells"].strip(" ,;\n"))) for found in re.finditer(_LIST, text)
+        (_header(found), re.split(r"[\s,;]+", found["cells"].strip(" ,;\n")))
+        for found in re.finditer(_LIST, text)
     ]
     often = Counter(len(cells) for _, cells in lists if len(cells) > 2).most_common(1)
-    columns = [(header, cells) for header, cells in lists if often and len(cells) == often[0][0]]
-    notes += [f"# {line.lstrip(' #%')}" for line in text.split("\n") if re.match(r"\s*[#%]", line)]
+    columns = [
+        (header, cells)
+        for header, cells in lists
+        if often and len(cells) == often[0][0]
+    ]
+    notes += [
+        f"# {line.lstrip(' #%')}"
+        for line in text.split("\n")
+        if re.match(r"\s*[#%]", line)
+    ]
     if len(columns) < 2:
-        lines = (re.sub(r"^\s*%+", "#", line) for line in text.split("\n") if not re.match(_STATEMENT, line))
+        lines = (
+            re.sub(r"^\s*%+", "#", line)
+            for line in text.split("\n")
+            if not re.match(_STATEMENT, line)
+        )
         return "\n".join(re.sub(_CODE, "", line) for line in lines)
-    single = ((parse_header(_header(found)), found["cells"]) for found in re.finditer(_ONE, text))
-    given = [f"# {one.roles[0]}: {cells} {one.unit or ''}" for one, cells in single if len(one.roles) == 1]
+    single = (
+        (parse_header(_header(found)), found["cells"])
+        for found in re.finditer(_ONE, text)
+    )
+    given = [
+        f"# {one.roles[0]}: {cells} {one.unit or ''}"
+        for one, cells in single
+        if len(one.roles) == 1
+    ]
     rows_of = zip(*(cells for _, cells in columns), strict=True)
     table = [", ".join(header for header, _ in columns), *map(", ".join, rows_of)]
     return "\n".join([*dict.fromkeys(notes), *given, *table]) + "\n"
@@ -72,7 +98,13 @@ def _json(text: str) -> Any:
     joined = re.sub(r"\}[ \t\r]*\n\s*\{", "}, {", text)
     whole = text if joined == text else f"[{joined}]"
     # A number keeps its digits: 15.0 is not 15.00.
-    return json.loads(whole, object_pairs_hook=_object, parse_float=str, parse_int=str, parse_constant=_constant)
+    return json.loads(
+        whole,
+        object_pairs_hook=_object,
+        parse_float=str,
+        parse_int=str,
+        parse_constant=_constant,
+    )
 
 
 def _constant(name: str) -> str | None:
@@ -85,7 +117,9 @@ def _check_depth(text: str) -> None:
     for sign in re.finditer(r'(?s)"(?:[^"\\]|\\.)*+"?|[\[\]{}]', text):
         depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(sign[0], 0)
         if depth > MAX_DEPTH:
-            raise NoTableError(f"it contains brackets inside of brackets, more than {MAX_DEPTH} deep")
+            raise NoTableError(
+                f"it contains brackets inside of brackets, more than {MAX_DEPTH} deep"
+            )
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -106,14 +140,25 @@ def _table_of_json(data: Any) -> str:
     named = data if isinstance(data, dict) else {}
     tables = [name for name, value in named.items() if _are_records(value)]
     if len(tables) > 1:
-        raise NoTableError(f"it contains several tables, {', '.join(tables[:5])}: keep one")
+        raise NoTableError(
+            f"it contains several tables, {', '.join(tables[:5])}: keep one"
+        )
     records = named[tables[0]] if tables else data if _are_records(data) else []
     columns = {} if records else _columns_of(named)
     if not records and not columns:
-        raise NoTableError("it contains no list of objects, and no lists with the names of columns")
+        raise NoTableError(
+            "it contains no list of objects, and no lists with the names of columns"
+        )
     if columns:
-        records = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-    given = [f"# {key}: {value}" for key, value in named.items() if not isinstance(value, list | dict)]
+        records = [
+            dict(zip(columns, row, strict=True))
+            for row in zip(*columns.values(), strict=True)
+        ]
+    given = [
+        f"# {key}: {value}"
+        for key, value in named.items()
+        if not isinstance(value, list | dict)
+    ]
     names = list(dict.fromkeys(name for row in records for name in row))
     runs = ("\t".join(_text_of(row.get(name)) for name in names) for row in records)
     table = "\n".join([*given, "\t".join(names), *runs]) + "\n"
@@ -123,7 +168,11 @@ def _table_of_json(data: Any) -> str:
 
 def _are_records(value: Any) -> bool:
     """Return whether a value is a list of objects, one for each run."""
-    return isinstance(value, list) and bool(value) and all(isinstance(one, dict) for one in value)
+    return (
+        isinstance(value, list)
+        and bool(value)
+        and all(isinstance(one, dict) for one in value)
+    )
 
 
 def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
@@ -131,14 +180,23 @@ def _columns_of(named: dict[str, Any]) -> dict[str, list[Any]]:
 
     They may be below one key, such as "data".
     """
-    lists = {name: list(one.values()) if isinstance(one, dict) else one for name, one in named.items()}
+    lists = {
+        name: list(one.values()) if isinstance(one, dict) else one
+        for name, one in named.items()
+    }
     lists = {name: one for name, one in lists.items() if isinstance(one, list)}
-    plain = {name: one for name, one in lists.items() if not any(isinstance(cell, list | dict) for cell in one)}
+    plain = {
+        name: one
+        for name, one in lists.items()
+        if not any(isinstance(cell, list | dict) for cell in one)
+    }
     if len(plain) > 1 and _have_equal_keys([named[name] for name in plain]):
         return plain
     lengths = sorted({len(one) for one in plain.values()})
     if len(lengths) > 1:
-        raise NoTableError(f"its lists have different lengths, {', '.join(map(str, lengths[:5]))}")
+        raise NoTableError(
+            f"its lists have different lengths, {', '.join(map(str, lengths[:5]))}"
+        )
     inner = [one for one in named.values() if isinstance(one, dict)]
     return next(filter(None, map(_columns_of, inner)), {})
 

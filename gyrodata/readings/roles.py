@@ -31,7 +31,9 @@ class Role(Struct, frozen=True):
     """Kind of quantity, a key of `gyrodata.units.SI`."""
     part: Literal["", "load", "spin", "count", "timing"] = ""
     """Part of a run that it measures: what turns the rod, the spin, how far the rod turned, and how long that took."""
-    bound: Literal["", "above zero", "not zero", "not below zero", "below 90 degrees"] = ""
+    bound: Literal[
+        "", "above zero", "not zero", "not below zero", "below 90 degrees"
+    ] = ""
     """Condition for its values."""
     bound_hint: str = ""
     """What to type if a value is outside the bound."""
@@ -49,17 +51,32 @@ class Role(Struct, frozen=True):
     """Role whose ``u_…`` is used if it has no ``u_…`` of its own."""
 
 
-TABLE = tuple(convert({"name": name, **fields}, Role) for name, fields in vocabulary.ROLES.items())
+TABLE = tuple(
+    convert({"name": name, **fields}, Role) for name, fields in vocabulary.ROLES.items()
+)
 
-SHARED_NAMES = tuple(dict.fromkeys(key for section in vocabulary.LANGUAGES.values() for key in section if " " in key))
+SHARED_NAMES = tuple(
+    dict.fromkeys(
+        key
+        for section in vocabulary.LANGUAGES.values()
+        for key in section
+        if " " in key
+    )
+)
 """Roles that share names, as they are written in the vocabulary."""
 
 BY_NAME: dict[str, Role] = {role.name: role for role in TABLE}
 ROLES = tuple(BY_NAME)
-FILLED_DOWN = {r.name for r in TABLE if r.part in ("load", "spin", "count")} | {"weight_diameter", "transverse_inertia"}
+FILLED_DOWN = {r.name for r in TABLE if r.part in ("load", "spin", "count")} | {
+    "weight_diameter",
+    "transverse_inertia",
+}
 """Roles whose blank cells take the value above, as in merged cells."""
 TEXTS = frozenset(role.name for role in TABLE if role.kind == "text")
-LOADS, COUNTS, TIMINGS = (tuple(r.name for r in TABLE if r.part == part) for part in ("load", "count", "timing"))
+LOADS, COUNTS, TIMINGS = (
+    tuple(r.name for r in TABLE if r.part == part)
+    for part in ("load", "count", "timing")
+)
 """Roles by the part of a run that they measure; of several timings, the first is used."""
 ONE_TURN = TIMINGS[1:]
 """Timings of one whole turn, which need no number of turns."""
@@ -70,15 +87,23 @@ SPIN_SETS = tuple(tuple(names.split()) for names in _SPIN_SETS.split(","))
 CONSTANTS = vocabulary.CONSTANTS
 """Kinds of the constants of a log that are not roles."""
 
-SHARED_UNCERTAINTIES = {f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind}
+SHARED_UNCERTAINTIES = {
+    f"u_{key}": source.kind for key, source in SOURCES.items() if source.kind
+}
 SHARED_UNCERTAINTIES |= {"u_imbalance": "torque", "u_ball_mass": "mass"}
 SHARED_UNCERTAINTIES |= {"u_ball_diameter": "length", "u_rod_length": "length"}
 """Kinds of the uncertainties whose names are not those of roles."""
 
-UNCERTAINTIES = (*(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")), *SHARED_UNCERTAINTIES)
+UNCERTAINTIES = (
+    *(f"u_{role.name}" for role in TABLE if role.kind not in ("sign", "text")),
+    *SHARED_UNCERTAINTIES,
+)
 
 
-ORIGIN_LENGTHS = {"surface": ("ball_diameter", 0.5, "surface_unknown"), "tip": ("rod_length", 1.0, "tip_unknown")}
+ORIGIN_LENGTHS = {
+    "surface": ("ball_diameter", 0.5, "surface_unknown"),
+    "tip": ("rod_length", 1.0, "tip_unknown"),
+}
 """Origins of positions: the length that says where the centre is, the share of it that is between both, and the name of
 the message if it is not given."""
 OTHER_KEYS = tuple(vocabulary.LINES)
@@ -111,7 +136,9 @@ def as_u_of(role: str, key: str, u: Uncertainty) -> Uncertainty:
 
 def stated_u(role: str, stated: Mapping[str, Uncertainty]) -> Uncertainty | None:
     """Return the uncertainty that a log states for every reading of a role; None if it states none."""
-    return next((as_u_of(role, key, stated[key]) for key in u_keys(role) if key in stated), None)
+    return next(
+        (as_u_of(role, key, stated[key]) for key in u_keys(role) if key in stated), None
+    )
 
 
 def to_display(value: float, role: str) -> tuple[float, str]:
@@ -122,7 +149,11 @@ def to_display(value: float, role: str) -> tuple[float, str]:
 
 def derived_roles(there: set[str]) -> set[str]:
     """Return the roles that are only compared, because the readings from which they are calculated are there."""
-    return {role.name for role in TABLE if any(there.issuperset(readings.split()) for readings in role.derived_from)}
+    return {
+        role.name
+        for role in TABLE
+        if any(there.issuperset(readings.split()) for readings in role.derived_from)
+    }
 
 
 @lru_cache(maxsize=16384)
@@ -130,17 +161,28 @@ def check_value(role: str, value: float) -> tuple[str, str]:
     """Return what is wrong with an impossible number, and what to type; two empty texts if the number is possible."""
     known, kind = BY_NAME.get(role), kind_of_role(role)
     steep = abs(value) >= math.pi / 2
-    broken = {"above zero": value <= 0, "not zero": value == 0, "not below zero": value < 0, "below 90 degrees": steep}
+    broken = {
+        "above zero": value <= 0,
+        "not zero": value == 0,
+        "not below zero": value < 0,
+        "below 90 degrees": steep,
+    }
     if known and broken.get(known.bound):
         return f"must be {known.bound}".replace("be not", "not be"), known.bound_hint
     low, high = units.LIMITS.get(kind, (0.0, math.inf))
     if value == 0 or low <= abs(value) <= high:
         return "", ""
     fault = f"is too {'large' if abs(value) > high else 'small'} for {units.KINDS[kind].words} in a lab"
-    return fault, f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip()
+    return (
+        fault,
+        f"is its unit the one written? Read are {low:g} to {high:g} {units.SI[kind]}".rstrip(),
+    )
 
 
-_MARKS = units.Letters({**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"}, categories=("Mn",))
+_MARKS = units.Letters(
+    {**str.maketrans("łϕı", "lφi", "_-.:'’<>|^$*~`\\{}"), ord("ß"): "ss"},
+    categories=("Mn",),
+)
 
 
 @lru_cache(maxsize=8192)
@@ -149,7 +191,9 @@ def squeeze(text: str) -> str:
     letters = text
     if not text.isascii():
         # A dot above means a rate ("φ̇"); other accents depend on the keyboard.
-        letters = unicodedata.normalize("NFD", units.fold_letters(text)).replace("\u0307", "dot")
+        letters = unicodedata.normalize("NFD", units.fold_letters(text)).replace(
+            "\u0307", "dot"
+        )
     return "".join(letters.translate(_MARKS).split())
 
 
@@ -167,7 +211,9 @@ def _words(key: str) -> set[str]:
     return set(_squeezed(",".join(vocabulary.words(key).split())))
 
 
-START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(_words, ("start", "end", "noise", "unsure"))
+START_WORDS, END_WORDS, NOISE_WORDS, UNSURE_WORDS = map(
+    _words, ("start", "end", "noise", "unsure")
+)
 THEORY_WORDS, TRIAL_WORDS, CENTRE_WORDS = map(_words, ("theory", "trial", "centre"))
 MEAN_WORDS, SCALE_WORDS, COUNTER_WORDS = map(_words, ("mean", "scale", "counter"))
 """Words for calculated values, repeats of one setting, the centre of the ball, means, and scales of instruments; and
@@ -188,15 +234,21 @@ for _roles in (*ROLES, *SHARED_NAMES):
 del NAMES[""]
 
 SYMBOLS: dict[str, tuple[str, ...]] = {
-    squeeze(symbol): tuple(roles.split()) for roles, symbols in vocabulary.SYMBOLS.items() for symbol in symbols.split()
+    squeeze(symbol): tuple(roles.split())
+    for roles, symbols in vocabulary.SYMBOLS.items()
+    for symbol in symbols.split()
 }
 """Roles by squeezed symbol; upper and lower case differ."""
 
 
 @cache
 def _all_words() -> frozenset[str]:
-    lists = (text for section in vocabulary.LANGUAGES.values() for text in section.values())
-    return frozenset(squeeze(word).lower() for word in " ".join(lists).replace(",", " ").split())
+    lists = (
+        text for section in vocabulary.LANGUAGES.values() for text in section.values()
+    )
+    return frozenset(
+        squeeze(word).lower() for word in " ".join(lists).replace(",", " ").split()
+    )
 
 
 def is_word(text: str) -> bool:
@@ -206,11 +258,16 @@ def is_word(text: str) -> bool:
 
 _HANGER, _HALF = (f"(?:{vocabulary.words(key, '|')})" for key in ("hanger", "half"))
 _ALTERED, _USUAL, CORRECTED = (
-    rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace("HANGER", _HANGER).replace("HALF", _HALF)
+    rf"(?i)(?<!\w)(?:{vocabulary.words(key, '|')}){end}".replace(
+        "HANGER", _HANGER
+    ).replace("HALF", _HALF)
     for key, end in (("altered", r"(?!\w)"), ("usual", ""), ("corrected", ""))
 )
 """Patterns of a note that says that a reading is not what is typed; of usual notes; and of notes that correct it."""
-ALTERED = {role: vocabulary.pattern(f"altered_{role}") for role in ("spin", "turns", "mass", "position")}
+ALTERED = {
+    role: vocabulary.pattern(f"altered_{role}")
+    for role in ("spin", "turns", "mass", "position")
+}
 """Patterns of notes that say this of one role, in words that do not name it."""
 
 
@@ -219,12 +276,28 @@ def altered_role(note: str) -> str:
     for role, words in ALTERED.items():
         if re.search(words, note) and not re.search(CORRECTED, note):
             return role
-    for clause in re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note)) if not re.search(CORRECTED, note) else ():
-        for word in re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ():
-            named = NAMES.get(squeeze(word).lower()) or NAMES.get(squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ())
-            named = ("spin",) if kinds_of(word) == {"rate"} else named if len(word) > 2 else ()
+    for clause in (
+        re.split(r"[.;!?]\s", re.sub(_USUAL, "…", note))
+        if not re.search(CORRECTED, note)
+        else ()
+    ):
+        for word in (
+            re.findall(r"[\w/]+", clause) if re.search(_ALTERED, clause) else ()
+        ):
+            named = NAMES.get(squeeze(word).lower()) or NAMES.get(
+                squeeze(re.sub(r"e?[ns]$", "", word)).lower(), ()
+            )
+            named = (
+                ("spin",)
+                if kinds_of(word) == {"rate"}
+                else named
+                if len(word) > 2
+                else ()
+            )
             named = ("mass",) if re.fullmatch(_HANGER, word, re.IGNORECASE) else named
-            if role := next((role for role in named if BY_NAME[role].part and role != "torque"), ""):
+            if role := next(
+                (role for role in named if BY_NAME[role].part and role != "torque"), ""
+            ):
                 return role
     return ""
 
@@ -267,7 +340,11 @@ _NOT_COUNTED = rf"{_NUMBER_OF}(?:\s+[^\W\d]+){{1,3}}\s*$"
 """The "number of full" in front of "turns" does not say how many they are."""
 SPINNING = vocabulary.pattern("spinning")
 _SMALL_WORDS = START_WORDS | END_WORDS | NOISE_WORDS
-_AFFIXES = ((START_WORDS, "", "_start"), (END_WORDS, "", "_end"), (UNSURE_WORDS, "u_", ""))
+_AFFIXES = (
+    (START_WORDS, "", "_start"),
+    (END_WORDS, "", "_end"),
+    (UNSURE_WORDS, "u_", ""),
+)
 """Words that change a role, with what the role's name gets before and behind it."""
 _SWEPT = ("rotation", "precession", "drehung", "präzession", "précession", "прецессия")
 """Names that mean an angle in degrees, and else a rate."""
@@ -281,16 +358,22 @@ def parse_header(text: str) -> Header:
     spread, rest = "", text.translate(_WIDE_BRACKETS).rstrip("*†‡: ")
     if match := re.search(_SPREAD, rest):
         spread = f"{match[1]} {match[2].strip()}".strip()
-        rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(" ,;")
+        rest = f"{rest[: match.start()].strip()} {rest[match.end() :].strip()}".strip(
+            " ,;"
+        )
     name, unit = split_unit(re.sub(r"(?<=[\])]) Run #\d+$", "", rest))
-    name = re.sub(r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name)  # "mean of 5 trials"
+    name = re.sub(
+        r"(?i)\s+(?:of|from|over|aus|de|di|von)\s+[0-9]{1,2}\s+\w{4,}$", "", name
+    )  # "mean of 5 trials"
     if not name.isascii():
         name = re.sub(r"(?<=[\u2e80-\uffff])(?=[A-Za-z])", " ", name)  # "质量m"
     if unit is None and kinds_of(spread.partition(" ")[2]):
         unit = spread.partition(" ")[2]
     if unit and re.fullmatch(_CLOCK_FORM, unit):
         unit = "s"  # how its cells are written, and they say so themselves
-    if not THEORY_WORDS.isdisjoint(squeeze(token).lower() for token in _TOKENS.split(text)):
+    if not THEORY_WORDS.isdisjoint(
+        squeeze(token).lower() for token in _TOKENS.split(text)
+    ):
         return Header(text, (), unit, spread)  # worked out, not measured
     found, number = name_roles(name)
     if not found and not text.islower():
@@ -299,24 +382,49 @@ def parse_header(text: str) -> Header:
             return replace(header, text=text)  # "massGrams"
     if unit is None:
         begins = accumulate(re.split(r"[\s(,]+", name), "{} {}".format)
-        if not found and turns_in(name) and any("time" in name_roles(begin)[0] for begin in begins):
+        if (
+            not found
+            and turns_in(name)
+            and any("time" in name_roles(begin)[0] for begin in begins)
+        ):
             found = ("time",)  # "Time for one turn" above "20.3 s"
         # A bare "N" counts turns: the other readings would need a unit.
-        bare = tuple(role for role in found if kind_of_role(role) in ("number", "text", "sign"))
+        bare = tuple(
+            role for role in found if kind_of_role(role) in ("number", "text", "sign")
+        )
         return Header(text, bare or found, unit, spread, number)
     kinds = kinds_of(unit)
-    found = ("time", "precession_period") if found == ("precession_rate",) and kinds == {"time"} else found
+    found = (
+        ("time", "precession_period")
+        if found == ("precession_rate",) and kinds == {"time"}
+        else found
+    )
     if not found and "time" in kinds and turns_in(name):
         found = ("time",)  # "1/3 turn (s)"
     elif not found and "time" in kinds:
         # "Trial 2" and "2nd measurement" above times
         spaced = re.sub(r"(?<=[^\W\d])(?=[0-9])", " ", name)
-        tokens = [(token, re.fullmatch(_ORDINAL, token.lower())) for token in _TOKENS.split(spaced) if token]
+        tokens = [
+            (token, re.fullmatch(_ORDINAL, token.lower()))
+            for token in _TOKENS.split(spaced)
+            if token
+        ]
         counted = [int(ordinal[1]) for _, ordinal in tokens if ordinal]
-        others = [token for token, ordinal in tokens if not ordinal and squeeze(token).lower() not in TRIAL_WORDS]
-        if len(counted) == 1 and all("time" in name_roles(token)[0] for token in others):
+        others = [
+            token
+            for token, ordinal in tokens
+            if not ordinal and squeeze(token).lower() not in TRIAL_WORDS
+        ]
+        if len(counted) == 1 and all(
+            "time" in name_roles(token)[0] for token in others
+        ):
             found, number = ("time",), counted[0]
-    elif not found and kinds == {"rate"} and is_of_the_spin(name) and not clock_word(name):
+    elif (
+        not found
+        and kinds == {"rate"}
+        and is_of_the_spin(name)
+        and not clock_word(name)
+    ):
         found = ("spin",)  # "Kreisfrequenz der Kugel (rad/s)"
     elif not found and "length" in kinds and (origin_in(name) or from_centre(name)):
         found = ("position",)
@@ -326,15 +434,31 @@ def parse_header(text: str) -> Header:
         kept = ("angle",)
     elif kinds == {"rate"} and found == ("turns",):
         kept = ("spin",)  # "Rotations (rpm)"
-    elif kinds == _OF_TURNS and len(name) > 1 and not kept and _names_motion(found) and not is_of_the_spin(name):
+    elif (
+        kinds == _OF_TURNS
+        and len(name) > 1
+        and not kept
+        and _names_motion(found)
+        and not is_of_the_spin(name)
+    ):
         kept = ("turns",)  # "Precession (turns)", "Rotation (rev)"
     elif kinds == {"force"} and found == ("mass",):
         kept = ("force",)  # "Weight (N)"
     elif "time" in kinds and "/" in unit and not kept:
         # "spin [s/rev]" is a period under another name.
-        kept = tuple(role.replace("spin", "spin_period", 1) for role in found if role.startswith("spin"))
+        kept = tuple(
+            role.replace("spin", "spin_period", 1)
+            for role in found
+            if role.startswith("spin")
+        )
     # A symbol says less than a unit: "D (s)" is not a torque.
-    return Header(text, kept if len(name.strip()) == 1 and kinds else kept or found, unit, spread, number)
+    return Header(
+        text,
+        kept if len(name.strip()) == 1 and kinds else kept or found,
+        unit,
+        spread,
+        number,
+    )
 
 
 _OF_TURNS = frozenset({"angle", "number"})
@@ -348,7 +472,9 @@ def _names_motion(found: tuple[str, ...]) -> bool:
 
 def can_measure(header: Header) -> bool:
     """Return whether the unit of a header fits one of its roles."""
-    return header.unit is None or any(_measures(header.unit, role) for role in header.roles)
+    return header.unit is None or any(
+        _measures(header.unit, role) for role in header.roles
+    )
 
 
 def counts_turns(header: Header) -> bool:
@@ -370,7 +496,12 @@ def hinted(header: Header) -> set[str]:
     if header.unit is None:
         return {altered_role(header.text)}
     words = re.findall(r"[^\W\d_]{2,}", header.text)
-    return {role for word in words for role in name_roles(word)[0] if _measures(header.unit, role)}
+    return {
+        role
+        for word in words
+        for role in name_roles(word)[0]
+        if _measures(header.unit, role)
+    }
 
 
 @lru_cache(maxsize=4096)
@@ -385,7 +516,9 @@ def is_part_of_mass(header: str) -> bool:
 
 
 def _measures(unit: str, role: str) -> bool:
-    return kind_of_role(role) in kinds_of(unit) or (unit == "%" and role.startswith("u_"))
+    return kind_of_role(role) in kinds_of(unit) or (
+        unit == "%" and role.startswith("u_")
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -398,64 +531,134 @@ def split_unit(text: str) -> tuple[str, str | None]:
         inside = (round_ if square is None else square).strip()
         if inside in ("-", "–", "—"):
             return split_unit(name)  # "Umdrehungen [-]"
-        is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (_is_unit_of(name, inside) and not turns_in(inside))
+        is_unit = bool(re.fullmatch(_CLOCK_FORM, inside)) or (
+            _is_unit_of(name, inside) and not turns_in(inside)
+        )
         is_unit |= len(inside) > 1 and len(kinds_of(inside)) == 1
-        if inside and not is_unit and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split()):
+        if (
+            inside
+            and not is_unit
+            and all(squeeze(word).lower() in NOISE_WORDS for word in inside.split())
+        ):
             return split_unit(name)  # "RPM (measured)"
         words = re.split(r"[\s,;]+", inside, maxsplit=1)
-        if len(words) > 1 and not kinds_of(inside) and _is_unit_of(f"{name} {words[1]}", words[0]):
-            return name if name_roles(name)[0] else f"{name} {words[1]}", words[0]  # "a (cm, from centre)"
+        if (
+            len(words) > 1
+            and not kinds_of(inside)
+            and _is_unit_of(f"{name} {words[1]}", words[0])
+        ):
+            return name if name_roles(name)[0] else f"{name} {words[1]}", words[
+                0
+            ]  # "a (cm, from centre)"
         parted, own = ("", None) if is_unit else split_unit(name)
-        if own and not own.isdigit() and kinds_of(own) and (name[-1] in "])" or not kinds_of(inside)):
+        if (
+            own
+            and not own.isdigit()
+            and kinds_of(own)
+            and (name[-1] in "])" or not kinds_of(inside))
+        ):
             return f"{parted} {inside}", own  # "r [cm] (from centre)"
         if not is_unit and kinds_of(name) == {"rate"}:
             return "spin", name  # "turns per second (tachometer)"
         if not is_unit and name_roles(name)[0] == ("position",) and from_centre(inside):
             return name, None  # "Position (from the centre)"
-        said = name_roles(text)[0] or turns_in(inside) if name_roles(name)[0] else not kinds_of(inside)
+        said = (
+            name_roles(text)[0] or turns_in(inside)
+            if name_roles(name)[0]
+            else not kinds_of(inside)
+        )
         if square is None and not is_unit and said:
             return text, None  # "czas (t)": a symbol, not a unit
         return name.rstrip(" /,;"), inside or None
     if match := re.fullmatch(_BRACKET_INSIDE, text):
         name = f"{match[1]} {match[3]}"  # "d (cm) from centre"
-        is_unit = not turns_in(match[2]) and any(_is_unit_of(one, match[2]) for one in (match[1], name))
+        is_unit = not turns_in(match[2]) and any(
+            _is_unit_of(one, match[2]) for one in (match[1], name)
+        )
         if is_unit and (name_roles(name)[0] or not name_roles(text)[0]):
             return name, match[2]
     if kinds_of(text) == {"rate"} and len(text.partition("/")[0].strip()) > 2:
         return "spin", text  # "toeren/min"
-    if (match := re.fullmatch(_TIME_PER, text)) and kinds_of(match[1]) == {"time"} and re.search(_TURN, match[2]):
-        owner = "precession" if re.search(PRECESSION, match[2]) else "spin" if re.search(SPINNING, match[2]) else ""
-        return f"{owner} period" if owner else f"time per {match[2]}", match[1]  # "sec per precession turn"
+    if (
+        (match := re.fullmatch(_TIME_PER, text))
+        and kinds_of(match[1]) == {"time"}
+        and re.search(_TURN, match[2])
+    ):
+        owner = (
+            "precession"
+            if re.search(PRECESSION, match[2])
+            else "spin"
+            if re.search(SPINNING, match[2])
+            else ""
+        )
+        return f"{owner} period" if owner else f"time per {match[2]}", match[
+            1
+        ]  # "sec per precession turn"
     match = re.fullmatch(r"([^\W\d][\w.]*)/(\S+)", text)
-    if match and kinds_of(match[2]) and not kinds_of(text) and ("_" not in text or turns_in(match[1])):
+    if (
+        match
+        and kinds_of(match[2])
+        and not kinds_of(text)
+        and ("_" not in text or turns_in(match[1]))
+    ):
         return match[1], match[2]  # "a/mm", "t_one_turn/ms"
     if match := re.fullmatch(r"(\w+?)_(rad|deg|rev)_(?:per_)?(s|min)", text):
         return match[1], f"{match[2]}/{match[3]}"
-    if (match := re.fullmatch(r"(.+)_([^_()]+)", text)) and kinds_of(match[2]) and re.search(r"[/(]|_.*_", text):
-        return match[1].replace("_", " "), match[2]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
+    if (
+        (match := re.fullmatch(r"(.+)_([^_()]+)", text))
+        and kinds_of(match[2])
+        and re.search(r"[/(]|_.*_", text)
+    ):
+        return match[1].replace("_", " "), match[
+            2
+        ]  # "spin_speed_rad/s", "total_time_(3_turns)_s"
     match = re.fullmatch(_IN_UNIT, text)
-    if match and kinds_of(match[2]) in ({"length"}, {"time"}) and not kinds_of(text[: match.end(2)]):
-        return f"{match[1]} {match[3]}", match[2]  # "distance in cm from the centre", "x/cm from centre"
-    if (match := re.fullmatch(r"(\S+)\s+(.+)", text)) and kinds_of(match[1]) == {"length"} and from_centre(match[2]):
+    if (
+        match
+        and kinds_of(match[2]) in ({"length"}, {"time"})
+        and not kinds_of(text[: match.end(2)])
+    ):
+        return f"{match[1]} {match[3]}", match[
+            2
+        ]  # "distance in cm from the centre", "x/cm from centre"
+    if (
+        (match := re.fullmatch(r"(\S+)\s+(.+)", text))
+        and kinds_of(match[1]) == {"length"}
+        and from_centre(match[2])
+    ):
         return match[2], match[1]  # "cm from the centre"
     name, unit = (*re.split(r"[_\s]+(?=[^_\s]+$)", text), "")[:2]
     is_time = (unit == "s" and turns_in(name)) or re.fullmatch(_CLOCK_FORM, unit)
-    if is_time or any(kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]):
-        return name, unit  # "period s" is not "periods"; "half_turn_s" and "time m:ss" are times
+    if is_time or any(
+        kind_of_role(role) in kinds_of(unit) for role in name_roles(name)[0]
+    ):
+        return (
+            name,
+            unit,
+        )  # "period s" is not "periods"; "half_turn_s" and "time m:ss" are times
     if name_roles(text)[0]:
-        own = unit if name_roles(text)[0] == ("spin",) and kinds_of(unit) == {"rate"} else None  # "ball rpm"
+        own = (
+            unit
+            if name_roles(text)[0] == ("spin",) and kinds_of(unit) == {"rate"}
+            else None
+        )  # "ball rpm"
         return ("spin", text) if kinds_of(text) == {"rate"} else (text, own)
     small = [token for token in text.split() if squeeze(token).lower() in _SMALL_WORDS]
     tokens = [token for token in text.split() if token not in small]
     if "_" in text and kinds_of(text.partition("_")[0]) == {"rate"}:
         return split_unit(text.replace("_", " "))  # "rpm_start"
     if len(tokens) > 1 and any(kinds_of(token) == {"rate"} for token in tokens):
-        tokens = [token for token in tokens if not re.search(SPINNING, token)]  # "RPM ball"
+        tokens = [
+            token for token in tokens if not re.search(SPINNING, token)
+        ]  # "RPM ball"
     rest = " ".join(tokens)
     is_rate = kinds_of(rest) == {"rate"}
     # The shortest name comes first, so that "rad s^-1" is one unit; before a slash U is not an uncertainty.
     parts = [
-        (text[: match.start()].strip(" _/,;"), text[match.end() :].strip(" _").lstrip("/ "))
+        (
+            text[: match.start()].strip(" _/,;"),
+            text[match.end() :].strip(" _").lstrip("/ "),
+        )
         for separator in (r"\s+(?:in|en|em|w|в|/)\s+", r"[\s_]+", r"[,;]", "/")
         for match in re.finditer(separator, text)
     ]
@@ -463,19 +666,29 @@ def split_unit(text: str) -> tuple[str, str | None]:
     for strict in (True, False):
         for name, unit in parts:
             fits = any(_measures(unit, role) for role in name_roles(name)[0])
-            fits = fits or ("time" in kinds_of(unit) and bool(turns_in(name)))  # "time for 1 turn / s"
+            fits = fits or (
+                "time" in kinds_of(unit) and bool(turns_in(name))
+            )  # "time for 1 turn / s"
             fits = fits or (not strict and _is_unit_of(name, unit))
-            is_name = unit not in ("h", "t", "r", "U", "об") and not (is_rate and name_roles(name)[0] == ("turns",))
+            is_name = unit not in ("h", "t", "r", "U", "об") and not (
+                is_rate and name_roles(name)[0] == ("turns",)
+            )
             # Of "how long for 1 turn", the turn is not a unit.
             of_turns = fits and "angle" in kinds_of(unit) and re.search(_TURN, unit)
-            counted = bool(re.search("[0-9]", text) or words_of_turns(text.removesuffix(unit)))
+            counted = bool(
+                re.search("[0-9]", text) or words_of_turns(text.removesuffix(unit))
+            )
             if fits and is_name and not (of_turns and counted):
                 return name, unit
     if is_rate:
         return " ".join(("spin", *small)), rest  # "Rev/min", "RPM before"
-    if len(kinds_of(text)) == 1 and not kinds_of(text).isdisjoint(("angle", "mass", "length", "time")):
+    if len(kinds_of(text)) == 1 and not kinds_of(text).isdisjoint(
+        ("angle", "mass", "length", "time")
+    ):
         return "", text  # "cm" above the positions
-    if (match := re.fullmatch(r"(.+)\s(?:/|in|en|em|w|в)\s+(\S+)", text)) and kinds_of(match[2]):
+    if (match := re.fullmatch(r"(.+)\s(?:/|in|en|em|w|в)\s+(\S+)", text)) and kinds_of(
+        match[2]
+    ):
         return match[1].strip(), match[2]  # "a in cm"
     name, _, unit = text.rpartition(",")
     if name_roles(name)[0] and unit.strip() and not re.search(_TURN, unit):
@@ -486,8 +699,12 @@ def split_unit(text: str) -> tuple[str, str | None]:
 def _is_unit_of(name: str, unit: str) -> bool:
     found, kinds = name_roles(name.rstrip(" /,;"))[0], kinds_of(unit)
     if not found:
-        return ("length" in kinds and from_centre(name)) or ("time" in kinds and bool(turns_in(name)))
-    return any(_measures(unit, role) for role in found) or bool(kinds and not SYMBOLS.get(squeeze(unit)))
+        return ("length" in kinds and from_centre(name)) or (
+            "time" in kinds and bool(turns_in(name))
+        )
+    return any(_measures(unit, role) for role in found) or bool(
+        kinds and not SYMBOLS.get(squeeze(unit))
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -507,21 +724,43 @@ def _known(name: str) -> tuple[str, ...]:
     """Look up a symbol or a name, as it is."""
     symbol, key = squeeze(name), re.sub(r"[\s-]", "_", name.lower())
     one_letter = SYMBOLS.get(symbol.lower(), ()) if len(symbol) == 1 else ()
-    joined = NAMES.get(symbol.lower()) if not re.search(r"[\s,]s$", name) else ()  # "time s" is not "times"
-    return SYMBOLS.get(symbol) or joined or ((key,) if key in UNCERTAINTIES else one_letter)
+    joined = (
+        NAMES.get(symbol.lower()) if not re.search(r"[\s,]s$", name) else ()
+    )  # "time s" is not "times"
+    return (
+        SYMBOLS.get(symbol)
+        or joined
+        or ((key,) if key in UNCERTAINTIES else one_letter)
+    )
 
 
 def _modified(name: str) -> tuple[str, ...]:
     """Look up "initial spin", "mean period", "error of T", "Mass, m": a known name between small words."""
-    if re.search(rf"{_FROM}$", name) and not re.search("[/,)]", name) and (origin_in(name) or from_centre(name)):
+    if (
+        re.search(rf"{_FROM}$", name)
+        and not re.search("[/,)]", name)
+        and (origin_in(name) or from_centre(name))
+    ):
         name = re.split(_FROM, name)[0]  # "pos. from ball surface"
     tokens = [token for token in _TOKENS.split(name) if token]
     if not 2 <= len(tokens) <= 8:
-        return _known(tokens[0]) if len(tokens) == 1 and "position" in _known(tokens[0]) else ()
+        return (
+            _known(tokens[0])
+            if len(tokens) == 1 and "position" in _known(tokens[0])
+            else ()
+        )
     # "Mass m", "Tiempo de giro inicial T Gi", "m (mass)": what both mean is meant.
-    for words, letters in ((tokens[:-1], tokens[-1:]), (tokens[:-2], tokens[-2:]), (tokens[1:], tokens[:1])):
+    for words, letters in (
+        (tokens[:-1], tokens[-1:]),
+        (tokens[:-2], tokens[-2:]),
+        (tokens[1:], tokens[:1]),
+    ):
         word, symbol = " ".join(words), SYMBOLS.get(squeeze(" ".join(letters)), ())
-        both = tuple(role for role in symbol and (_known(word) or _modified(word)) if role in symbol)
+        both = tuple(
+            role
+            for role in symbol and (_known(word) or _modified(word))
+            if role in symbol
+        )
         # A word of Chinese or Japanese may have two signs.
         if both and (len(squeeze(words[0])) > 2 or words[0] > "\u2e80"):
             return both
@@ -529,14 +768,23 @@ def _modified(name: str) -> tuple[str, ...]:
     affixes = [affix for affix in _AFFIXES if not affix[0].isdisjoint(lower)]
     small = {word for words, _, _ in affixes for word in words}
     # Small words may belong to a name: "tiempo de giro".
-    named = " ".join(token for token, low in zip(tokens, lower, strict=True) if low not in small)
-    left = " ".join(token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS)
-    before, after = "".join(one for _, one, _ in affixes), "".join(one for _, _, one in affixes)
+    named = " ".join(
+        token for token, low in zip(tokens, lower, strict=True) if low not in small
+    )
+    left = " ".join(
+        token for token in named.split() if squeeze(token).lower() not in NOISE_WORDS
+    )
+    before, after = (
+        "".join(one for _, one, _ in affixes),
+        "".join(one for _, _, one in affixes),
+    )
     bases = _known(left) or _known(named) if left else ()
     # "Rotations before (rpm)"
     bases += ("spin",) * (bases == ("turns",) and after != "")
     modified = (f"{before}{role}{after}" for role in bases)
-    if found := tuple(role for role in modified if role in ROLES or role in UNCERTAINTIES):
+    if found := tuple(
+        role for role in modified if role in ROLES or role in UNCERTAINTIES
+    ):
         return found
     # "Period of precession" in any order of its words; "precession" alone is a name.
     bare = " ".join(word for word in left.split() if not re.fullmatch(PRECESSION, word))
@@ -563,20 +811,37 @@ def suggest_role(header: str) -> str:
     """Return the role whose name is nearly that of a header; "" if there is none."""
     name = re.split(r"[\[(]", split_unit(header)[0])[0].strip()
     key = squeeze(name).lower()
-    if len(key) > 2 and (close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)):
+    if len(key) > 2 and (
+        close := difflib.get_close_matches(key, NAMES, n=1, cutoff=0.75)
+    ):
         return NAMES[close[0]][0]
     match = re.fullmatch(_INDEX, name)  # "T_P_1"
     return next(iter(name_roles(match[1])[0]), "") if match else ""
 
 
-AND, _FILLERS, _PARTS = (tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part"))
+AND, _FILLERS, _PARTS = (
+    tuple(vocabulary.words(key).split()) for key in ("and", "filler", "part")
+)
 """Words between two numbers of one count, "one and a half"; between a count and "turn"; and "part of" one turn."""
-_NUMBERS = dict(number.split("=") for number in _squeezed(",".join(vocabulary.words("number").split())))
-_SIGNS = "|".join(sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[::-1])
+_NUMBERS = dict(
+    number.split("=")
+    for number in _squeezed(",".join(vocabulary.words("number").split()))
+)
+_SIGNS = "|".join(
+    sorted((word for word in _NUMBERS if chr(0x2E80) < word < chr(0xA000)), key=len)[
+        ::-1
+    ]
+)
 _SIGNS = f"(?<!第)(?:{_SIGNS})"
 """Numbers in languages without blanks between words."""
-_TURN, _PERIOD, _ONE_TURN, _DIVIDED = map(vocabulary.pattern, ("turn", "period", "one_turn", "divided"))
-_PARTS_OF_ONE = {word: f"1{number}"[-3:] for word, number in _NUMBERS.items() if "/" in number and len(word) > 2}
+_TURN, _PERIOD, _ONE_TURN, _DIVIDED = map(
+    vocabulary.pattern, ("turn", "period", "one_turn", "divided")
+)
+_PARTS_OF_ONE = {
+    word: f"1{number}"[-3:]
+    for word, number in _NUMBERS.items()
+    if "/" in number and len(word) > 2
+}
 _JOINED = rf"(?i)\b({'|'.join(_PARTS_OF_ONE)})(?={_TURN})"
 """Joined words such as "Vierteldrehung"."""
 _ONES = "|".join([*_FILLERS, *re.findall(r"(\S+)=1(?!\S)", vocabulary.words("number"))])
@@ -587,7 +852,9 @@ _COUNTED = (
 )
 _MIXED = rf"(?i)(?:^|\(|([^\W\d]+)[\s_]+)([1-9][0-9]?)\s+([1-9]/[2-9])\s*(?:of\s+)?(?:an?\s+)?{_TURN}"
 _FOR = ("for", "of", "für", "pour", "de", "per", "para", "por")
-_ALONE = r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
+_ALONE = (
+    r"(?i)(?:t|time|Zeit|temps|tiempo|tempo|czas|время)[\s_(]*([1-9]\s*/\s*[2-9])\)?"
+)
 _PERIODS = r"([1-9][0-9]?)\s*[·*×]?\s*T(?!\w)"
 _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 
@@ -596,30 +863,60 @@ _ANGLE = r"(?<![0-9.,])([1-9][0-9]{1,3})\s*([°º˚]|[^\W\d]+)"
 def turns_in(header: str) -> str:
     """Find the turns that a header or a caption states: "1/3", "1", "2.5"; "" if it states none."""
     # Nearly all texts are units, numbers and known names, and the patterns below take 20 ms to compile.
-    if (header.isalpha() and kinds_of(header)) or not re.search(r"[^\W\d_]|[°º˚]", header):
+    if (header.isalpha() and kinds_of(header)) or not re.search(
+        r"[^\W\d_]|[°º˚]", header
+    ):
         return ""  # "rpm", "20.3"
     name, unit = split_unit(header) if len(header) < 30 else ("", None)
-    known = name.isascii() and name.isalpha() and name.lower() in NAMES and not re.search("[0-9]", header)
+    known = (
+        name.isascii()
+        and name.isalpha()
+        and name.lower() in NAMES
+        and not re.search("[0-9]", header)
+    )
     if known and (unit is None or kinds_of(unit)):
         return ""  # "time [s]", "revolutions"
-    plain = "".join(f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c for c in header)
+    plain = "".join(
+        f" {unicodedata.normalize('NFKC', c)}" if unicodedata.category(c) == "No" else c
+        for c in header
+    )
     for way, usual in vocabulary.WAYS["turns"]:
         plain = re.sub(way, usual, plain)
-    plain = re.sub(_JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain)
+    plain = re.sub(
+        _JOINED, lambda joined: f"{_PARTS_OF_ONE[joined[1].lower()]} ", plain
+    )
     if unit and "time" in kinds_of(unit):
         plain = re.sub(r"\s*/\s*\w+\W*$", "", plain)  # "time for one turn/s"
     if len(header) > MAX_HEADER or re.search(_AND_A_HALF, plain):
         return ""  # the function reads no number from "1 tour et demi"
-    if re.search(_DIVIDED, plain) and re.search(rf"[0-9]\s*(?:\w+\s+)?(?:{_TURN})", plain):
+    if re.search(_DIVIDED, plain) and re.search(
+        rf"[0-9]\s*(?:\w+\s+)?(?:{_TURN})", plain
+    ):
         return "1"  # "we timed 3 turns and divided"
     if mixed := re.search(_MIXED, plain):
         # "Time 1 1/3 turn" may be the first of several.
-        return str(int(mixed[2]) + Fraction(mixed[3])) if not mixed[1] or mixed[1].lower() in _FOR else ""
-    if match := re.search(_COUNTED, plain) or re.match(_ALONE, plain) or re.match(_PERIODS, plain):
+        return (
+            str(int(mixed[2]) + Fraction(mixed[3]))
+            if not mixed[1] or mixed[1].lower() in _FOR
+            else ""
+        )
+    if (
+        match := re.search(_COUNTED, plain)
+        or re.match(_ALONE, plain)
+        or re.match(_PERIODS, plain)
+    ):
         return match[1].replace(" ", "").replace(",", ".").replace("⁄", "/")
     match = re.search(_ANGLE, plain)
-    in_degrees = match and kinds_of(match[2]) == {"angle"} and units.parse(match[2]).text == "deg"
-    if match and in_degrees and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12):
+    in_degrees = (
+        match
+        and kinds_of(match[2]) == {"angle"}
+        and units.parse(match[2]).text == "deg"
+    )
+    if (
+        match
+        and in_degrees
+        and (part := Fraction(int(match[1]), 360)).denominator in (1, 2, 3, 4, 6, 12)
+    ):
         return str(part)
     for turn in re.finditer(rf"{_TURN}(?!\w*/\w)", plain):
         before = plain[: turn.start()]
@@ -629,13 +926,19 @@ def turns_in(header: str) -> str:
             return said
     if re.search(_ONE_TURN, plain):
         return "1"
-    said = words_of_turns(re.split(_PERIOD, plain)[0]) if re.search(_PERIOD, plain) else ""
+    said = (
+        words_of_turns(re.split(_PERIOD, plain)[0]) if re.search(_PERIOD, plain) else ""
+    )
     return "" if said == "1" else said
 
 
 def is_of_turns(word: str) -> bool:
     """Return whether a word belongs to a count of turns: "full", "third", "turn", "precession"."""
-    return word in _FILLERS or word in _NUMBERS or bool(re.search(f"{_TURN}|{_ONE_TURN}|{PRECESSION}", word))
+    return (
+        word in _FILLERS
+        or word in _NUMBERS
+        or bool(re.search(f"{_TURN}|{_ONE_TURN}|{PRECESSION}", word))
+    )
 
 
 def words_of_turns(text: str, whole: bool = False) -> str:
@@ -644,8 +947,14 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     With `whole` the text contains nothing else, as in a cell, and digits count: "5 half" is 5/2.
     """
     tokens = filter(None, _TOKENS.split(re.sub(_SIGNS, r" \g<0> ", text.lower())))
-    words = [word for word in tokens if word not in _FILLERS and not re.fullmatch(PRECESSION, word)]
-    words = [word if re.search("[0-9]", word) else squeeze(word).lower() for word in words]
+    words = [
+        word
+        for word in tokens
+        if word not in _FILLERS and not re.fullmatch(PRECESSION, word)
+    ]
+    words = [
+        word if re.search("[0-9]", word) else squeeze(word).lower() for word in words
+    ]
     numbers = [_NUMBERS.get(word, word) for word in words]
     if numbers[-1:] == ["1"] and "/" in "".join(numbers[-2:-1]):
         del words[-1], numbers[-1]  # "a third of one"
@@ -656,7 +965,9 @@ def words_of_turns(text: str, whole: bool = False) -> str:
     *before, part = numbers
     if part.startswith("/"):
         count = before.pop() if before and before[-1].isdecimal() else ""
-        part = (count or ("" if before or not whole else "1")) + part  # "Drittel" alone in a cell
+        part = (
+            count or ("" if before or not whole else "1")
+        ) + part  # "Drittel" alone in a cell
     mixed = before[-1:] != [] and before[-1] in AND
     before = before[: len(before) - mixed]
     count = before.pop() if before and before[-1].isdecimal() else ""
@@ -680,11 +991,23 @@ def are_turns(header: Header, texts: Sequence[str]) -> bool:
     Fractions and words such as "one third" are enough; for other numbers the name must contain a word for a turn.
     """
     texts = [text for text in map(quantities.fold_number, texts) if text]
-    parts = [bool(re.fullmatch(_TURNS, text) or words_of_turns(text, whole=True) or turns_in(text)) for text in texts]
-    counts = [part or bool(re.fullmatch(_COUNT, text)) for part, text in zip(parts, texts, strict=True)]
+    parts = [
+        bool(
+            re.fullmatch(_TURNS, text)
+            or words_of_turns(text, whole=True)
+            or turns_in(text)
+        )
+        for text in texts
+    ]
+    counts = [
+        part or bool(re.fullmatch(_COUNT, text))
+        for part, text in zip(parts, texts, strict=True)
+    ]
     unknown = not header.roles and header.unit is None
     # "thirds of a turn" above 3 is something else.
-    numbered = not _NUMBERS.keys().isdisjoint(_TOKENS.split(header.text.lower())) and "/" not in turns_in(header.text)
+    numbered = not _NUMBERS.keys().isdisjoint(
+        _TOKENS.split(header.text.lower())
+    ) and "/" not in turns_in(header.text)
     named = bool(re.search(_TURN, header.text)) and not numbered
     return unknown and bool(texts) and all(counts) and (any(parts) or named)
 
@@ -694,25 +1017,38 @@ _WEIGHTS = vocabulary.pattern("weights")
 
 def counts_weights(header: Header) -> bool:
     """Return whether a column counts the weights on the rod, as "number of weights" does."""
-    return header.unit is None and not header.roles and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
+    return (
+        header.unit is None
+        and not header.roles
+        and bool(re.search(rf"\b{_WEIGHTS}\b", header.text))
+    )
 
 
 FROM = vocabulary.pattern("from")
 """Words between a length and its origin."""
 _FROM = rf"\b{FROM}\b((?:\W+[\w']+){{1,5}})"
 _SURFACE_NOTE = vocabulary.pattern("surface_note")
-_WEIGHT_NAMES = [name.strip() for name in vocabulary.words("mass", ",").split(",") if " " not in name.strip()]
+_WEIGHT_NAMES = [
+    name.strip()
+    for name in vocabulary.words("mass", ",").split(",")
+    if " " not in name.strip()
+]
 _WEIGHT_NAME = "|".join(name for name in _WEIGHT_NAMES if len(name) > 3)
 _CENTRE = r"(?i)cent(?:re|er)|mittel|Mitte|центр|środk"
 _OF_WEIGHT = rf"(?i)(?:{_CENTRE[4:]})\w*\W+(?:\w+\W+){{0,2}}?(?:{_WEIGHT_NAME})|{vocabulary.pattern('not_centre')}"
 """The centre of the weight, or what is not the origin."""
-_ORIGIN = tuple((origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip"))
+_ORIGIN = tuple(
+    (origin, f"(?i){vocabulary.words(origin, '|')}") for origin in ("surface", "tip")
+)
 
 
 @lru_cache(maxsize=4096)
 def origin_in(header: str) -> str:
     """Return the origin of positions, "surface" of the ball or "tip" of the rod, if a header names it; else ""."""
-    if len(header) > MAX_HEADER or (re.search(_CENTRE, header) and re.search(_CENTRE, re.sub(_OF_WEIGHT, "", header))):
+    if len(header) > MAX_HEADER or (
+        re.search(_CENTRE, header)
+        and re.search(_CENTRE, re.sub(_OF_WEIGHT, "", header))
+    ):
         return ""
     return next((origin for origin, words in _ORIGIN if re.search(words, header)), "")
 
@@ -720,7 +1056,9 @@ def origin_in(header: str) -> str:
 @lru_cache(maxsize=4096)
 def noted_origin(note: str) -> str:
     """Return the origin of positions in a note such as "x is measured from the surface of the ball"; else ""."""
-    if not any(re.search(words, note) for words in (_SURFACE_NOTE, *dict(_ORIGIN).values())):
+    if not any(
+        re.search(words, note) for words in (_SURFACE_NOTE, *dict(_ORIGIN).values())
+    ):
         return ""
     to_weight = bool(re.search(_OF_WEIGHT, note))
     note = re.sub(_OF_WEIGHT, "", note)
@@ -728,20 +1066,41 @@ def noted_origin(note: str) -> str:
         return "surface"
     if not (origin := origin_in(note)):
         return ""
-    if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(symbol[1])[0]:
+    if (symbol := re.match(r"\W*(\w{1,8})\s*[,:=]", note)) and "position" in name_roles(
+        symbol[1]
+    )[0]:
         return origin  # "x: surface of the ball to the middle of the weight"
     names = re.findall(r"[^\W\d_]+", note)
-    named = (name.removesuffix(end) for name in names for end in ("", "s", "n", "en", "e", "et"))
-    is_position = to_weight or any({"position", "mass"}.intersection(name_roles(one)[0]) for one in named)
-    is_position |= bool(re.match(rf"\W*{FROM}\b", note))  # the footnote "* from the surface"
-    return origin if is_position and any(origin_in(found[1]) for found in re.finditer(f"(?={_FROM})", note)) else ""
+    named = (
+        name.removesuffix(end)
+        for name in names
+        for end in ("", "s", "n", "en", "e", "et")
+    )
+    is_position = to_weight or any(
+        {"position", "mass"}.intersection(name_roles(one)[0]) for one in named
+    )
+    is_position |= bool(
+        re.match(rf"\W*{FROM}\b", note)
+    )  # the footnote "* from the surface"
+    return (
+        origin
+        if is_position
+        and any(origin_in(found[1]) for found in re.finditer(f"(?={_FROM})", note))
+        else ""
+    )
 
 
 def noted_centre(note: str) -> bool:
     """Return whether a note says that positions count from the centre of the ball."""
     note = re.sub(_OF_WEIGHT, "", note)
-    names = [name.removesuffix(end) for name in re.findall(r"[^\W\d_]+", note) for end in ("", "s", "e", "n")]
-    is_position = any({"position", "mass"}.intersection(name_roles(name)[0]) for name in names)
+    names = [
+        name.removesuffix(end)
+        for name in re.findall(r"[^\W\d_]+", note)
+        for end in ("", "s", "e", "n")
+    ]
+    is_position = any(
+        {"position", "mass"}.intersection(name_roles(name)[0]) for name in names
+    )
     return is_position and from_centre(note) and bool(re.search(_FROM, note))
 
 
@@ -755,12 +1114,18 @@ def diameter_in(sentence: str) -> str:
     if not re.search(SPHERE, sentence):
         return ""
     # "diameter (mm): 101.6", "diameter, cm 10.2"
-    sentence = re.sub(rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({quantities.NUMBER})", r"\2 \1", sentence)
+    sentence = re.sub(
+        rf"(?:[\[(]|,\s)([mcdik]?[mn]|[сcм]м)[\])]?\W*({quantities.NUMBER})",
+        r"\2 \1",
+        sentence,
+    )
     if match := re.search(DIAMETER, sentence):
         return match[1] or match[2]
     # "from the surface, r = x + 5.08 cm"
     match = re.search(rf"(?:{_RADIUS}|\bR\s*=)[^0-9;]{{0,30}}?{_LONG}", sentence) or (
-        re.search(rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}", sentence) if origin_in(sentence) == "surface" else None
+        re.search(rf"=[^0-9;=+]{{1,30}}\+\s*{_LONG}", sentence)
+        if origin_in(sentence) == "surface"
+        else None
     )
     return f"2 x {match[1]}" if match else ""
 
@@ -771,7 +1136,9 @@ def from_centre(header: str) -> bool:
         return False
     # The languages of Asia join small words to others, or have no blanks.
     joined = squeeze(header)
-    return not CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(w in joined for w in CENTRE_WORDS if w > "\u0590")
+    return not CENTRE_WORDS.isdisjoint(squeezed_words(header)) or any(
+        w in joined for w in CENTRE_WORDS if w > "\u0590"
+    )
 
 
 def clock_word(header: str) -> str:

@@ -68,10 +68,16 @@ def read_sheets(data: bytes) -> list[Sheet]:
             if sum(member.file_size for member in archive.infolist()) > _MAX_UNPACKED:
                 raise TooLargeError("it unpacks to more than 100 MB")
             is_excel = "xl/workbook.xml" in archive.namelist()
-            sheets = _excel_sheets(data, archive) if is_excel else _opendocument_sheets(archive)
+            sheets = (
+                _excel_sheets(data, archive)
+                if is_excel
+                else _opendocument_sheets(archive)
+            )
     except TooLargeError:
         raise
-    except Exception as error:  # a damaged workbook can fail in any way inside the libraries
+    except (
+        Exception
+    ) as error:  # a damaged workbook can fail in any way inside the libraries
         raise ValueError(f"{type(error).__name__}: {error}") from None
     _check_size(cell for sheet in sheets for row in sheet.rows for cell in row)
     return sheets
@@ -95,8 +101,17 @@ def hidden_parts(sheet: Sheet) -> Iterator[str]:
     """Name the hidden rows and columns of a sheet that contain something, or the sheet itself."""
     if sheet.is_hidden:
         yield f"the sheet {quoted(sheet.title)}"
-    filled_columns = {at for row in sheet.rows for at, cell in enumerate(row, 1) if cell not in (None, "")}
-    rows = [row for row in sheet.hidden_rows if row <= len(sheet.rows) and sheet.rows[row - 1]]
+    filled_columns = {
+        at
+        for row in sheet.rows
+        for at, cell in enumerate(row, 1)
+        if cell not in (None, "")
+    }
+    rows = [
+        row
+        for row in sheet.hidden_rows
+        if row <= len(sheet.rows) and sheet.rows[row - 1]
+    ]
     columns = [column for column in sheet.hidden_columns if column in filled_columns]
     for word, numbers, name in (("row", rows, str), ("column", columns, _letters)):
         if numbers:
@@ -118,7 +133,12 @@ def _spans(numbers: list[int], name: Callable[[int], str]) -> str:
             spans[-1] = spans[-1][0], number
         else:
             spans.append((number, number))
-    return listing([name(first) if first == last else f"{name(first)}-{name(last)}" for first, last in spans])
+    return listing(
+        [
+            name(first) if first == last else f"{name(first)}-{name(last)}"
+            for first, last in spans
+        ]
+    )
 
 
 def _letters(column: int) -> str:
@@ -152,7 +172,9 @@ def _check_part(archive: zipfile.ZipFile, part: str, most: int) -> None:
     """Raise TooLargeError if a part of a workbook unpacks to more bytes than are read; a part may be missing."""
     if part in archive.namelist() and archive.getinfo(part).file_size > most:
         size = archive.getinfo(part).file_size / 1e6
-        raise TooLargeError(f"its part {part} unpacks to {size:.1f} MB; at most {most / 1e6:g} MB are read")
+        raise TooLargeError(
+            f"its part {part} unpacks to {size:.1f} MB; at most {most / 1e6:g} MB are read"
+        )
 
 
 def _add_values(sheets: list[Sheet], content: Content) -> None:
@@ -167,13 +189,17 @@ def _add_values(sheets: list[Sheet], content: Content) -> None:
             by_title[title].without_value[row, column] = lacking[cell]
 
 
-def _spread(formula: Formula, height: int, width: int, last_row: int, content: Content) -> None:
+def _spread(
+    formula: Formula, height: int, width: int, last_row: int, content: Content
+) -> None:
     """Add the formula of an area to each of its cells, in rows with content: only the first cell contains it."""
     title, top, left = formula.cell
     for row in range(top, min(top + height - 1, max(top, last_row)) + 1):
         for column in range(left, min(left + width - 1, _COLUMNS) + 1):
             cell = (title, row, column)
-            value = str(content.numbers[cell] or "0") if cell in content.numbers else None
+            value = (
+                str(content.numbers[cell] or "0") if cell in content.numbers else None
+            )
             if cell not in content.numbers or content.numbers[cell] == 0:
                 content.formulas.append(Formula(cell, f"{{{formula.text}}}", value))
 
@@ -186,24 +212,35 @@ def _excel_sheets(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
     from openpyxl.reader.excel import ExcelReader
     from openpyxl.xml.constants import SHARED_STRINGS
 
-    for part in ("[Content_Types].xml", "xl/styles.xml", "docProps/core.xml", "docProps/custom.xml"):
+    for part in (
+        "[Content_Types].xml",
+        "xl/styles.xml",
+        "docProps/core.xml",
+        "docProps/custom.xml",
+    ):
         _check_part(archive, part, _MAX_STYLE_BYTES)
     for part in archive.namelist():
         if part.endswith(".rels") or part == "xl/workbook.xml":
             _check_part(archive, part, _MAX_STYLE_BYTES)
-    reader = ExcelReader(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
+    reader = ExcelReader(
+        io.BytesIO(data), read_only=True, data_only=True, keep_links=False
+    )
     reader.read_manifest()
     strings = reader.package.find(SHARED_STRINGS)
     if strings is not None:
         _check_part(archive, strings.PartName[1:], _MAX_STRING_BYTES)
     reader.read_workbook()
-    parts = {sheet.name: relation.target for sheet, relation in reader.parser.find_sheets()}
+    parts = {
+        sheet.name: relation.target for sheet, relation in reader.parser.find_sheets()
+    }
     _check_sheets(archive, list(parts.values()))
     reader.read()
     book = reader.wb
     sheets = [_excel_sheet(sheet) for sheet in book.worksheets]
     texts = {sheet.title: archive.read(parts[sheet.title]) for sheet in sheets}
-    has_formulas = any(re.search(rb"<(?:\w+:)?f[\s/>]", text) for text in texts.values())
+    has_formulas = any(
+        re.search(rb"<(?:\w+:)?f[\s/>]", text) for text in texts.values()
+    )
     content = Content(to_calculate=_asks_to_calculate(archive.read("xl/workbook.xml")))
     for sheet in sheets:
         if has_formulas or b"hidden" in texts[sheet.title]:
@@ -214,7 +251,11 @@ def _excel_sheets(data: bytes, archive: zipfile.ZipFile) -> list[Sheet]:
 
 def _asks_to_calculate(text: bytes) -> bool:
     """Return whether a workbook says that its formulas have to be calculated when it is opened."""
-    settings = (part for part in ElementTree.fromstring(text).iter() if part.tag.endswith("}calcPr"))
+    settings = (
+        part
+        for part in ElementTree.fromstring(text).iter()
+        if part.tag.endswith("}calcPr")
+    )
     return any(_is_true(one.get("fullCalcOnLoad")) for one in settings)
 
 
@@ -229,9 +270,15 @@ def _check_sheets(archive: zipfile.ZipFile, parts: list[str]) -> None:
         size += len(text)
         cells += len(re.findall(rb"<(?:\w+:)?c[\s/>]", text))
         tags += text.count(b"<")
-        if size > _MAX_SHEET_BYTES or cells > MAX_CELLS or tags > _TAGS_OF_A_CELL * cells + _MAX_OTHER_TAGS:
+        if (
+            size > _MAX_SHEET_BYTES
+            or cells > MAX_CELLS
+            or tags > _TAGS_OF_A_CELL * cells + _MAX_OTHER_TAGS
+        ):
             most = f"{MAX_CELLS:_} cells".replace("_", " ")
-            raise TooLargeError(f"its sheets are too large; at most {most} and {_MAX_SHEET_BYTES / 1e6:g} MB are read")
+            raise TooLargeError(
+                f"its sheets are too large; at most {most} and {_MAX_SHEET_BYTES / 1e6:g} MB are read"
+            )
 
 
 def _excel_sheet(sheet: Any) -> Sheet:
@@ -240,7 +287,9 @@ def _excel_sheet(sheet: Any) -> Sheet:
     rows = list(sheet.iter_rows(max_row=_ROWS, max_col=_COLUMNS))
     times = [cell.value for row in rows for cell in row if isinstance(cell.value, time)]
     # Of 0:21, minutes and seconds, Excel makes 21 minutes past midnight.
-    in_minutes = bool(times) and all(one.hour < 4 and not one.second and not one.microsecond for one in times)
+    in_minutes = bool(times) and all(
+        one.hour < 4 and not one.second and not one.microsecond for one in times
+    )
     typed = [_typed(row, in_minutes) for row in rows]
     return Sheet(sheet.title, typed, is_hidden=sheet.sheet_state != "visible")
 
@@ -253,18 +302,30 @@ def _typed(row: Iterable[Any], in_minutes: bool) -> list[Any]:
     values: list[Any] = ["#"] if all(cell.font.strike for cell in filled) else []
     for cell in row:
         value = cell.value
-        if type(value) in (int, float) and (shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")):
-            text = f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
-            value = text if float(text) == value else value  # digits that the sheet does not show were typed too
+        if type(value) in (int, float) and (
+            shown := re.fullmatch(r"0\.(0+)", cell.number_format or "")
+        ):
+            text = (
+                f"{value:.{len(shown[1])}f}"  # 15.0 is stored as 15, shown with a digit
+            )
+            value = (
+                text if float(text) == value else value
+            )  # digits that the sheet does not show were typed too
         elif isinstance(value, time) and value.hour and not in_minutes:
             value = f"{value:%H:%M:%S} (a time of the day)"  # "3:36" typed: three hours, or three minutes?
         elif isinstance(value, time | timedelta):
             # Excel stores 03:36.26 as a time of the day.
             if isinstance(value, time):
-                value = timedelta(0, value.second, value.microsecond, 0, value.minute, value.hour)
+                value = timedelta(
+                    0, value.second, value.microsecond, 0, value.minute, value.hour
+                )
             minutes, seconds = divmod(value.total_seconds(), 60)
             hours, rest = divmod(int(minutes), 60)
-            value = f"{hours}:{rest:02d}" if in_minutes else f"{int(minutes):02d}:{seconds:05.2f}"
+            value = (
+                f"{hours}:{rest:02d}"
+                if in_minutes
+                else f"{int(minutes):02d}:{seconds:05.2f}"
+            )
         values.append(value)
     while values[-1] is None:
         values.pop()
@@ -303,7 +364,10 @@ def _position(reference: str | None, row: int, column: int) -> tuple[int, int]:
 
 
 def _add_cell(
-    cell: formulas.Cell, element: ElementTree.Element, content: Content, masters: dict[str, tuple[str, str]]
+    cell: formulas.Cell,
+    element: ElementTree.Element,
+    content: Content,
+    masters: dict[str, tuple[str, str]],
 ) -> None:
     """Add the number and the formula of a cell; `masters` has the first cell of each shared formula."""
     parts = {part.tag.rpartition("}")[2]: part for part in element}
@@ -314,15 +378,23 @@ def _add_cell(
         content.numbers[cell] = _as_number(value) if kind == "n" else None
     if "f" in parts:
         value = "FALSE" if kind == "b" and value == "0" else value
-        formula = Formula(cell, _text_of(parts["f"], element.get("r", ""), masters), value)
-        area = parts["f"].get("ref") if parts["f"].get("t") in ("array", "dataTable") else None
+        formula = Formula(
+            cell, _text_of(parts["f"], element.get("r", ""), masters), value
+        )
+        area = (
+            parts["f"].get("ref")
+            if parts["f"].get("t") in ("array", "dataTable")
+            else None
+        )
         if area:
             content.arrays.append((formula, *_size_of(area)))
         else:
             content.formulas.append(formula)
 
 
-def _text_of(element: ElementTree.Element, reference: str, masters: dict[str, tuple[str, str]]) -> str:
+def _text_of(
+    element: ElementTree.Element, reference: str, masters: dict[str, tuple[str, str]]
+) -> str:
     """Return the text of a formula; of a shared one, only its first cell contains it."""
     # Some programs write the sign = too.
     text, group = "=" + (element.text or "").lstrip("= "), element.get("si", "")
@@ -399,7 +471,9 @@ def _opendocument_sheets(archive: zipfile.ZipFile) -> list[Sheet]:
     return sheets
 
 
-def _add_rows(table: ElementTree.Element, sheet: Sheet, content: Content, left: int) -> int:
+def _add_rows(
+    table: ElementTree.Element, sheet: Sheet, content: Content, left: int
+) -> int:
     """Add the rows of a table to a sheet; return how many more filled cells may be in the workbook."""
     column = 1
     for element in table.iter(_COLUMN):
@@ -413,7 +487,11 @@ def _add_rows(table: ElementTree.Element, sheet: Sheet, content: Content, left: 
         times = min(int(element.get(_ROWS_REPEATED, "1")), _ROWS - len(sheet.rows))
         left -= filled * times
         if left < 0:
-            raise TooLargeError(f"more than {MAX_CELLS:_} filled cells, many of them copies".replace("_", " "))
+            raise TooLargeError(
+                f"more than {MAX_CELLS:_} filled cells, many of them copies".replace(
+                    "_", " "
+                )
+            )
         if _is_collapsed(element) and filled:
             sheet.hidden_rows += range(len(sheet.rows) + 1, len(sheet.rows) + times + 1)
         sheet.rows += [cells if filled else []] * times
@@ -425,7 +503,9 @@ def _is_collapsed(element: ElementTree.Element) -> bool:
     return element.get(_name("table", "visibility")) in ("collapse", "filter")
 
 
-def _cells_of_row(element: ElementTree.Element, title: str, row: int, content: Content) -> list[str]:
+def _cells_of_row(
+    element: ElementTree.Element, title: str, row: int, content: Content
+) -> list[str]:
     """Return the texts of a row; add its numbers and formulas to the content of the workbook."""
     cells: list[str] = []
     for cell in element:
@@ -450,21 +530,33 @@ def _shown(cell: ElementTree.Element) -> str:
     return shown if is_plain and float(shown) == float(number) else number
 
 
-def _add_opendocument_cell(cell: formulas.Cell, element: ElementTree.Element, shown: str, content: Content) -> None:
+def _add_opendocument_cell(
+    cell: formulas.Cell, element: ElementTree.Element, shown: str, content: Content
+) -> None:
     """Add the number and the formula of a cell."""
-    kind, number = element.get(_name("office", "value-type")), element.get(_name("office", "value"))
+    kind, number = (
+        element.get(_name("office", "value-type")),
+        element.get(_name("office", "value")),
+    )
     if number or shown:
         content.numbers[cell] = _as_number(number)
     formula = element.get(_name("table", "formula"))
     if formula is None:
         return
     # A formula can have a blank text as its value.
-    value = (number or shown or None) if kind in (None, "float", "percentage", "currency") else shown
+    value = (
+        (number or shown or None)
+        if kind in (None, "float", "percentage", "currency")
+        else shown
+    )
     height, width = (
-        int(element.get(_name("table", f"number-matrix-{side}-spanned"), "1")) for side in ("rows", "columns")
+        int(element.get(_name("table", f"number-matrix-{side}-spanned"), "1"))
+        for side in ("rows", "columns")
     )
     if height * width > 1:
-        content.arrays.append((Formula(cell, _usual_formula(formula), value), height, width))
+        content.arrays.append(
+            (Formula(cell, _usual_formula(formula), value), height, width)
+        )
     else:
         content.formulas.append(Formula(cell, _usual_formula(formula), value))
 

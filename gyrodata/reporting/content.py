@@ -13,7 +13,18 @@ from gyrodata.measurements import SOURCES
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import kind_of_role
 from gyrodata.reporting import elements, questions, values
-from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
+from gyrodata.reporting.elements import (
+    Head,
+    Numbers,
+    Picture,
+    Section,
+    Sentence,
+    Styled,
+    Text,
+    paragraph,
+    say,
+    table,
+)
 from gyrodata.results import CONVENTIONS, NO_BALL, Analysis, is_wide
 from gyrodata.tables import UNLIKELY, scatter_in_u, turn_words
 
@@ -33,26 +44,48 @@ UNSEEN_BALANCE = 0.3
 """If the balance has a larger share of u² than this, the runs do not determine it [1]."""
 
 FIT_NAMES = questions.WORDS["fits"]
-SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS["sources"]
+SOURCE_NAMES = {key: source.words for key, source in SOURCES.items()} | questions.WORDS[
+    "sources"
+]
 
 
-BYLINE = ("author", "authors", "name", "names", "student", "partner", "partners", "course", "group", "station", "date")
+BYLINE = (
+    "author",
+    "authors",
+    "name",
+    "names",
+    "student",
+    "partner",
+    "partners",
+    "course",
+    "group",
+    "station",
+    "date",
+)
 """Keys of the lines of a log that the report shows below its title."""
 
 
 def report(analysis: Analysis) -> elements.Report:
     """Put an analysis into sections, in the order in which they are read."""
     n = Numbers(analysis)
-    size = say("{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque"))
+    size = say(
+        "{}, {}", n.count("/input.rows", "run"), n.count("torques.length", "torque")
+    )
     answer = say("I_zz = {}", n.value("inertia.value", n.inertia))
     if is_wide(analysis.inertia):
-        answer = say("I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia))
+        answer = say(
+            "I_zz = {} (95 % interval)", n.interval("inertia.interval_95", n.inertia)
+        )
     is_worksheet = analysis.options.worksheet
     sections = (
         *questions.answer(n, answer, _agreement(n), _fit_quality(n)),
         Section("Runs", tuple(_runs(n)), "runs"),
         Section("Uncertainty budget", tuple(_budget(n)), "uncertainty"),
-        *([] if is_worksheet else [Section("How to improve the next lab", _advice(analysis), "advice")]),
+        *(
+            []
+            if is_worksheet
+            else [Section("How to improve the next lab", _advice(analysis), "advice")]
+        ),
         Section("Sensitivity to assumptions", _sensitivity(n), "sensitivity", True),
         Section("Three fits side by side", tuple(_fits(n)), "fits", True),
         Section("Effects considered", _effects(n), "effects", True),
@@ -62,8 +95,13 @@ def report(analysis: Analysis) -> elements.Report:
         Section("Provenance", _provenance(n), "provenance", True),
         Section("Conventions", (_pairs(CONVENTIONS),), "conventions", True),
     )
-    known = {key.lower(): (key, text) for key, text in analysis.readings.metadata.items()}
-    lines = [f"{key.capitalize()}: {text}" for key, text in (known[one] for one in BYLINE if one in known)]
+    known = {
+        key.lower(): (key, text) for key, text in analysis.readings.metadata.items()
+    }
+    lines = [
+        f"{key.capitalize()}: {text}"
+        for key, text in (known[one] for one in BYLINE if one in known)
+    ]
     return elements.Report(
         name=analysis.name, size=size,
         title=say("Gyroscope lab {}: {}, {}", "worksheet" if is_worksheet else "report", analysis.name, size),
@@ -79,12 +117,24 @@ def _read_as(n: Numbers) -> Sentence:
     """Describe the first run with a load: what was read, and what follows from it."""
     i, run = next((i, run) for i, run in enumerate(n.analysis.run_table) if run.torque)
     at = f"runs.{i}"
-    torque, loaded = n.value(f"{at}.torque", n.torque), run.mass is not None and run.position is not None
-    on_the_rod = say("{} from the centre", n.hung(i, at)) if loaded else say("a torque of {}", torque)
+    torque, loaded = (
+        n.value(f"{at}.torque", n.torque),
+        run.mass is not None and run.position is not None,
+    )
+    on_the_rod = (
+        say("{} from the centre", n.hung(i, at))
+        if loaded
+        else say("a torque of {}", torque)
+    )
     timed: Sentence = ()
     if n.analysis.measurements.timed:
         turns, noun = turn_words(run.turns).split(" ")
-        timed = say(", {} {} in {}", n.number(f"{at}.turns", turns), noun, n.reading(i, "time", values.SECOND))
+        timed = say(
+            ", {} {} in {}",
+            n.number(f"{at}.turns", turns),
+            noun,
+            n.reading(i, "time", values.SECOND),
+        )
     return say(
         "Read as: run {}: {}, {}{}{}, one turn in {}.",
         n.number(f"{at}.run"),
@@ -100,21 +150,36 @@ def _doubts(analysis: Analysis) -> Iterator[Sentence]:
     """List the reasons why the answer is not reliable."""
     for i, doubt in enumerate(analysis.doubts):
         start = Styled("Also: " if i else "Do not rely on this answer: ", "warn")
-        remedy = f" Find the cause: {doubt.remedy}{'' if doubt.remedy.endswith('?') else '.'}" if i == 0 else ""
+        remedy = (
+            f" Find the cause: {doubt.remedy}{'' if doubt.remedy.endswith('?') else '.'}"
+            if i == 0
+            else ""
+        )
         yield say("{}{}.{}", start, doubt.words, remedy)
 
 
 def _top(n: Numbers) -> Iterator[elements.Block]:
     analysis = n.analysis
-    if first := [_diagnostic(n, i) for i, found in enumerate(analysis.diagnostics) if found.code in FIRST]:
+    if first := [
+        _diagnostic(n, i)
+        for i, found in enumerate(analysis.diagnostics)
+        if found.code in FIRST
+    ]:
         yield Text(tuple(first))
     if analysis.if_balanced is not None:
         yield Text(_on_balance(n))
     # If the interval is wide, it is the answer itself.
     if analysis.inertia.interval_95 is not None and not is_wide(analysis.inertia):
         k = n.number("inertia.k", f"{analysis.inertia.k or 0.0:.2f}")
-        yield paragraph("95 % interval: {} (k = {})", n.interval("inertia.interval_95", n.inertia), k)
-    yield paragraph("Every ± is one standard uncertainty u, which includes the scatter of the runs.", kind="small")
+        yield paragraph(
+            "95 % interval: {} (k = {})",
+            n.interval("inertia.interval_95", n.inertia),
+            k,
+        )
+    yield paragraph(
+        "Every ± is one standard uncertainty u, which includes the scatter of the runs.",
+        kind="small",
+    )
 
 
 def _brief(n: Numbers) -> Iterator[Sentence]:
@@ -142,23 +207,38 @@ def _to_repeat(n: Numbers) -> Iterator[Sentence]:
     """Name the suspected outliers, and the runs that are worth repeating."""
     runs = n.analysis.run_table
     odd = [i for i, run in enumerate(runs) if run.flagged]
-    far = [i for i, run in enumerate(runs) if not run.flagged and abs(run.studentized_residual or 0.0) > FAR]
+    far = [
+        i
+        for i, run in enumerate(runs)
+        if not run.flagged and abs(run.studentized_residual or 0.0) > FAR
+    ]
     for i in odd[:FEW]:
         fate, reason = _fate(n.analysis, i), runs[i].reason
-        yield say("Suspected outlier: {}, {}: {}. Check it, or repeat the run.", _run_place(n, i), fate, reason)
+        yield say(
+            "Suspected outlier: {}, {}: {}. Check it, or repeat the run.",
+            _run_place(n, i),
+            fate,
+            reason,
+        )
     if len(odd) > FEW:
-        yield say(f"{len(odd) - FEW} more suspected outliers are marked in the table of runs.")
+        yield say(
+            f"{len(odd) - FEW} more suspected outliers are marked in the table of runs."
+        )
     if far:
         named = [part for i in far[:FEW] for part in say(", {}", _run_place(n, i))][1:]
         them = "it is" if len(far) == 1 else "they are"
         words = "If you have time, repeat {}: {} over {} u away from the other runs' prediction."
         yield say(words, tuple(named), them, f"{FAR:g}")
     if not odd and not far:
-        yield say(f"No suspected outliers{'.' if n.analysis.doubts else '; you need not repeat any run.'}")
+        yield say(
+            f"No suspected outliers{'.' if n.analysis.doubts else '; you need not repeat any run.'}"
+        )
 
 
 def _run_place(n: Numbers, i: int) -> Sentence:
-    return say("run {} (line {})", n.number(f"runs.{i}.run"), n.number(f"runs.{i}.line"))
+    return say(
+        "run {} (line {})", n.number(f"runs.{i}.run"), n.number(f"runs.{i}.line")
+    )
 
 
 def _fate(analysis: Analysis, i: int) -> str:
@@ -172,20 +252,35 @@ def _agreement(n: Numbers) -> Sentence:
     analysis, scatter = n.analysis, n.analysis.fit.widths.scatter
     runs = n.count("/input.rows", "run")
     left_out = any(run.left_out for run in analysis.run_table)
-    runs = say("Of the {}, those that were kept", runs) if left_out else say("The {}", runs)
+    runs = (
+        say("Of the {}, those that were kept", runs)
+        if left_out
+        else say("The {}", runs)
+    )
     if analysis.p is None:
         return say("There are as many unknowns as runs, so nothing shows if they agree")
     if analysis.runs_disagree:
-        return say("{} do not agree with one straight line within the stated uncertainties", runs)
+        return say(
+            "{} do not agree with one straight line within the stated uncertainties",
+            runs,
+        )
     if analysis.p >= UNLIKELY:
         better = ", better than stated" if analysis.p > 1 - UNLIKELY / 2 else ""
         return say("{} agree with one straight line{}", runs, better)
     if scatter < NOTICEABLE:
         return say("{} agree badly with one straight line", runs)
     timed = analysis.measurements.time_u is not None
-    stated: elements.Part = n.value("goodness.time_u", values.SECOND) if timed else "the log"
+    stated: elements.Part = (
+        n.value("goodness.time_u", values.SECOND) if timed else "the log"
+    )
     words = "{} scatter {} times as much as the timing uncertainty of {}; {}"
-    return say(words, runs, n.scatter("goodness.scatter"), stated, scatter_in_u(analysis.constancy))
+    return say(
+        words,
+        runs,
+        n.scatter("goodness.scatter"),
+        stated,
+        scatter_in_u(analysis.constancy),
+    )
 
 
 def _largest_part(n: Numbers) -> Sentence:
@@ -193,40 +288,61 @@ def _largest_part(n: Numbers) -> Sentence:
     said: Sentence = (".",)
     for i, share in enumerate(n.analysis.budget):
         part = n.number(f"budget.{i}.share", f"{100 * share.share:.0f}", values.PERCENT)
-        if share.source == "residual_torque" and (i == 0 or share.share > UNSEEN_BALANCE):
+        if share.source == "residual_torque" and (
+            i == 0 or share.share > UNSEEN_BALANCE
+        ):
             largest = "the largest: " if i == 0 else ""
             words = "{} These runs cannot show how well the ball is balanced. This uncertainty is {}{} of the variance."
             said = say(words, said, largest, part)
         elif i == 0:
             name = SOURCE_NAMES.get(share.source, share.source)
             shares = {one.source: one.share for one in n.analysis.budget}
-            if share.source in ("time", "unexplained_scatter") and {"time", "unexplained_scatter"} <= shares.keys():
+            if (
+                share.source in ("time", "unexplained_scatter")
+                and {"time", "unexplained_scatter"} <= shares.keys()
+            ):
                 # The scatter above the stated uncertainties is most likely that of the hand.
                 name = "stopwatch readings with their unexplained scatter"
                 both = 100 * (shares["time"] + shares["unexplained_scatter"])
-                said = say(f". Largest uncertainty: the {name} ({both:.0f} % of the variance).")
+                said = say(
+                    f". Largest uncertainty: the {name} ({both:.0f} % of the variance)."
+                )
                 continue
             the = "" if name == "g" or name.startswith("each") else "the "
-            said = say(". Largest uncertainty: {}{} ({} of the variance).", the, name, part)
+            said = say(
+                ". Largest uncertainty: {}{} ({} of the variance).", the, name, part
+            )
     return said
 
 
 def _on_balance(n: Numbers) -> tuple[Sentence, ...]:
     """Name the assumption that I_zz depends on if all torques are equal."""
     measured = n.analysis.measurements
-    by = "the balance test" if measured.balance_test is not None else "the ball being balanced"
+    by = (
+        "the balance test"
+        if measured.balance_test is not None
+        else "the ball being balanced"
+    )
     by = by if measured.torque_unseen is None else "the run without a weight"
-    if measured.torque_unseen is not None or measured.balanced or measured.balance_test is not None:
+    if (
+        measured.torque_unseen is not None
+        or measured.balanced
+        or measured.balance_test is not None
+    ):
         return (say(f"All torques are equal, so the answer depends on {by}."),)
     usual = "If the ball is well balanced, I_zz = {}; a usual imbalance, 5 % of the torque, changes it by 5 %."
     decide = "All torques are equal. To decide, write {}, add a balance test, or time a run without an added mass."
-    return say(usual, n.value("if_balanced.value", n.inertia)), say(decide, Styled("# balanced: yes", "code"))
+    return say(usual, n.value("if_balanced.value", n.inertia)), say(
+        decide, Styled("# balanced: yes", "code")
+    )
 
 
 def _fit_quality(n: Numbers) -> Sentence:
     chi2 = n.analysis.fit.chi2
     if n.analysis.p is None:
-        return say("Fit quality: not available, because there are no degrees of freedom")
+        return say(
+            "Fit quality: not available, because there are no degrees of freedom"
+        )
     return say(
         "Fit quality: {} (chi-square {} for {} of freedom; scatter {} times the stated one)",
         n.p("goodness.p"),
@@ -243,15 +359,29 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
     analysis, second = n.analysis, values.SECOND
     odd = [i for i, run in enumerate(analysis.run_table) if run.flagged]
     marked = "The remarks in the table explain the suspected outliers."
-    yield paragraph(marked if odd else "No suspected outliers; all runs are in the fit.")
+    yield paragraph(
+        marked if odd else "No suspected outliers; all runs are in the fit."
+    )
     yield Picture("residuals", FIGURES["residuals"].caption)
-    group_of = {i: g for g, group in enumerate(analysis.measurements.by_torque) for i in group}
+    group_of = {
+        i: g for g, group in enumerate(analysis.measurements.by_torque) for i in group
+    }
     rows: list[tuple[elements.Cell, ...]] = []
-    for i, (run, note) in enumerate(zip(analysis.run_table, analysis.readings.notes, strict=True)):
+    for i, (run, note) in enumerate(
+        zip(analysis.run_table, analysis.readings.notes, strict=True)
+    ):
         at = f"runs.{i}"
-        remark = say("{}: {}", Styled(_fate(analysis, i), "strong"), run.reason) if run.flagged else ()
+        remark = (
+            say("{}: {}", Styled(_fate(analysis, i), "strong"), run.reason)
+            if run.flagged
+            else ()
+        )
         if note:
-            remark = say("{}note: {}", say("{}; ", remark) if remark else (), Styled(note, "quote"))
+            remark = say(
+                "{}note: {}",
+                say("{}; ", remark) if remark else (),
+                Styled(note, "quote"),
+            )
         rows.append(
             (
                 (n.number(f"{at}.run"),),
@@ -262,13 +392,21 @@ def _runs(n: Numbers) -> Iterator[elements.Block]:
                 n.number(f"{at}.turns", turn_words(run.turns).split(" ")[0]),
                 n.value(f"{at}.period", second),
                 n.value(f"{at}.product", values.PRODUCT),
-                None if run.studentized_residual is None else n.shift(f"{at}.studentized_residual"),
+                None
+                if run.studentized_residual is None
+                else n.shift(f"{at}.studentized_residual"),
                 remark or None,
             )
         )
     number = values.NUMBER
     heads = (
-        *(Head("run"), Head("line", number), Head("load"), Head("spin", values.RPM), Head("time", second)),
+        *(
+            Head("run"),
+            Head("line", number),
+            Head("load"),
+            Head("spin", values.RPM),
+            Head("time", second),
+        ),
         *(Head("turns", number), Head("period τ", second), Head("φ̇ψ̇", values.PRODUCT)),
         *(Head("residual", values.IN_U), Head("remark", wrap=0.2)),
     )
@@ -281,7 +419,11 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
     rows = [
         (
             say("{}", SOURCE_NAMES.get(one.source, one.source)),
-            n.number(f"budget.{i}.share", f"{100 * one.share:.1f}" if one.share >= 5e-4 else "< 0.1", values.PERCENT),
+            n.number(
+                f"budget.{i}.share",
+                f"{100 * one.share:.1f}" if one.share >= 5e-4 else "< 0.1",
+                values.PERCENT,
+            ),
             n.scatter(f"budget.{i}.u_inertia", n.inertia),
             say("{}", one.shared_by if one.shared else "each run its own"),
         )
@@ -295,9 +437,15 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
         Head("shared by", wrap=0.25),
     )
     caption = "Uncertainty components with their shares of the variance u² of I_zz, the largest first"
-    yield table(heads, rows, caption) if rows else paragraph("The log states no uncertainty.")
+    yield (
+        table(heads, rows, caption)
+        if rows
+        else paragraph("The log states no uncertainty.")
+    )
     if assumed := defaults_used(n.analysis):
-        yield paragraph("The log does not state these uncertainties, so default values are used:")
+        yield paragraph(
+            "The log does not state these uncertainties, so default values are used:"
+        )
         yield Text(tuple((Styled(line, "code"),) for line in assumed), "list")
     if n.analysis.options.worksheet:
         yield questions.conclude(n, "budget")
@@ -305,15 +453,26 @@ def _budget(n: Numbers) -> Iterator[elements.Block]:
 
 def defaults_used(analysis: Analysis) -> list[str]:
     """List the uncertainties that the log does not state: "u_spin_scale 0.1 %"."""
-    used = [f"u_{s.name} {s.usual}" for s in analysis.measurements.sources if s.default and s.usual != "0"]
-    if analysis.measurements.timed and "u_time_bias" not in analysis.readings.uncertainties:
+    used = [
+        f"u_{s.name} {s.usual}"
+        for s in analysis.measurements.sources
+        if s.default and s.usual != "0"
+    ]
+    if (
+        analysis.measurements.timed
+        and "u_time_bias" not in analysis.readings.uncertainties
+    ):
         used.append(f"u_time_bias {SOURCES['time_bias'].usual}")
     return used
 
 
 def _advice(analysis: Analysis) -> tuple[elements.Block, ...]:
     advice = tuple((one,) for one in analysis.advice)
-    return (Text(advice, "numbered") if advice else paragraph("No single change would help much."),)
+    return (
+        Text(advice, "numbered")
+        if advice
+        else paragraph("No single change would help much."),
+    )
 
 
 # --- details -----------------------------------------------------------------------------------------------------
@@ -328,12 +487,16 @@ def _drawn(n: Numbers, estimates: Iterable[Estimate | None]) -> Head:
 
 def _sensitivity(n: Numbers) -> tuple[elements.Block, ...]:
     cases = n.analysis.sensitivity
-    rows: list[tuple[elements.Cell, ...]] = [(say("no change"), n.value("inertia.value", n.inertia), None)]
+    rows: list[tuple[elements.Cell, ...]] = [
+        (say("no change"), n.value("inertia.value", n.inertia), None)
+    ]
     for i, case in enumerate(cases):
         value: elements.Cell = say("no answer")
         if case.inertia is not None:
             value = n.value(f"sensitivity.{i}.inertia.value", n.inertia)
-        shift = None if case.deviation is None else n.shift(f"sensitivity.{i}.deviation")
+        shift = (
+            None if case.deviation is None else n.shift(f"sensitivity.{i}.deviation")
+        )
         rows.append((say("{}", case.words), value, shift))
     drawn = _drawn(n, [n.analysis.inertia, *(case.inertia for case in cases)])
     heads = Head("if"), drawn, Head("shift", values.IN_U)
@@ -347,15 +510,37 @@ def _fits(n: Numbers) -> Iterator[elements.Block]:
     for i, fit in enumerate(fits):
         at, away, intercept = f"fits.{i}", None, None
         if fit.deviation is not None and fit.difference is not None:
-            away = say("{} ({})", n.shift(f"{at}.deviation"), n.percent(f"{at}.difference"))
+            away = say(
+                "{} ({})", n.shift(f"{at}.deviation"), n.percent(f"{at}.difference")
+            )
         if fit.inertia:
-            intercept = n.value(f"{at}.constant.value", n.torque) if fit.constant else say("assumed 0")
-        value = n.value(f"{at}.inertia.value", n.inertia) if fit.inertia else say("not possible")
+            intercept = (
+                n.value(f"{at}.constant.value", n.torque)
+                if fit.constant
+                else say("assumed 0")
+            )
+        value = (
+            n.value(f"{at}.inertia.value", n.inertia)
+            if fit.inertia
+            else say("not possible")
+        )
         rows.append((say("{}", FIT_NAMES[fit.name]), value, intercept, away))
-    heads = Head("fit"), _drawn(n, [fit.inertia for fit in fits]), Head("intercept −M0", n.torque)
+    heads = (
+        Head("fit"),
+        _drawn(n, [fit.inertia for fit in fits]),
+        Head("intercept −M0", n.torque),
+    )
     caption = "The recommended fit, and the lines of the textbook"
-    yield table((*heads, Head("from recommended", values.NUMBER)), rows, caption, main=0)
-    yield Text(tuple(say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note) for fit in fits), "list")
+    yield table(
+        (*heads, Head("from recommended", values.NUMBER)), rows, caption, main=0
+    )
+    yield Text(
+        tuple(
+            say("{}: {}", Styled(FIT_NAMES[fit.name], "strong"), fit.note)
+            for fit in fits
+        ),
+        "list",
+    )
 
 
 def _effects(n: Numbers) -> tuple[elements.Block, ...]:
@@ -367,12 +552,16 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
             text = f"{effect.size:.2f}" if effect.size < 10 else f"{effect.size:.0f}"
             text = "< 0.01" if effect.size and text == "0.00" else text
             size = n.number(f"effects.{i}.size", text, values.IN_U)
-        verdict = "in the model" if effect.kept else "in u" if effect.in_u else "left out"
+        verdict = (
+            "in the model" if effect.kept else "in u" if effect.in_u else "left out"
+        )
         if verdict == "left out" and (effect.size or 0.0) > changes.DROP_ONE:
             verdict = "left out, and not small"
         change = None if effect.bias is None else n.percent(f"effects.{i}.bias")
         name = changes.EFFECTS.get(effect.effect, effect.effect)
-        rows.append((say("{}", name), change, size, say(verdict), say("{}", effect.reason)))
+        rows.append(
+            (say("{}", name), change, size, say(verdict), say("{}", effect.reason))
+        )
     heads = (
         Head("effect", wrap=0.2),
         Head("change of I_zz", values.PERCENT),
@@ -380,9 +569,18 @@ def _effects(n: Numbers) -> tuple[elements.Block, ...]:
         Head("verdict", wrap=0.12),
         Head("why", wrap=0.3, page_only=True),
     )
-    choice = ", as asked" if model.asked else ", the simplest model that is sufficient here"
+    choice = (
+        ", as asked" if model.asked else ", the simplest model that is sufficient here"
+    )
     words = say(f"Model: {questions.MODEL_NAMES[model.name]}{choice}.")
-    return (Text((words,)), table(heads, rows, "Change of I_zz if the effect is ignored, in % and in units of u"))
+    return (
+        Text((words,)),
+        table(
+            heads,
+            rows,
+            "Change of I_zz if the effect is ignored, in % and in units of u",
+        ),
+    )
 
 
 def _diagnostics(n: Numbers) -> tuple[elements.Block, ...]:
@@ -396,8 +594,17 @@ def _diagnostic(n: Numbers, i: int) -> Sentence:
     if found.line:
         column = say(", column {}", n.number(f"{at}.column")) if found.column else ()
         place = say(" (line {}{})", n.number(f"{at}.line"), column)
-    code = Styled(f"{found.severity} {found.code}", "strong" if found.severity == "note" else "warn")
-    return say("{}{}: {}{}", code, place, found.message, f"; {found.hint}" if found.hint else "")
+    code = Styled(
+        f"{found.severity} {found.code}",
+        "strong" if found.severity == "note" else "warn",
+    )
+    return say(
+        "{}{}: {}{}",
+        code,
+        place,
+        found.message,
+        f"; {found.hint}" if found.hint else "",
+    )
 
 
 def _method(n: Numbers) -> Iterator[elements.Block]:
@@ -418,7 +625,9 @@ def _method(n: Numbers) -> Iterator[elements.Block]:
         n.number("/tool.version"),
         n.number("/input.name"),
     )
-    pages = (Styled(f"gyro explain {page}", "code") for page in ("statistics", "theory"))
+    pages = (
+        Styled(f"gyro explain {page}", "code") for page in ("statistics", "theory")
+    )
     yield Text((fitted, cite, say("More: {} and {}; and in:", *pages)))
     yield Text(tuple((line,) for line in questions.WORDS["references"]["list"]), "list")
 
@@ -431,18 +640,35 @@ def _provenance(n: Numbers) -> tuple[elements.Block, ...]:
         "length": values.METRE,
         "mass": values.KILOGRAM,
     }
-    facts: dict[str, elements.Part] = {"gyrodata": n.number("/tool.version"), "log": analysis.name}
+    facts: dict[str, elements.Part] = {
+        "gyrodata": n.number("/tool.version"),
+        "log": analysis.name,
+    }
     facts["SHA-256 of the log"] = Styled(analysis.sha256, "code")
     for key, option in asdict(analysis.options).items():
         if option:
-            pairs = ", ".join(f"{one} = {text}" for one, text in option.items()) if isinstance(option, Mapping) else ""
+            pairs = (
+                ", ".join(f"{one} = {text}" for one, text in option.items())
+                if isinstance(option, Mapping)
+                else ""
+            )
             facts[f"option {key}"] = pairs or ("yes" if option is True else option)
     for key, value in n.find("constants").items():
         scale = units[kind_of_role(key)]
-        facts[f"constant {key}"] = n.number(f"constants.{key}", f"{value / scale.size:.6g}", scale)
-    facts |= {f"# {key}": Styled(value, "quote") for key, value in analysis.readings.metadata.items()}
+        facts[f"constant {key}"] = n.number(
+            f"constants.{key}", f"{value / scale.size:.6g}", scale
+        )
+    facts |= {
+        f"# {key}": Styled(value, "quote")
+        for key, value in analysis.readings.metadata.items()
+    }
     return (_pairs(facts),)
 
 
 def _pairs(facts: Mapping[str, elements.Part]) -> Text:
-    return Text(tuple(say("{}: {}", key.replace("_", " "), value) for key, value in facts.items()), "list")
+    return Text(
+        tuple(
+            say("{}: {}", key.replace("_", " "), value) for key, value in facts.items()
+        ),
+        "list",
+    )

@@ -20,7 +20,13 @@ from gyrodata.tables import Run
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-RUN_UNITS = {"mass": "kg", "position": "m", "torque": "N*m", "spin": "rad/s", "precession_rate": "rad/s"}
+RUN_UNITS = {
+    "mass": "kg",
+    "position": "m",
+    "torque": "N*m",
+    "spin": "rad/s",
+    "precession_rate": "rad/s",
+}
 RUN_UNITS |= {"product": "rad^2/s^2", "inertia": "kg*m^2", "influence": "kg*m^2"}
 RUN_UNITS |= dict.fromkeys(("time", "period", "residual", "residual_u"), "s")
 
@@ -37,8 +43,13 @@ def templates(folder: Path) -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 
     # To fold constants takes longer than it gains in one run.
-    made = Environment(trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False)
-    made.loader, made.autoescape = FileSystemLoader(folder), select_autoescape(("html.jinja",))
+    made = Environment(
+        trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined, optimized=False
+    )
+    made.loader, made.autoescape = (
+        FileSystemLoader(folder),
+        select_autoescape(("html.jinja",)),
+    )
     return made
 
 
@@ -51,8 +62,16 @@ def table_header(table: str) -> str:
     """Write the header of a table of `table_rows`; several logs can share it."""
     if table == "logs":
         return ",".join(_LOG_COLUMNS) + "\n"
-    heads = [f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name for name in Run.__struct_fields__]
-    return ",".join(["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]) + "\n"
+    heads = [
+        f"{name} [{RUN_UNITS[name]}]" if name in RUN_UNITS else name
+        for name in Run.__struct_fields__
+    ]
+    return (
+        ",".join(
+            ["log", *heads[:_AFTER_SPIN], "spin [rpm]", *heads[_AFTER_SPIN:], "note"]
+        )
+        + "\n"
+    )
 
 
 def table_rows(analysis: Analysis, table: str) -> str:
@@ -64,7 +83,18 @@ def table_rows(analysis: Analysis, table: str) -> str:
         rows = []
         for run, note in zip(analysis.run_table, analysis.readings.notes, strict=True):
             rpm, cells = run.spin / RPM, astuple(run)
-            rows.append(map(csv_cell, (analysis.name, *cells[:_AFTER_SPIN], rpm, *cells[_AFTER_SPIN:], note)))
+            rows.append(
+                map(
+                    csv_cell,
+                    (
+                        analysis.name,
+                        *cells[:_AFTER_SPIN],
+                        rpm,
+                        *cells[_AFTER_SPIN:],
+                        note,
+                    ),
+                )
+            )
         return csv_lines(rows)
     document = analysis.to_dict()
     result = document["result"]
@@ -77,9 +107,13 @@ def table_rows(analysis: Analysis, table: str) -> str:
     return log_row(analysis.name, row, analysis.diagnostics)
 
 
-def log_row(name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]) -> str:
+def log_row(
+    name: str, row: Mapping[str, Any], diagnostics: Iterable[Diagnostic]
+) -> str:
     """Write the row of a log in the table of logs; `row` is empty for a log without an answer."""
-    codes = " ".join(dict.fromkeys(one.code for one in diagnostics if one.severity != "note"))
+    codes = " ".join(
+        dict.fromkeys(one.code for one in diagnostics if one.severity != "note")
+    )
     row = {**row, "log": name, "diagnostics": codes}
     return csv_lines([[csv_cell(row.get(column)) for column in _LOG_COLUMNS]])
 

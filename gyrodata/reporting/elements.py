@@ -65,7 +65,9 @@ class Mark(Struct, frozen=True):
         return ""
 
 
-SYMBOLS = re.compile(r"(?<![\w&#])(?:b(?!\))|[knpuLM]|m g x|m r(?=²))(?=[²ⁿ]|[^\w;']|$)")
+SYMBOLS = re.compile(
+    r"(?<![\w&#])(?:b(?!\))|[knpuLM]|m g x|m r(?=²))(?=[²ⁿ]|[^\w;']|$)"
+)
 """Letters that mean a quantity in the texts of the tool."""
 
 Part = str | Number | Styled | Mark
@@ -90,7 +92,11 @@ def plain(sentence: Sentence) -> str:
     return "".join(map(str, sentence))
 
 
-def join(sentence: Sentence, escape: Callable[[str], str], write: Callable[[Part], str | None]) -> str:
+def join(
+    sentence: Sentence,
+    escape: Callable[[str], str],
+    write: Callable[[Part], str | None],
+) -> str:
     """Write a sentence: `write` gives the markup of a part, or None for text; text is escaped up to the next markup."""
     done, text = "", ""
     for part in (*sentence, None):
@@ -98,7 +104,10 @@ def join(sentence: Sentence, escape: Callable[[str], str], write: Callable[[Part
         if markup is None:
             text += str(part)
             continue
-        start, end = " " * text.startswith(" "), " " * (text.endswith(" ") and not text.isspace())
+        start, end = (
+            " " * text.startswith(" "),
+            " " * (text.endswith(" ") and not text.isspace()),
+        )
         done += f"{start}{escape(text)}{end}{markup}"
         text = ""
     return done.strip()
@@ -120,7 +129,11 @@ class Head(Struct, frozen=True):
     """True if the column is too wide for a terminal."""
 
     def __str__(self) -> str:
-        return f"{self.words} [{self.scale}]" if self.scale and str(self.scale) else self.words
+        return (
+            f"{self.words} [{self.scale}]"
+            if self.scale and str(self.scale)
+            else self.words
+        )
 
 
 class Table(Struct, frozen=True):
@@ -143,13 +156,26 @@ def table(
     odd: Sequence[int] = (),
 ) -> Table:
     """Return a table without the columns that are empty in every row; the head of a column contains the unit."""
-    columns = [column for column in zip(heads, *rows, strict=True) if any(cell is not None for cell in column[1:])]
+    columns = [
+        column
+        for column in zip(heads, *rows, strict=True)
+        if any(cell is not None for cell in column[1:])
+    ]
 
     def sentence(cell: Cell, head: Head) -> Sentence:
-        return (replace(cell, unit=False),) if isinstance(cell, Number) else cell or NOTHING * bool(head.scale)
+        return (
+            (replace(cell, unit=False),)
+            if isinstance(cell, Number)
+            else cell or NOTHING * bool(head.scale)
+        )
 
-    cells = zip(*([sentence(cell, head) for cell in column] for head, *column in columns), strict=True)
-    return Table(tuple(head for head, *_ in columns), tuple(cells), caption, main, tuple(odd))
+    cells = zip(
+        *([sentence(cell, head) for cell in column] for head, *column in columns),
+        strict=True,
+    )
+    return Table(
+        tuple(head for head, *_ in columns), tuple(cells), caption, main, tuple(odd)
+    )
 
 
 class Text(Struct, frozen=True):
@@ -225,7 +251,9 @@ class Numbers:
         self.analysis, self.document = analysis, analysis.to_dict()
         self.inertia = values.inertia_scale(analysis.inertia.value, analysis.inertia.u)
         # One unit for all torques, so that they can be compared.
-        self.torque = values.torque_scale(max(abs(run.torque) for run in analysis.run_table))
+        self.torque = values.torque_scale(
+            max(abs(run.torque) for run in analysis.run_table)
+        )
 
     def find(self, place: str) -> Any:
         """Return what results.json contains at a place; "length" counts a list."""
@@ -236,7 +264,9 @@ class Numbers:
             found = found[int(key) if isinstance(found, list) else key]
         return found
 
-    def value(self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0) -> Number:
+    def value(
+        self, place: str, scale: Scale = NUMBER, u: bool = True, step: float = 0.0
+    ) -> Number:
         """Show the value at a place with its standard uncertainty, or to the last digit that was read.
 
         Parameters
@@ -258,40 +288,67 @@ class Numbers:
         key = "u" if last in ("value", "exponent") else f"{last}_u"
         spread = self.find(above).get(key) if u and above else None
         if not spread:
-            return self.number(place, values.reading_text(value, scale.size, step), scale)
+            return self.number(
+                place, values.reading_text(value, scale.size, step), scale
+            )
         *digits, exponent = values.rounded(value, spread, scale.size)
-        return Number(tuple(digits), (place, f"{above}.{key}"), scale, scale.size * 10.0**exponent, exponent)
+        return Number(
+            tuple(digits),
+            (place, f"{above}.{key}"),
+            scale,
+            scale.size * 10.0**exponent,
+            exponent,
+        )
 
     def reading(self, run: int, role: str, scale: Scale) -> Number:
         """Show the spin or the time of a run with the digits of the log."""
         place, column = f"runs.{run}.{role}", self.analysis.readings.columns.get(role)
         # A mean of several readings has no digits of its own.
         # The numbers of the JSON have 12 digits.
-        as_read = column is not None and math.isclose(column.values[run] or 0.0, self.find(place), rel_tol=1e-11)
-        return self.value(place, scale, step=column.steps[run] if column and as_read else 0.0)
+        as_read = column is not None and math.isclose(
+            column.values[run] or 0.0, self.find(place), rel_tol=1e-11
+        )
+        return self.value(
+            place, scale, step=column.steps[run] if column and as_read else 0.0
+        )
 
-    def number(self, place: str, text: str | None = None, scale: Scale = NUMBER) -> Number:
+    def number(
+        self, place: str, text: str | None = None, scale: Scale = NUMBER
+    ) -> Number:
         """Show the number or name at a place as a text; as it is without a text."""
-        return Number((str(self.find(place)) if text is None else text,), (place,), scale, scale.size)
+        return Number(
+            (str(self.find(place)) if text is None else text,),
+            (place,),
+            scale,
+            scale.size,
+        )
 
     def scatter(self, place: str, scale: Scale = NUMBER) -> Number:
         """Show an uncertainty or a scatter, with two digits."""
-        return self.number(place, values.uncertainty_text(self.find(place), scale.size), scale)
+        return self.number(
+            place, values.uncertainty_text(self.find(place), scale.size), scale
+        )
 
     def interval(self, place: str, scale: Scale) -> Number:
         """Show an interval: "4.32 to 4.56"."""
         low, high = self.find(place)
         ends = values.interval_ends(low, high, scale.size)
-        return Number(ends, (f"{place}.0", f"{place}.1"), scale, scale.size, between=" to ")
+        return Number(
+            ends, (f"{place}.0", f"{place}.1"), scale, scale.size, between=" to "
+        )
 
     def count(self, place: str, noun: str) -> Sentence:
         """Show a count with its noun: "10 runs"."""
-        return say("{} {}", self.number(place), noun if self.find(place) == 1 else f"{noun}s")
+        return say(
+            "{} {}", self.number(place), noun if self.find(place) == 1 else f"{noun}s"
+        )
 
     def percent(self, place: str, sign: bool = True) -> Number:
         """Show a relative size: "+0.03 %"."""
         text = values.percent_text(self.find(place)).removesuffix(" %")
-        return self.number(place, text if sign else text.removeprefix("+"), values.PERCENT)
+        return self.number(
+            place, text if sign else text.removeprefix("+"), values.PERCENT
+        )
 
     def p(self, place: str) -> Sentence:
         """Show a probability: "p = 0.32"."""
@@ -306,9 +363,14 @@ class Numbers:
 
     def hung(self, run: int, place: str) -> Sentence:
         """Show the mass and the position of a run with the digits of the log: "20.00 g at 15.0 cm"."""
-        measured, grams = self.analysis.measurements, values.mass_scale(self.find(f"{place}.mass"))
+        measured, grams = (
+            self.analysis.measurements,
+            values.mass_scale(self.find(f"{place}.mass")),
+        )
         mass = self.value(f"{place}.mass", grams, step=measured.mass_step[run])
-        arm = self.value(f"{place}.position", values.CENTIMETRE, step=measured.position_step[run])
+        arm = self.value(
+            f"{place}.position", values.CENTIMETRE, step=measured.position_step[run]
+        )
         return say("{} at {}", mass, arm)
 
     def load(self, group: int) -> Sentence:
@@ -316,9 +378,16 @@ class Numbers:
         analysis, place = self.analysis, f"torques.{group}"
         torque, runs = analysis.torques[group], analysis.measurements.by_torque[group]
         mark = Mark(group)
-        left_out = ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
+        left_out = (
+            ", left out" if all(analysis.run_table[i].left_out for i in runs) else ""
+        )
         if torque.torque == 0:
             return say("{}no weight{}", mark, left_out)
         if torque.mass is None or torque.position is None:
-            return say("{}a torque of {}{}", mark, self.value(f"{place}.torque", self.torque), left_out)
+            return say(
+                "{}a torque of {}{}",
+                mark,
+                self.value(f"{place}.torque", self.torque),
+                left_out,
+            )
         return say("{}{}{}", mark, self.hung(runs[0], place), left_out)

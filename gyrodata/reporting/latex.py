@@ -7,7 +7,18 @@ from pathlib import Path
 
 from gyrodata.errors import shown
 from gyrodata.reporting.content import report
-from gyrodata.reporting.elements import SYMBOLS, Block, Head, Number, Part, Picture, Sentence, Styled, Table, join
+from gyrodata.reporting.elements import (
+    SYMBOLS,
+    Block,
+    Head,
+    Number,
+    Part,
+    Picture,
+    Sentence,
+    Styled,
+    Table,
+    join,
+)
 from gyrodata.results import Analysis
 
 _FIGURE = r"""\begin{figure}[H]
@@ -38,16 +49,35 @@ def latex_report(analysis: Analysis) -> str:
     """
     whole = report(analysis)
     answer = next(_quantity(part) for part in whole.answer if isinstance(part, Number))
-    blocks = [rf"\section*{{{_sentence(whole.title)}}}", _sentence(whole.byline), _sentence(whole.read_as)]
+    blocks = [
+        rf"\section*{{{_sentence(whole.title)}}}",
+        _sentence(whole.byline),
+        _sentence(whole.read_as),
+    ]
     blocks += [rf"\textbf{{{_sentence(doubt)}}}" for doubt in whole.doubts]
     # An unreliable answer is not bold.
-    bold = "" if whole.doubts else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
+    bold = (
+        ""
+        if whole.doubts
+        else r"\bfseries\boldmath\sisetup{reset-math-version = false}"
+    )
     blocks.append(rf"{{\Large{bold} {_sentence(whole.answer)}\par}}")
     blocks += map(_block, whole.top)
     for section in whole.sections:
-        blocks += [rf"\section*{{{escape(section.title)}}}", *map(_block, section.blocks)]
-    body = "\n\n".join([*filter(None, blocks), "\\end{document}\n"]).replace(answer, r"\Izz{}")
-    return Path(__file__).with_name("preamble.tex").read_text(encoding="utf-8").replace("ANSWER", answer) + body
+        blocks += [
+            rf"\section*{{{escape(section.title)}}}",
+            *map(_block, section.blocks),
+        ]
+    body = "\n\n".join([*filter(None, blocks), "\\end{document}\n"]).replace(
+        answer, r"\Izz{}"
+    )
+    return (
+        Path(__file__)
+        .with_name("preamble.tex")
+        .read_text(encoding="utf-8")
+        .replace("ANSWER", answer)
+        + body
+    )
 
 
 def _block(block: Block) -> str:
@@ -55,15 +85,28 @@ def _block(block: Block) -> str:
         return _FIGURE % (block.name, escape(block.caption))
     if isinstance(block, Table):
         wide = r">{\raggedright\arraybackslash}p{%g\linewidth}"
-        columns = "".join(wide % head.wrap if head.wrap else "r" if head.scale else "l" for head in block.heads)
+        columns = "".join(
+            wide % head.wrap if head.wrap else "r" if head.scale else "l"
+            for head in block.heads
+        )
         rows = [" & ".join(map(_sentence, row)) for row in block.rows]
         # TeX reads a [ or a * after \\ as an option.
-        body = "\n".join(rf"{'{}' * row.startswith(('[', '*'))}{row} \\" for row in rows)
-        return _TABLE % (columns, escape(block.caption), " & ".join(map(_head, block.heads)), body)
+        body = "\n".join(
+            rf"{'{}' * row.startswith(('[', '*'))}{row} \\" for row in rows
+        )
+        return _TABLE % (
+            columns,
+            escape(block.caption),
+            " & ".join(map(_head, block.heads)),
+            body,
+        )
     found = [_sentence(line) for line in block.sentences]
     if not block.is_list:
         return "\n\n".join(found) + "\n\n\\vspace{2cm}" * (block.kind == "task")
-    kind, items = "enumerate" if block.kind == "numbered" else "itemize", "\n".join(rf"\item {line}" for line in found)
+    kind, items = (
+        "enumerate" if block.kind == "numbered" else "itemize",
+        "\n".join(rf"\item {line}" for line in found),
+    )
     return f"\\begin{{{kind}}}\\raggedright\n{items}\n\\end{{{kind}}}"
 
 
@@ -90,7 +133,11 @@ def _quantity(number: Number) -> str:
         return escape(str(number))
     if number.unit and number.scale.unit:
         command = r"\qtyrange" if len(digits) == 2 else r"\qty"
-        return command + "".join(f"{{{one}}}" for one in digits) + f"{{{number.scale.siunitx}}}"
+        return (
+            command
+            + "".join(f"{{{one}}}" for one in digits)
+            + f"{{{number.scale.siunitx}}}"
+        )
     if re.search("[ e]", digits[0]):
         return rf"\num{{{digits[0]}}}"
     return f"${digits[0]}$" if digits[0][0] in "-+" else digits[0]
@@ -136,7 +183,10 @@ def escape(text: str) -> str:
     done, end = "", 0
     for found in re.finditer(_FORMULA, text):
         formula, behind = found[0], text[found.end() : found.end() + 1]
-        is_open = {")": formula.count("(") > formula.count(")"), "|": formula.count("|") % 2}
+        is_open = {
+            ")": formula.count("(") > formula.count(")"),
+            "|": formula.count("|") % 2,
+        }
         formula += behind if is_open.get(behind) else ""
         done += f"{_plain(text[end : found.start()])}${re.sub(_TOKEN, _sign, formula)}$"
         end = found.start() + len(formula)
@@ -146,12 +196,19 @@ def escape(text: str) -> str:
 
 def _plain(text: str) -> str:
     """Escape what TeX would execute; two hyphens stay two."""
-    return "".join(_SPECIAL.get(one, one) for one in text).replace("--", "-{}-").replace("--", "-{}-")
+    return (
+        "".join(_SPECIAL.get(one, one) for one in text)
+        .replace("--", "-{}-")
+        .replace("--", "-{}-")
+    )
 
 
 def _sign(found: re.Match[str]) -> str:
     """Write one sign of a formula."""
-    sign, after = found[0].removesuffix("\u0307"), found.string[found.end() : found.end() + 1]
+    sign, after = (
+        found[0].removesuffix("\u0307"),
+        found.string[found.end() : found.end() + 1],
+    )
     if sign not in _MATH:
         return f"{'_' if sign[0] in '₀₁₂₃₄₅₆₇₈₉' else '^'}{{{sign.translate(_LEVEL)}}}"
     written = (r"\dot" if sign != found[0] else "") + _MATH[sign]

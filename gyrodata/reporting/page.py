@@ -18,12 +18,26 @@ from markupsafe import Markup, escape
 from gyrodata import plotting
 from gyrodata.reporting import content
 from gyrodata.reporting.data import json_text, table_header, table_rows, templates
-from gyrodata.reporting.elements import SYMBOLS, Head, Mark, Number, Numbers, Part, Sentence, Styled, plain
+from gyrodata.reporting.elements import (
+    SYMBOLS,
+    Head,
+    Mark,
+    Number,
+    Numbers,
+    Part,
+    Sentence,
+    Styled,
+    plain,
+)
 from gyrodata.reporting.latex import latex_report
 from gyrodata.reporting.markdown import markdown_report
 from gyrodata.results import Analysis
 
-_STYLES = {"strong": "<strong>{}</strong>", "quote": "<q>{}</q>", "code": "<code>{}</code>"}
+_STYLES = {
+    "strong": "<strong>{}</strong>",
+    "quote": "<q>{}</q>",
+    "code": "<code>{}</code>",
+}
 _STYLES["warn"] = '<strong class="warn">{}</strong>'
 
 _SHAPES = dict(zip("os^v<DPX", "●■▲▼◀◆✚✖", strict=True))
@@ -64,7 +78,10 @@ def report_page(
     room.filters |= {"sentence": write.sentence, "typeset": _typeset, "draw": _draw}
     room.filters["kind"] = lambda block: type(block).__name__
     kind = {"png": "image/png", "svg": "image/svg+xml"}[form]
-    images = {name: f"data:{kind};base64,{base64.b64encode(data).decode()}" for name, data in figures.items()}
+    images = {
+        name: f"data:{kind};base64,{base64.b64encode(data).decode()}"
+        for name, data in figures.items()
+    }
     title = f"{plain(whole.answer)} – {analysis.name}"
     page = room.get_template("report.html.jinja")
     return page.render(whole=whole, images=images, alt=alt, title=title).lstrip() + "\n"
@@ -73,7 +90,9 @@ def report_page(
 class _Writer:
     """Write the parts of a report in HTML."""
 
-    def __init__(self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]) -> None:
+    def __init__(
+        self, analysis: Analysis, looks: Sequence[tuple[str, str, str]]
+    ) -> None:
         self.numbers, self.looks = Numbers(analysis), looks
 
     def number(self, number: Number) -> Markup:
@@ -83,18 +102,31 @@ class _Writer:
             found, shown = self.numbers.find(place), escape(text)
             size = ""
             if not isinstance(found, str):
-                shown, size = escape(text.replace("-", "−")), f' data-size="{number.size!r}"'
+                shown, size = (
+                    escape(text.replace("-", "−")),
+                    f' data-size="{number.size!r}"',
+                )
             value = escape(found if isinstance(found, str) else repr(found))
-            texts.append(f'<data value="{value}" data-from="{place}"{size}>{shown}</data>')
+            texts.append(
+                f'<data value="{value}" data-from="{place}"{size}>{shown}</data>'
+            )
         written = number.write(texts)
-        return Markup(f'<span class="q">{written}</span>' if number.unit and number.scale.unit else written)
+        return Markup(
+            f'<span class="q">{written}</span>'
+            if number.unit and number.scale.unit
+            else written
+        )
 
     def sentence(self, sentence: Sentence) -> Markup:
         """Write a sentence."""
         done = []
         for before, part in pairwise(("", *sentence)):
             # A number stays on the line of its noun.
-            if isinstance(before, Number) and isinstance(part, str) and part.startswith(" "):
+            if (
+                isinstance(before, Number)
+                and isinstance(part, str)
+                and part.startswith(" ")
+            ):
                 part = f"\N{NO-BREAK SPACE}{part[1:]}"
             done.append(self.part(part))
         return Markup("".join(done))
@@ -107,7 +139,9 @@ class _Writer:
             return Markup(_STYLES[part.style]).format(part.text)
         if isinstance(part, Mark):
             _, colour, marker = self.looks[part.group]
-            shape = Markup('<span class="mark" style="color: {}" aria-hidden="true">{}</span>')
+            shape = Markup(
+                '<span class="mark" style="color: {}" aria-hidden="true">{}</span>'
+            )
             return shape.format(colour, _SHAPES[marker])
         return _typeset(part)
 
@@ -127,27 +161,49 @@ def _draw(head: Head) -> list[Markup]:
     """
     if head.band is None:
         bar = Markup('<span class="bar" style="width: {:.1f}%"></span>')
-        return [bar.format(100 * value[0]) if value else Markup() for value in head.dots]
-    ends = [*head.band, *(value[0] + sign * value[1] for value in head.dots if value for sign in (-1, 1))]
+        return [
+            bar.format(100 * value[0]) if value else Markup() for value in head.dots
+        ]
+    ends = [
+        *head.band,
+        *(
+            value[0] + sign * value[1]
+            for value in head.dots
+            if value
+            for sign in (-1, 1)
+        ),
+    ]
     low, high, reach = min(ends), max(ends), FARTHEST * (head.band[1] - head.band[0])
     if reach:
         low, high = max(low, head.band[0] - reach), min(high, head.band[1] + reach)
     space = 0.05 * (high - low) or 1.0
 
     def percent(value: float) -> float:
-        return min(max(100 * (value - low + space) / (high - low + 2 * space), 0.0), 100.0)
+        return min(
+            max(100 * (value - low + space) / (high - low + 2 * space), 0.0), 100.0
+        )
 
     mark = Markup('<i class="{}" style="left:{:.1f}%"></i>')
     bar = Markup('<i class="{}" style="left:{:.1f}%;width:{:.1f}%"></i>')
     left, right = map(percent, head.band)
-    behind = bar.format("ref", left, right - left) if reach else mark.format("line", left)
+    behind = (
+        bar.format("ref", left, right - left) if reach else mark.format("line", left)
+    )
     drawn = []
     for value in head.dots:
         found = behind
         if value:
             start, end = percent(value[0] - value[1]), percent(value[0] + value[1])
-            kind = "off left" if value[0] < low - space else "off right" if value[0] > high + space else "dot"
-            found += bar.format("bar", start, end - start) + mark.format(kind, percent(value[0]))
+            kind = (
+                "off left"
+                if value[0] < low - space
+                else "off right"
+                if value[0] > high + space
+                else "dot"
+            )
+            found += bar.format("bar", start, end - start) + mark.format(
+                kind, percent(value[0])
+            )
         drawn.append(found if value else behind)
     return drawn
 
@@ -184,18 +240,37 @@ def report_files(
     shown, kinds = shown_form(figures), {figures}
     if document:
         # Markdown shows no PDF, and LaTeX includes no SVG.
-        kinds.add(shown if document.endswith(".md") else "pdf" if figures == "svg" else figures)
-    drawn = {one: plotting.render(analysis, one, style, faults=faults) for one in {shown, *kinds}}
+        kinds.add(
+            shown
+            if document.endswith(".md")
+            else "pdf"
+            if figures == "svg"
+            else figures
+        )
+    drawn = {
+        one: plotting.render(analysis, one, style, faults=faults)
+        for one in {shown, *kinds}
+    }
     alt = alternatives(analysis)
     texts = {
-        "report.html": report_page(analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)),
+        "report.html": report_page(
+            analysis, drawn[shown], shown, alt, plotting.list_looks(analysis)
+        ),
         "results.json": json_text(analysis.to_dict()),
         "runs.csv": table_header("runs") + table_rows(analysis, "runs"),
     }
     if document:
         is_markdown = document.endswith(".md")
-        texts[document] = markdown_report(analysis, f"{{}}.{shown}", alt) if is_markdown else latex_report(analysis)
-    files = {f"{name}.{one}": data for one in sorted(kinds) for name, data in drawn[one].items()}
+        texts[document] = (
+            markdown_report(analysis, f"{{}}.{shown}", alt)
+            if is_markdown
+            else latex_report(analysis)
+        )
+    files = {
+        f"{name}.{one}": data
+        for one in sorted(kinds)
+        for name, data in drawn[one].items()
+    }
     return files | {name: text.encode() for name, text in texts.items()}
 
 

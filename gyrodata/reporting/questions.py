@@ -9,7 +9,18 @@ from pathlib import Path
 
 from gyrodata.plotting import FIGURES
 from gyrodata.reporting import elements, values
-from gyrodata.reporting.elements import Head, Numbers, Picture, Section, Sentence, Styled, Text, paragraph, say, table
+from gyrodata.reporting.elements import (
+    Head,
+    Numbers,
+    Picture,
+    Section,
+    Sentence,
+    Styled,
+    Text,
+    paragraph,
+    say,
+    table,
+)
 from gyrodata.results import is_wide
 from gyrodata.tables import UNLIKELY, turn_words
 
@@ -19,7 +30,9 @@ AGREES = 2.0
 BORED = 0.2
 """The bore of a ball explains no larger relative difference from a solid ball than this [1]."""
 
-WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+WORDS = tomllib.loads(
+    Path(__file__).with_name("words.toml").read_text(encoding="utf-8")
+)
 """Names and questions in the report, by section and key."""
 
 MODEL_NAMES = WORDS["models"]
@@ -32,7 +45,9 @@ def conclude(n: Numbers, task: str, *sentences: Sentence) -> Text:
     return Text(sentences)
 
 
-def answer(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence) -> Iterator[Section]:
+def answer(
+    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
+) -> Iterator[Section]:
     """Answer question 3 from the data.
 
     Parameters
@@ -50,21 +65,30 @@ def answer(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
         The torque against φ̇ψ̇ first, because its slope is the answer.
     """
     sections = (
-        ("Torque against φ̇ψ̇: the slope", "3 d", _slope(n, inertia, agreement, quality), "torque"),
+        (
+            "Torque against φ̇ψ̇: the slope",
+            "3 d",
+            _slope(n, inertia, agreement, quality),
+            "torque",
+        ),
         ("Precession period against spin", "3 a", _period(n), "period"),
         ("How the period depends on the spin", "3 b", _exponents(n), "exponent"),
         ("The product φ̇ψ̇ at one torque", "3 c", _product(n), "product"),
         ("The meaning of the slope", "3 e", _meaning(n), "meaning"),
     )
     for words, number, blocks, anchor in sections:
-        yield Section(f"{words}{_number(n, f'question {number}')}", tuple(blocks), anchor)
+        yield Section(
+            f"{words}{_number(n, f'question {number}')}", tuple(blocks), anchor
+        )
     yield Section("One run by hand", tuple(_by_hand(n)), "byhand")
 
 
 def others(n: Numbers) -> Section:
     """Name the commands for the other questions."""
     options = n.analysis.options
-    given = " (add the --set and --map that you gave)" if options.set or options.map else ""
+    given = (
+        " (add the --set and --map that you gave)" if options.set or options.map else ""
+    )
     words = (
         "The log does not contain what you saw and felt. These commands show what theory predicts; --log takes I_zz "
         f"and the fastest spin from this log{given}:"
@@ -74,23 +98,38 @@ def others(n: Numbers) -> Section:
     items = [
         say(
             f"{asked}{_number(n, number)}: {{}}",
-            Styled(f"gyro predict {part}" + f" --log {log}" * (part not in ("twist", "platform")), "code"),
+            Styled(
+                f"gyro predict {part}"
+                + f" --log {log}" * (part not in ("twist", "platform")),
+                "code",
+            ),
         )
         for part, (asked, number) in WORDS["others"].items()
     ]
-    return Section("The other questions", (paragraph(words), Text(tuple(items), "list")), "others", True)
+    return Section(
+        "The other questions",
+        (paragraph(words), Text(tuple(items), "list")),
+        "others",
+        True,
+    )
 
 
 def _number(n: Numbers, number: str) -> str:
     """Write the number of a question on the lab sheet, unless the settings of the lab remove it."""
-    return "" if n.analysis.readings.metadata.get("question_numbers") == "no" else f" ({number})"
+    return (
+        ""
+        if n.analysis.readings.metadata.get("question_numbers") == "no"
+        else f" ({number})"
+    )
 
 
 def _agrees(deviation: float | None) -> bool:
     return deviation is not None and abs(deviation) <= AGREES
 
 
-def _slope(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence) -> Iterator[elements.Block]:
+def _slope(
+    n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
+) -> Iterator[elements.Block]:
     """Show the torque against φ̇ψ̇, whose slope is the answer."""
     analysis, m0 = n.analysis, n.analysis.residual_torque
     yield Picture("torque", FIGURES["torque"].caption)
@@ -101,10 +140,17 @@ def _slope(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
     if is_wide(analysis.inertia):
         balance = ": these runs cannot show whether the ball is balanced."
     elif m0.u:
-        balance = ": the ball " + ("shows no imbalance." if _agrees(m0.value / m0.u) else "was not perfectly balanced.")
+        balance = ": the ball " + (
+            "shows no imbalance."
+            if _agrees(m0.value / m0.u)
+            else "was not perfectly balanced."
+        )
     words = "The torque is a linear function of φ̇ψ̇. M0 shifts the line but does not change its slope{}"
     if analysis.runs_disagree:
-        words, balance = "These runs do not show a linear relation between torque and φ̇ψ̇{}", "."
+        words, balance = (
+            "These runs do not show a linear relation between torque and φ̇ψ̇{}",
+            ".",
+        )
     yield conclude(n, "balance", say(words, balance))
     facts = residual_torque(n)
     if analysis.centre_of_mass is not None:
@@ -115,16 +161,30 @@ def _slope(n: Numbers, inertia: Sentence, agreement: Sentence, quality: Sentence
         facts = say(words, facts, n.value("centre_of_mass.value", values.MICROMETRE))
     origin = analysis.fits[1]
     if origin.inertia is not None and origin.deviation is not None:
-        slope, away = n.value("fits.1.inertia.value", n.inertia), n.shift("fits.1.deviation")
-        facts = say("{} A line without an intercept has the slope {}, {} away.", facts, slope, away)
+        slope, away = (
+            n.value("fits.1.inertia.value", n.inertia),
+            n.shift("fits.1.deviation"),
+        )
+        facts = say(
+            "{} A line without an intercept has the slope {}, {} away.",
+            facts,
+            slope,
+            away,
+        )
     if analysis.timing_bias.u:
-        facts = say("{} The timing bias b of the stopwatch is {}.", facts, n.value("timing_bias.value", values.SECOND))
+        facts = say(
+            "{} The timing bias b of the stopwatch is {}.",
+            facts,
+            n.value("timing_bias.value", values.SECOND),
+        )
     yield Text((facts,))
 
 
 def residual_torque(n: Numbers) -> Sentence:
     """Write the residual torque."""
-    return say("The residual torque M0 is {}.", n.value("residual_torque.value", n.torque))
+    return say(
+        "The residual torque M0 is {}.", n.value("residual_torque.value", n.torque)
+    )
 
 
 def _period(n: Numbers) -> Iterator[elements.Block]:
@@ -139,7 +199,9 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
             )
     yield conclude(n, "period", say(words))
     yield Picture("period", FIGURES["period"].caption)
-    per_spin = values.Scale("s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size))
+    per_spin = values.Scale(
+        "s per 100 rpm", r"s/(100\,rpm)", 1 / (100 * values.RPM.size)
+    )
     rows = [
         (
             n.load(i),
@@ -149,7 +211,12 @@ def _period(n: Numbers) -> Iterator[elements.Block]:
         )
         for i in range(len(n.analysis.torques))
     ]
-    heads = (Head("load"), Head("torque M", n.torque), Head("runs", values.NUMBER), Head("τ/ψ̇", per_spin))
+    heads = (
+        Head("load"),
+        Head("torque M", n.torque),
+        Head("runs", values.NUMBER),
+        Head("τ/ψ̇", per_spin),
+    )
     yield table(heads, rows, "The period for each 100 rpm of spin")
 
 
@@ -168,11 +235,18 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
         value = n.value(f"power_law.{i}.exponent") if known else None
         rows.append((n.load(i), value, None if known else say("{}", law.reason)))
     rows.append((say("all together"), everything, None))
-    dots = [None if law.exponent is None else (law.exponent, law.u or 0.0) for law in laws]
+    dots = [
+        None if law.exponent is None else (law.exponent, law.u or 0.0) for law in laws
+    ]
     dots.append((whole.value, whole.u or 0.0))
     exponents = Head("exponent n", values.NUMBER, dots=tuple(dots), band=(1.0, 1.0))
     caption = "Exponent of each torque, and one for all"
-    yield table((Head("load"), exponents, Head("remark", wrap=0.45)), rows, caption, main=len(rows) - 1)
+    yield table(
+        (Head("load"), exponents, Head("remark", wrap=0.45)),
+        rows,
+        caption,
+        main=len(rows) - 1,
+    )
     agrees = "The exponent agrees with 1 ({} away): at one torque the period is proportional to the spin."
     if not _agrees(whole.deviation):
         agrees = "The exponent does not agree with 1 ({} away). Check each torque, and the suspected outliers."
@@ -180,17 +254,27 @@ def _exponents(n: Numbers) -> Iterator[elements.Block]:
         "Eq. (9) gives n = 1: it says I_zz φ̇ψ̇ = M + M0, and one turn of precession takes τ = 2π/φ̇, so "
         "τ = 2π I_zz ψ̇ / (M + M0)."
     )
-    yield conclude(n, "exponent", say(agrees, n.shift("exponent.deviation")), say(reason))
+    yield conclude(
+        n, "exponent", say(agrees, n.shift("exponent.deviation")), say(reason)
+    )
 
 
 def _product(n: Numbers) -> Iterator[elements.Block]:
     """Answer (c): φ̇ψ̇ at one torque."""
     found = n.analysis.constancy
     if found is None:
-        yield paragraph("No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque.")
+        yield paragraph(
+            "No torque has two runs, so the log does not show if φ̇ψ̇ is constant at one torque."
+        )
     else:
-        constant = "constant within the" if found.p >= UNLIKELY else "not constant within the stated"
-        yield conclude(n, "product", say(f"At one torque φ̇ψ̇ is {constant} uncertainties."))
+        constant = (
+            "constant within the"
+            if found.p >= UNLIKELY
+            else "not constant within the stated"
+        )
+        yield conclude(
+            n, "product", say(f"At one torque φ̇ψ̇ is {constant} uncertainties.")
+        )
         yield paragraph(
             "The runs scatter about the mean of their torque by {}; {} is expected from timing and spin ({}).",
             n.percent("constancy.scatter", sign=False),
@@ -202,9 +286,13 @@ def _product(n: Numbers) -> Iterator[elements.Block]:
         (
             n.load(i),
             n.value(f"torques.{i}.product.value", values.PRODUCT),
-            None if group.product.spread is None else n.scatter(f"torques.{i}.product.spread", values.PRODUCT),
+            None
+            if group.product.spread is None
+            else n.scatter(f"torques.{i}.product.spread", values.PRODUCT),
             None if group.product.p is None else n.p(f"torques.{i}.product.p"),
-            None if group.without is None else n.value(f"torques.{i}.without.value", n.inertia),
+            None
+            if group.without is None
+            else n.value(f"torques.{i}.without.value", n.inertia),
         )
         for i, group in enumerate(n.analysis.torques)
     ]
@@ -233,22 +321,38 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
     yield conclude(n, "meaning", say(words))
     runs = n.analysis.run_table
     fastest = max(range(len(runs)), key=lambda i: runs[i].spin)
-    momentum, spin = n.value("angular_momentum.value", values.ANGULAR_MOMENTUM), n.reading(fastest, "spin", values.RPM)
-    yield paragraph("At the fastest spin, {}, L = I_zz ψ̇ = {}.", spin, momentum, kind="result")
+    momentum, spin = (
+        n.value("angular_momentum.value", values.ANGULAR_MOMENTUM),
+        n.reading(fastest, "spin", values.RPM),
+    )
+    yield paragraph(
+        "At the fastest spin, {}, L = I_zz ψ̇ = {}.", spin, momentum, kind="result"
+    )
     ball = n.analysis.ball
     if ball is None:
         ask = (
             "With the ball's mass and diameter in the log ({}, {}) gyro compares I_zz with 2/5 m r². Without them gyro "
             "cannot detect a wrong unit in a whole column."
         )
-        lines = (Styled(f"# ball_{one}", "code") for one in ("mass: 4.10 ± 0.01 kg", "diameter: 10.16 ± 0.01 cm"))
+        lines = (
+            Styled(f"# ball_{one}", "code")
+            for one in ("mass: 4.10 ± 0.01 kg", "diameter: 10.16 ± 0.01 cm")
+        )
         yield paragraph(ask, *lines, kind="small")
         return
-    exact = " (assumed exact: the log gives no uncertainty)" if ball.inertia_u is None else ""
+    exact = (
+        " (assumed exact: the log gives no uncertainty)"
+        if ball.inertia_u is None
+        else ""
+    )
     whole = n.value("ball.inertia", values.inertia_scale(ball.inertia, ball.inertia_u))
     described = say("The disk that the log describes has ½ m r² = {}{}.", whole, exact)
     if ball.mass is not None:
-        parts = (("its bore", ball.bore), ("its rod", ball.rod), ("the disk", ball.disk))
+        parts = (
+            ("its bore", ball.bore),
+            ("its rod", ball.rod),
+            ("the disk", ball.disk),
+        )
         added = " and ".join(name for name, part in parts if part)
         described = say(
             f"A ball of {{}} and {{}} has 2/5 m r²{' with ' if added else ''}{added} = {{}}{exact}.",
@@ -258,10 +362,18 @@ def _meaning(n: Numbers) -> Iterator[elements.Block]:
         )
     yield Text((described,))
     yield conclude(n, "ball", compare_with_ball(n))
-    names = {"solid": "solid ball", "bore": "bore, for the same mass", "rod": "rod", "disk": "disk"}
+    names = {
+        "solid": "solid ball",
+        "bore": "bore, for the same mass",
+        "rod": "rod",
+        "disk": "disk",
+    }
     found = [key for key in names if n.find(f"ball.{key}")]
     if len(found) > 1:
-        items = [say("{}: {}", names[key], n.value(f"ball.{key}", n.inertia)) for key in found]
+        items = [
+            say("{}: {}", names[key], n.value(f"ball.{key}", n.inertia))
+            for key in found
+        ]
         yield Text(tuple(items), "list")
 
 
@@ -278,7 +390,12 @@ def compare_with_ball(n: Numbers) -> Sentence:
         words = "I_zz does not agree with the value for the {}: the difference is {} times the value for the {}."
         return say(words, body, n.number("ball.relative", f"{ball.relative:.3g}"), body)
     close, bore = _agrees(ball.deviation), ""
-    if not close and ball.mass is not None and not ball.bore and abs(ball.relative) < BORED:
+    if (
+        not close
+        and ball.mass is not None
+        and not ball.bore
+        and abs(ball.relative) < BORED
+    ):
         bore = (
             " A bore along the rod removes mass near the axis, so a ball of the same mass has a little more than "
             "2/5 m r²; the rod and the weights add to it."
@@ -295,10 +412,18 @@ def compare_with_ball(n: Numbers) -> Sentence:
 def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     """Compute I_zz from the first run that has a load and is in the fit, step by step in SI units."""
     analysis, measured = n.analysis, n.analysis.measurements
-    i = min((run.left_out, i) for i, run in enumerate(analysis.run_table) if run.torque)[1]
+    i = min(
+        (run.left_out, i) for i, run in enumerate(analysis.run_table) if run.torque
+    )[1]
     run, at = analysis.run_table[i], f"runs.{i}"
-    moment, product = n.value(f"{at}.torque", values.NEWTON_METRE), n.value(f"{at}.product", values.PRODUCT)
-    rate, spin = n.value(f"{at}.precession_rate", values.RATE), n.value(f"{at}.spin", values.RATE)
+    moment, product = (
+        n.value(f"{at}.torque", values.NEWTON_METRE),
+        n.value(f"{at}.product", values.PRODUCT),
+    )
+    rate, spin = (
+        n.value(f"{at}.precession_rate", values.RATE),
+        n.value(f"{at}.spin", values.RATE),
+    )
     torque = say("M = {}, as the log gives it", moment)
     if run.mass is not None and run.position is not None:
         torque = say(
@@ -323,9 +448,19 @@ def _by_hand(n: Numbers) -> Iterator[elements.Block]:
     steps = (
         torque,
         turning,
-        say("ψ̇ = {} × (2π rad)/(60 s) = {}{}", n.reading(i, "spin", values.RPM), spin, mean),
+        say(
+            "ψ̇ = {} × (2π rad)/(60 s) = {}{}",
+            n.reading(i, "spin", values.RPM),
+            spin,
+            mean,
+        ),
         say("φ̇ψ̇ = {} × {} = {}", rate, spin, product),
-        say("I_zz = M/(φ̇ψ̇) = {} / ({}) = {}", moment, product, n.value(f"{at}.inertia", n.inertia)),
+        say(
+            "I_zz = M/(φ̇ψ̇) = {} / ({}) = {}",
+            moment,
+            product,
+            n.value(f"{at}.inertia", n.inertia),
+        ),
     )
     first = "Run {} (line {}), the first with a load that is in the fit, by eq. (9):"
     yield paragraph(first, n.number(f"{at}.run"), n.number(f"{at}.line"))

@@ -9,7 +9,15 @@ from gyrodata.diagnostics import OUTLIER, SINGLE_TORQUE, SPINS_TOO_CLOSE, TOO_FE
 from gyrodata.errors import PICTURES, Diagnostic
 from gyrodata.reporting import questions, values
 from gyrodata.reporting.content import FAR, report
-from gyrodata.reporting.elements import NOTHING, Block, Numbers, Picture, Report, Table, plain
+from gyrodata.reporting.elements import (
+    NOTHING,
+    Block,
+    Numbers,
+    Picture,
+    Report,
+    Table,
+    plain,
+)
 from gyrodata.results import NO_BALL, Analysis, is_wide
 from gyrodata.tables import Run
 
@@ -40,12 +48,24 @@ def summary(analysis: Analysis, verbose: bool = True, rest: str = MORE) -> str:
     whole = report(analysis)
     top = [
         *map(plain, whole.doubts),
-        plain(whole.answer) + "   (± u, one standard uncertainty)" * (not is_wide(analysis.inertia)),
+        plain(whole.answer)
+        + "   (± u, one standard uncertainty)" * (not is_wide(analysis.inertia)),
     ]
-    top += [line for block in whole.top for line in _block(block)] if verbose else [*map(plain, whole.brief), rest]
+    top += (
+        [line for block in whole.top for line in _block(block)]
+        if verbose
+        else [*map(plain, whole.brief), rest]
+    )
     blocks = [_first_lines(whole), [f"  {line}" for line in top]]
-    for one in itertools.takewhile(lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()):
-        blocks += [[one.title, *(f"  {line}" for block in one.blocks for line in _block(block))]] * bool(one.blocks)
+    for one in itertools.takewhile(
+        lambda one: one.anchor != "diagnostics", whole.sections if verbose else ()
+    ):
+        blocks += [
+            [
+                one.title,
+                *(f"  {line}" for block in one.blocks for line in _block(block)),
+            ]
+        ] * bool(one.blocks)
     return _joined(blocks)
 
 
@@ -62,7 +82,10 @@ def _block(block: Block) -> list[str]:
         return []
     if isinstance(block, Table):
         used = [i for i, head in enumerate(block.heads) if not head.page_only]
-        rows = [["-" if row[i] == NOTHING else plain(row[i]) for i in used] for row in block.rows]
+        rows = [
+            ["-" if row[i] == NOTHING else plain(row[i]) for i in used]
+            for row in block.rows
+        ]
         return list(values.in_columns([[str(block.heads[i]) for i in used], *rows]))
     return [plain(line) for line in block.sentences]
 
@@ -85,9 +108,17 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     str
         The answer, then what to do with this load, then the rest.
     """
-    found = list(dict.fromkeys(d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"))
+    found = list(
+        dict.fromkeys(
+            d for d in (*analysis.diagnostics, *lacking) if d.severity != "note"
+        )
+    )
     found = [d for d in found if d.code not in _SAID_ELSEWHERE]
-    n, runs, groups = Numbers(analysis), analysis.run_table, analysis.measurements.by_torque
+    n, runs, groups = (
+        Numbers(analysis),
+        analysis.run_table,
+        analysis.measurements.by_torque,
+    )
     group_of = {i: k for k, members in enumerate(groups) for i in members}
     members = groups[group_of[len(runs) - 1]]
     lines = {runs[i].line for i in members}
@@ -99,32 +130,54 @@ def watch_text(analysis: Analysis, lacking: Iterable[Diagnostic]) -> str:
     ]
     still_open += [_advice(d) for d in found if d not in here]
     whole, inertia = report(analysis), analysis.inertia
-    relative = f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
-    state = [*map(plain, whole.doubts), f"{plain(whole.answer)}{relative}", plain(questions.residual_torque(n))]
+    relative = (
+        f", u = {100 * inertia.u / abs(inertia.value):.2g} %" if inertia.u else ""
+    )
+    state = [
+        *map(plain, whole.doubts),
+        f"{plain(whole.answer)}{relative}",
+        plain(questions.residual_torque(n)),
+    ]
     blocks = [
         [*_first_lines(whole), *(f"  {line}" for line in state)],
         [f"while {plain(n.load(group_of[len(runs) - 1]))} is on the rod:"],
-        ["still to do:", *(f"  {line}" for line in still_open)] if still_open else ["nothing else to do"],
+        ["still to do:", *(f"  {line}" for line in still_open)]
+        if still_open
+        else ["nothing else to do"],
     ]
-    blocks[1] += [f"  {line}" for line in _with_this_load(analysis, [runs[i] for i in members], here)]
+    blocks[1] += [
+        f"  {line}"
+        for line in _with_this_load(analysis, [runs[i] for i in members], here)
+    ]
     if not still_open and analysis.advice:
-        blocks.append(["what would reduce u most:", *(f"  {line}" for line in analysis.advice[:3])])
+        blocks.append(
+            [
+                "what would reduce u most:",
+                *(f"  {line}" for line in analysis.advice[:3]),
+            ]
+        )
     return _joined(blocks)
 
 
 def unfinished_text(name: str, errors: Sequence[Diagnostic]) -> str:
     """Say why a log cannot be analysed yet."""
-    found = "".join(f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error")
+    found = "".join(
+        f"{diagnostic}\n" for diagnostic in errors if diagnostic.severity == "error"
+    )
     return f"{name}: no answer yet\n\n{found}".translate(PICTURES)
 
 
-def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]) -> list[str]:
+def _with_this_load(
+    analysis: Analysis, loaded: Sequence[Run], here: Sequence[Diagnostic]
+) -> list[str]:
     """List what to do before this load is removed: suspected outliers, runs far off, and missing runs."""
     todo = [f"repeat {_place(run)}: {run.reason}" for run in loaded if run.flagged]
     for run in loaded:
         far = abs(run.studentized_residual or 0.0)
         if not run.flagged and far > FAR:
-            todo.append(f"repeat {_place(run)}: it is {far:.1f} u away from the other runs' prediction")
+            todo.append(
+                f"repeat {_place(run)}: it is {far:.1f} u away from the other runs' prediction"
+            )
     todo += map(_advice, here)
     if todo:
         return todo
@@ -133,7 +186,9 @@ def _with_this_load(analysis: Analysis, loaded: Sequence[Run], here: Sequence[Di
     if not analysis.inertia.u or not heaviest.influence or len(loaded) < 2:
         return [done]
     share = abs(heaviest.influence) / analysis.inertia.u
-    return [f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz most, by {share:.1f} u"]
+    return [
+        f"{done}; if you have time, repeat {_place(heaviest)}, which affects I_zz most, by {share:.1f} u"
+    ]
 
 
 def _place(run: Run) -> str:
@@ -141,7 +196,11 @@ def _place(run: Run) -> str:
 
 
 def _advice(found: Diagnostic) -> str:
-    return f"{found.message}; {found.hint}".replace("\n", "\n  ") if found.hint else found.message
+    return (
+        f"{found.message}; {found.hint}".replace("\n", "\n  ")
+        if found.hint
+        else found.message
+    )
 
 
 # --- what a check has found, and the table of codes ---------------------------------------------------------------
@@ -176,7 +235,11 @@ def check_text(
     lines, parts = [], []
     if analysis is not None:
         whole = report(analysis)
-        lines = [plain(whole.read_as), *([NO_BALL] if analysis.ball is None else ()), *map(plain, whole.doubts)]
+        lines = [
+            plain(whole.read_as),
+            *([NO_BALL] if analysis.ball is None else ()),
+            *map(plain, whole.doubts),
+        ]
         parts = [values.count_text(len(whole.doubts), "doubt")] if whole.doubts else []
     clean = not parts and all(d.severity == "note" for d in diagnostics)
     for severity in ("error", "warning", "note"):
@@ -186,7 +249,9 @@ def check_text(
     if clean:
         verdict = f"{well} ({verdict})" if verdict else well
     read = "" if runs is None else f"{values.count_text(runs, 'run')}, "
-    text = "".join(f"{name}: {line}\n" for line in lines) + "".join(f"{diagnostic}\n" for diagnostic in diagnostics)
+    text = "".join(f"{name}: {line}\n" for line in lines) + "".join(
+        f"{diagnostic}\n" for diagnostic in diagnostics
+    )
     return f"{text}{name}: {read}{verdict}\n".translate(PICTURES)
 
 
@@ -196,6 +261,10 @@ def diagnostics_text(table: Sequence[Mapping[str, str]]) -> str:
     for row in table:
         lines = row["example"].rstrip("\n").splitlines()
         # A tab in an example stays a tab.
-        example = "\n".join(f"      {line.translate({**PICTURES, 9: chr(9)})}" for line in lines)
-        blocks.append(f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n")
+        example = "\n".join(
+            f"      {line.translate({**PICTURES, 9: chr(9)})}" for line in lines
+        )
+        blocks.append(
+            f"{row['code']}  {row['severity']:7}  {row['title']}\n{example}\n"
+        )
     return "\n".join(blocks)

@@ -68,7 +68,11 @@ def torque_scale(largest: float) -> Scale:
 
 def inertia_scale(value: float, u: float | None) -> Scale:
     """Choose the power of ten for a moment of inertia and its uncertainty [kg*m^2]."""
-    return Scale("kg·m²", r"\kilogram\metre\squared", exponent=_exponent(max(value, u or 0.0, key=abs)))
+    return Scale(
+        "kg·m²",
+        r"\kilogram\metre\squared",
+        exponent=_exponent(max(value, u or 0.0, key=abs)),
+    )
 
 
 def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
@@ -79,7 +83,11 @@ def number_text(value: float, u: float | None, factor: float = 1.0) -> str:
     if u is None or u == 0 or not math.isfinite(u):
         return reading_text(value, factor)
     nominal, spread, exponent = rounded(value, u, factor)
-    return f"({nominal} ± {spread}) × {ten_to(exponent)}" if exponent else f"{nominal} ± {spread}"
+    return (
+        f"({nominal} ± {spread}) × {ten_to(exponent)}"
+        if exponent
+        else f"{nominal} ± {spread}"
+    )
 
 
 def reading_text(value: float, factor: float = 1.0, step: float = 0.0) -> str:
@@ -114,7 +122,11 @@ def _exponent(value: float) -> int:
 
 def ten_to(exponent: int) -> str:
     """Write a power of ten: "10⁻³"; "" for 10⁰."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")) if exponent else ""
+    return (
+        "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        if exponent
+        else ""
+    )
 
 
 def power_of_ten(value: float) -> tuple[float, str]:
@@ -193,12 +205,20 @@ def factor_text(factor: float) -> str:
     return f"{sign}1/{digits} of" if 0 < size < 1 else f"{sign}{digits} times"
 
 
-def in_columns(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> Iterator[str]:
+def in_columns(
+    rows: Sequence[Sequence[str]], right: Collection[int] = ()
+) -> Iterator[str]:
     """Set cells under each other, two blanks between; columns of numbers, by their place, end at the right."""
     widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
     for row in rows:
-        blanks = [" " * (width - _width(cell)) for cell, width in zip(row, widths, strict=True)]
-        cells = (f"{blanks[at]}{cell}" if at in right else f"{cell}{blanks[at]}" for at, cell in enumerate(row))
+        blanks = [
+            " " * (width - _width(cell))
+            for cell, width in zip(row, widths, strict=True)
+        ]
+        cells = (
+            f"{blanks[at]}{cell}" if at in right else f"{cell}{blanks[at]}"
+            for at, cell in enumerate(row)
+        )
         yield "  ".join(cells).rstrip()
 
 
@@ -206,7 +226,9 @@ def _width(text: str) -> int:
     """Columns of a terminal: two for a wide character, none for a mark that stands on another."""
     if text.isascii():
         return len(text)
-    return sum(1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text)
+    return sum(
+        1 + (east_asian_width(one) in "WF") - (combining(one) > 0) for one in text
+    )
 
 
 def size_text(size: int) -> str:

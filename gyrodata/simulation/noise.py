@@ -29,14 +29,18 @@ TYPICAL: Mapping[str, Uncertainty] = {
 } | {"u_turns": SOURCES["angle"].default}  # fmt: skip
 """The uncertainties that are assumed if a log does not state them."""
 
-EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {"u_spin": Uncertainty(0.0, 1e-12)}
+EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {
+    "u_spin": Uncertainty(0.0, 1e-12)
+}
 """Almost no errors: without any, a run without a torque would have an infinite weight."""
 
 NOISE_KEYS = (*TYPICAL, "u_g", "u_imbalance")
 """The uncertainties that a simulated log can have."""
 
 
-_SPINS = tuple(role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role))
+_SPINS = tuple(
+    role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role)
+)
 _ERRORS = (
     "time", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch", "transverse_inertia", "g",
     "turns",
@@ -45,7 +49,9 @@ _ERRORS = (
 
 
 def put_errors(
-    true: Mapping[str, Floats], noise: Mapping[str, Uncertainty], random: np.random.Generator
+    true: Mapping[str, Floats],
+    noise: Mapping[str, Uncertainty],
+    random: np.random.Generator,
 ) -> dict[str, Floats]:
     """Add errors to the true values: (absolute + relative × truth) × a standard normal number for each error.
 
@@ -56,7 +62,11 @@ def put_errors(
         u = noise.get(f"u_{key}", Uncertainty())
         of_whole_log = key in SOURCES and SOURCES[key].shared_by.startswith("all runs")
         of_log = float(random.standard_normal())
-        for role in _SPINS if key.startswith("spin") else (key.removesuffix("_scale").removesuffix("_zero"),):
+        for role in (
+            _SPINS
+            if key.startswith("spin")
+            else (key.removesuffix("_scale").removesuffix("_zero"),)
+        ):
             if role not in true:
                 continue
             drawn: Floats | float = of_log
@@ -76,25 +86,45 @@ def read_noise(path: str | os.PathLike[str]) -> dict[str, Uncertainty]:
     InputError
         If the file cannot be read, or does not state any uncertainty of a simulated log.
     """
-    name, hint = str(path), 'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"'
+    name, hint = (
+        str(path),
+        'give a log with lines such as # u_time: 0.1 s, or write: u_time = "0.1 s"',
+    )
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise InputError.named("noise_not_read", name=name, why=error.strerror or error) from None
-    lines = re.findall(r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$", data.decode("utf-8-sig", "replace"), re.MULTILINE)
-    stated: Mapping[str, Any] = dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
+        raise InputError.named(
+            "noise_not_read", name=name, why=error.strerror or error
+        ) from None
+    lines = re.findall(
+        r"^#\s*(u_\w+)\s*:\s*(.*?)\s*$",
+        data.decode("utf-8-sig", "replace"),
+        re.MULTILINE,
+    )
+    stated: Mapping[str, Any] = (
+        dict(lines) or TomlFile(data, name, NOISE_CANNOT_BE_READ, hint).values
+    )
     if not stated:
         raise InputError.named("noise_states_nothing", name=name, hint=hint)
     noise = dict(TYPICAL)
     for key, value in stated.items():
-        fault, hint = "a simulated log does not have this uncertainty", nearest(key, NOISE_KEYS)
+        fault, hint = (
+            "a simulated log does not have this uncertainty",
+            nearest(key, NOISE_KEYS),
+        )
         if key in NOISE_KEYS:
             try:
                 noise[key] = parse_uncertainty(str(value), kind_of_role(key))
-                fault = f'"{value}" is not relative' if key.endswith("_scale") and noise[key].absolute else ""
+                fault = (
+                    f'"{value}" is not relative'
+                    if key.endswith("_scale") and noise[key].absolute
+                    else ""
+                )
                 hint = 'write the error of a scale in %, such as "0.1 %"'
             except UnitError as error:
                 fault, hint = str(error), error.hint
         if fault:
-            raise InputError.named("noise_unfit", name=name, key=key, fault=fault, hint=hint)
+            raise InputError.named(
+                "noise_unfit", name=name, key=key, fault=fault, hint=hint
+            )
     return noise

@@ -113,19 +113,39 @@ def happen(truth: Truth, design: Design) -> Runs:
         (mass, position, pitch, spin, turns)
         for mass in design.masses
         for position in (design.positions if mass else (0.0,))
-        for pitch, spin, turns in itertools.product(design.pitches, design.spins, design.turns)
+        for pitch, spin, turns in itertools.product(
+            design.pitches, design.spins, design.turns
+        )
         for _ in range(design.repeats)
     ]
-    mass, position, pitch, spin, turns = (np.array(column) for column in zip(*settings, strict=True))
+    mass, position, pitch, spin, turns = (
+        np.array(column) for column in zip(*settings, strict=True)
+    )
     torque = physics.torque(mass, position, truth.g) + (truth.imbalance or 0.0)
     across = np.full(len(mass), truth.transverse_inertia)
     if truth.transverse_inertia is None:
         across = DEFAULT_TRANSVERSE_RATIO * truth.inertia + mass * position**2
-    runs = Runs(mass, position, pitch, turns, spin, None, across, torque, np.full(len(mass), math.inf))
+    runs = Runs(
+        mass,
+        position,
+        pitch,
+        turns,
+        spin,
+        None,
+        across,
+        torque,
+        np.full(len(mass), math.inf),
+    )
     for i in np.flatnonzero(torque == 0)[:1]:
-        name = "simulated_imbalance_cancels" if mass[i] and position[i] else "simulated_without_torque"
+        name = (
+            "simulated_imbalance_cancels"
+            if mass[i] and position[i]
+            else "simulated_without_torque"
+        )
         raise InputError.named(name, run=_run(runs, i))
-    return _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
+    return (
+        _released(truth, runs) if truth.motion == "released" else _steady(truth, runs)
+    )
 
 
 def _check(truth: Truth, design: Design) -> None:
@@ -133,14 +153,22 @@ def _check(truth: Truth, design: Design) -> None:
     decay = truth.decay
     values: dict[str, tuple[str, tuple[float, ...]]] = {
         "inertia": ("transverse_inertia", (truth.inertia,)),
-        "transverse": ("transverse_inertia", () if truth.transverse_inertia is None else (truth.transverse_inertia,)),
+        "transverse": (
+            "transverse_inertia",
+            () if truth.transverse_inertia is None else (truth.transverse_inertia,),
+        ),
         "g": ("g", (truth.g,)),
         "position": ("position", design.positions),
         "weight": ("mass", design.masses),
         "spin": ("spin", design.spins),
         "pitch": ("pitch", design.pitches),
         "turns": ("turns", design.turns),
-        "spin decay": ("time", () if decay is None or decay.time_constant is None else (decay.time_constant,)),
+        "spin decay": (
+            "time",
+            ()
+            if decay is None or decay.time_constant is None
+            else (decay.time_constant,),
+        ),
     }
     for name, (role, numbers) in values.items():
         for value in numbers:
@@ -148,18 +176,35 @@ def _check(truth: Truth, design: Design) -> None:
             fault, hint = check_value(role, value)
             if fault or (role == "g" and value <= 0):
                 shown, unit = to_display(value, role)
-                told = {"value": f"{shown:.6g} {unit}".rstrip(), "fault": fault or "is not above zero", "hint": hint}
+                told = {
+                    "value": f"{shown:.6g} {unit}".rstrip(),
+                    "fault": fault or "is not above zero",
+                    "hint": hint,
+                }
                 raise InputError.named("simulated_impossible", name=name, **told)
-    for kind, name, size in (("torque", "imbalance", truth.imbalance), ("time", "timing bias", truth.timing_bias)):
+    for kind, name, size in (
+        ("torque", "imbalance", truth.imbalance),
+        ("time", "timing bias", truth.timing_bias),
+    ):
         if size is not None and not abs(size) <= LIMITS[kind][1]:
-            raise InputError.named("simulated_too_large", name=name, size=size, unit=SI[kind])
-    columns = (design.masses, design.positions, design.spins, design.turns, design.pitches)
+            raise InputError.named(
+                "simulated_too_large", name=name, size=size, unit=SI[kind]
+            )
+    columns = (
+        design.masses,
+        design.positions,
+        design.spins,
+        design.turns,
+        design.pitches,
+    )
     rows = design.repeats * math.prod(map(len, columns))
     if not 1 <= rows <= MAX_ROWS:
         raise InputError.named("simulated_runs", rows=rows, most=MAX_ROWS)
     known = get_args(Motion)
     if truth.motion not in known:
-        raise InputError.named("simulated_motion_unknown", motion=truth.motion, known=", ".join(known))
+        raise InputError.named(
+            "simulated_motion_unknown", motion=truth.motion, known=", ".join(known)
+        )
     if decay is None:
         return
     if (decay.time_constant is None) == (decay.lost is None):
@@ -180,11 +225,18 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
     def rate(spin: Floats) -> Floats:
         fields = runs.torque, runs.transverse_inertia, runs.pitch
-        torque, across, pitch = (values.reshape(-1, *(1,) * (spin.ndim - 1)) for values in fields)
-        return cast(Floats, np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)))
+        torque, across, pitch = (
+            values.reshape(-1, *(1,) * (spin.ndim - 1)) for values in fields
+        )
+        return cast(
+            Floats,
+            np.abs(physics.precession_rate(torque, spin, truth.inertia, across, pitch)),
+        )
 
     angle, at_start = 2 * np.pi * runs.turns, rate(runs.spin)
-    least = physics.least_spin(runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch)
+    least = physics.least_spin(
+        runs.torque, truth.inertia, runs.transverse_inertia, runs.pitch
+    )
     slow = np.flatnonzero(~np.isfinite(at_start))
     if len(slow):
         # The message names the run that needs the fastest spin: this spin is enough for all runs.
@@ -197,7 +249,10 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 
     def mean_rate(fall: Floats | float) -> Floats:
         """Compute the mean rate while the spin falls by e^−fall, NaN if steady precession is impossible at the end."""
-        return rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES)) @ _SHARES
+        return (
+            rate(runs.spin[:, None] * np.exp(-np.asarray(fall)[..., None] * _PLACES))
+            @ _SHARES
+        )
 
     if decay.lost is not None:
         fall: Floats | float = -math.log1p(-decay.lost)
@@ -205,7 +260,9 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
     else:
         constant = cast(float, decay.time_constant)
         # The precession becomes faster as the spin falls, so a run is never longer than at the first rate.
-        time = motion.find_crossing(lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest)
+        time = motion.find_crossing(
+            lambda time: time * mean_rate(time / constant) - angle, 0 * angle, longest
+        )
         fall = time / constant
         time = np.where(np.isfinite(mean_rate(fall)), time, np.nan)
     end = runs.spin * np.exp(-fall)
@@ -217,7 +274,9 @@ def _steady(truth: Truth, runs: Runs) -> Runs:
 def _released(truth: Truth, runs: Runs) -> Runs:
     """Time a rod that is released from rest and nods: the stopwatch stops when the rod first completes its turns."""
     top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-    time = motion.time_to_turn(top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns)
+    time = motion.time_to_turn(
+        top, runs.spin, runs.pitch, runs.sense * 2 * np.pi * runs.turns
+    )
     for i in np.flatnonzero(~np.isfinite(time))[:1]:
         raise InputError.named("simulated_turns_never", run=_run(runs, i))
     return replace(runs, time=time)
@@ -225,5 +284,9 @@ def _released(truth: Truth, runs: Runs) -> Runs:
 
 def _run(runs: Runs, i: int) -> str:
     """Name a run by its settings."""
-    load = f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm" if runs.mass[i] else "no weight on the rod"
+    load = (
+        f"{1e3 * runs.mass[i]:.6g} g at {100 * runs.position[i]:.6g} cm"
+        if runs.mass[i]
+        else "no weight on the rod"
+    )
     return f"{load}, pitch {math.degrees(runs.pitch[i]):.4g} deg, {to_display(runs.spin[i], 'spin')[0]:.4g} rpm"

@@ -115,10 +115,21 @@ def simulate(
     return Simulation(_log(truth, runs, read, stated, seed), truth, runs, stated, seed)
 
 
-def _drawn(truth: Truth, noise: Mapping[str, Uncertainty], random: np.random.Generator, seed: int | None) -> Truth:
+def _drawn(
+    truth: Truth,
+    noise: Mapping[str, Uncertainty],
+    random: np.random.Generator,
+    seed: int | None,
+) -> Truth:
     """Draw the values that the truth leaves open and that are the same in the whole log."""
-    widths = [noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")]
-    imbalance, bias = (random.standard_normal(2) * widths).tolist() if seed is not None else (0.0, 0.0)
+    widths = [
+        noise.get(key, Uncertainty()).absolute for key in ("u_imbalance", "u_time_bias")
+    ]
+    imbalance, bias = (
+        (random.standard_normal(2) * widths).tolist()
+        if seed is not None
+        else (0.0, 0.0)
+    )
     return replace(
         truth,
         imbalance=imbalance if truth.imbalance is None else truth.imbalance,
@@ -140,7 +151,9 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
         if truth.motion == "released":
             # The tachometer follows the rod.
             top = motion.Top(truth.inertia, runs.transverse_inertia, runs.torque)
-            columns["spin"] = np.abs(runs.spin - motion.spin_excess(top, runs.spin, runs.pitch))
+            columns["spin"] = np.abs(
+                runs.spin - motion.spin_excess(top, runs.spin, runs.pitch)
+            )
     else:
         columns |= {"spin_start": np.abs(runs.spin), "spin_end": np.abs(runs.spin_end)}
     if runs.pitch.any():
@@ -150,9 +163,13 @@ def _columns(truth: Truth, runs: Runs) -> dict[str, Floats]:
     return columns
 
 
-def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: set[str]) -> dict[str, Uncertainty]:
+def _stated(
+    truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: set[str]
+) -> dict[str, Uncertainty]:
     """Return the uncertainties that the log states: those that affect its readings, also if they are zero."""
-    absent = {f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles}
+    absent = {
+        f"u_{role}" for role in ("pitch", "transverse_inertia") if role not in roles
+    }
     if not (runs.turns % 1).any():
         absent.add("u_turns")
     absent.add("u_decay_exponent" if truth.decay is None else "u_spin_delay")
@@ -165,24 +182,50 @@ def _stated(truth: Truth, noise: Mapping[str, Uncertainty], runs: Runs, roles: s
     return {key: u for key, u in stated.items() if key not in absent}
 
 
-def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Uncertainty], seed: int | None) -> str:
+def _log(
+    truth: Truth,
+    runs: Runs,
+    read: dict[str, Floats],
+    stated: dict[str, Uncertainty],
+    seed: int | None,
+) -> str:
     """Write the log: ``#`` lines, a header and one line for each run."""
     columns: dict[str, list[str]] = {}
     for role, values in read.items():
         key = u_keys(role)[-1]
-        columns[role] = _typed(values, Uncertainty() if seed is None or key not in stated else stated[key], role)
-    columns["mass"] = ["0" if mass == 0 else text for mass, text in zip(runs.mass, columns["mass"], strict=True)]
-    near = [(Fraction(turns).limit_denominator(100), turns) for turns in runs.turns.tolist()]
-    columns["turns"] = [str(fraction if float(fraction) == turns else turns) for fraction, turns in near]
+        columns[role] = _typed(
+            values,
+            Uncertainty() if seed is None or key not in stated else stated[key],
+            role,
+        )
+    columns["mass"] = [
+        "0" if mass == 0 else text
+        for mass, text in zip(runs.mass, columns["mass"], strict=True)
+    ]
+    near = [
+        (Fraction(turns).limit_denominator(100), turns) for turns in runs.turns.tolist()
+    ]
+    columns["turns"] = [
+        str(fraction if float(fraction) == turns else turns) for fraction, turns in near
+    ]
     if runs.spin.min() < 0:
         columns["spin_sense"] = ["ccw" if spin > 0 else "cw" for spin in runs.spin]
     if runs.sense.min() < 0 or not runs.mass.all():
-        columns["precession_sense"] = ["ccw" if sense > 0 else "cw" for sense in runs.sense]
-    head = {SIMULATED: _summary(truth, seed), "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}"}
-    head |= {key: uncertainty_text(u, kind_of_role(key)) for key, u in stated.items()} | {"motion": truth.motion}
+        columns["precession_sense"] = [
+            "ccw" if sense > 0 else "cw" for sense in runs.sense
+        ]
+    head = {
+        SIMULATED: _summary(truth, seed),
+        "g": f"{columns.pop('g')[0]} {DISPLAY['acceleration']}",
+    }
+    head |= {
+        key: uncertainty_text(u, kind_of_role(key)) for key, u in stated.items()
+    } | {"motion": truth.motion}
     across = columns.get("transverse_inertia", [])
     if len(set(across)) == 1:
-        head["transverse_inertia"] = f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
+        head["transverse_inertia"] = (
+            f"{columns.pop('transverse_inertia')[0]} {DISPLAY['inertia']}"
+        )
     table: dict[str, list[str]] = {}
     for role in sorted(columns, key=ROLES.index):
         unit = DISPLAY[kind_of_role(role)]
@@ -194,7 +237,9 @@ def _log(truth: Truth, runs: Runs, read: dict[str, Floats], stated: dict[str, Un
     table = {header: cells for header, cells in table.items() if any(cells)}
     table["run"] = [str(i + 1) for i in range(len(runs.time))]
     lines = [f"# {key}: {value}" for key, value in head.items()]
-    lines += [",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]]
+    lines += [
+        ",".join(row) for row in [list(table), *zip(*table.values(), strict=True)]
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -202,18 +247,36 @@ def _typed(values: Floats, u: Uncertainty, role: str) -> list[str]:
     """Write readings with steps of a third of their uncertainty or less."""
     kind = kind_of_role(role)
     unit = DISPLAY[kind]
-    spread = from_si(min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0), unit, kind)
+    spread = from_si(
+        min((u.at(float(v)) for v in values if not math.isnan(v)), default=0.0),
+        unit,
+        kind,
+    )
     # Rounding then adds less than 0.5 % to the uncertainty, so that the stated one is still true.
     digits = -math.floor(math.log10(spread / 3)) if spread > 0 else None
     texts = []
     for i, value in enumerate(values):
         shown = from_si(float(value), unit, kind)
-        text = repr(shown) if digits is None else f"{round(shown, digits):.{max(digits, 0)}f}"
+        text = (
+            repr(shown)
+            if digits is None
+            else f"{round(shown, digits):.{max(digits, 0)}f}"
+        )
         texts.append("" if math.isnan(value) else text)
-        fault, _ = check_value(role, read_cell(texts[i], kind, unit).value) if texts[i] else ("", "")
+        fault, _ = (
+            check_value(role, read_cell(texts[i], kind, unit).value)
+            if texts[i]
+            else ("", "")
+        )
         if fault:
-            name = "simulated_reading_large" if "too large" in fault else "simulated_reading_impossible"
-            raise InputError.named(name, run=i + 1, role=role, value=float(text), unit=unit, fault=fault)
+            name = (
+                "simulated_reading_large"
+                if "too large" in fault
+                else "simulated_reading_impossible"
+            )
+            raise InputError.named(
+                name, run=i + 1, role=role, value=float(text), unit=unit, fault=fault
+            )
     return texts
 
 
@@ -222,9 +285,17 @@ def _summary(truth: Truth, seed: int | None) -> str:
     parts = [f"I_zz = {truth.inertia!r} kg*m^2"]
     if truth.transverse_inertia is not None:
         parts.append(f"I = {truth.transverse_inertia!r} kg*m^2")
-    parts += [f"residual torque {truth.imbalance!r} N*m", f"timing bias {truth.timing_bias!r} s", truth.motion]
+    parts += [
+        f"residual torque {truth.imbalance!r} N*m",
+        f"timing bias {truth.timing_bias!r} s",
+        truth.motion,
+    ]
     decay = truth.decay
     if decay is not None:
         in_time = f"spin decays with time constant {decay.time_constant!r} s"
-        parts.append(in_time if decay.lost is None else f"{100 * decay.lost:g} % of the spin lost in each run")
+        parts.append(
+            in_time
+            if decay.lost is None
+            else f"{100 * decay.lost:g} % of the spin lost in each run"
+        )
     return ", ".join([*parts, "no errors" if seed is None else f"seed {seed}"])

@@ -15,13 +15,24 @@ from classes.cells import CELLS
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cell", default="", metavar="NAME", help="only cells with this in their names")
-    parser.add_argument("--students", type=int, default=200, help="in a class; honest pairs take five times as many")
+    parser.add_argument(
+        "--cell", default="", metavar="NAME", help="only cells with this in their names"
+    )
+    parser.add_argument(
+        "--students",
+        type=int,
+        default=200,
+        help="in a class; honest pairs take five times as many",
+    )
     parser.add_argument("--seed", type=int, default=1, help="for other students")
     options = parser.parse_args()
     chosen = {name: cell for name, cell in CELLS.items() if options.cell in name}
     if options.students < 25 or not chosen:
-        parser.error("take 25 students at least" if chosen else f"no cell has {options.cell} in its name")
+        parser.error(
+            "take 25 students at least"
+            if chosen
+            else f"no cell has {options.cell} in its name"
+        )
     failed = 0
     for name, cell in chosen.items():
         number = cell(options.students, options.seed)

@@ -61,16 +61,37 @@ class Student(Struct, frozen=True, eq=False):
 
     def log(self, *head: str, foot: str = "", titles: str = TITLES) -> str:
         """Type the log."""
-        return "\n".join([*head, f"# station: {self.station}", titles, *map(",".join, self.cells())]) + f"\n{foot}"
+        return (
+            "\n".join(
+                [
+                    *head,
+                    f"# station: {self.station}",
+                    titles,
+                    *map(",".join, self.cells()),
+                ]
+            )
+            + f"\n{foot}"
+        )
 
     def cells(self) -> list[list[str]]:
-        rows = zip(*(getattr(self.rows, name) for name in self.rows.__struct_fields__), strict=True)
+        rows = zip(
+            *(getattr(self.rows, name) for name in self.rows.__struct_fields__),
+            strict=True,
+        )
         return [
-            [f"{m:g}", f"{x:.1f}", f"{n:g}", f"{t:.{self.bench.decimals}f}", FRACTIONS[float(f)]]
+            [
+                f"{m:g}",
+                f"{x:.1f}",
+                f"{n:g}",
+                f"{t:.{self.bench.decimals}f}",
+                FRACTIONS[float(f)],
+            ]
             for m, x, n, t, f in rows
         ]
 
-    def answer(self, formula: Formula = RIGHT, fit: str = "with_constant") -> tuple[float, float]:
+    def answer(
+        self, formula: Formula = RIGHT, fit: str = "with_constant"
+    ) -> tuple[float, float]:
         """I_zz and its uncertainty by one of the fits of a textbook [kg*m^2]."""
         return formula.inertia(self.rows, fit)
 
@@ -79,8 +100,12 @@ def draw(number: int, seed: int, bench: Bench = USUAL) -> Student:
     """Draw one student; a station has its own ball and balance."""
     there = np.random.default_rng([seed, 7, number % STATIONS])
     inertia = INERTIA * (1 + there.uniform(-0.04, 0.04))
-    residual = bench.imbalance * 1e-3 * min(bench.masses) * G * 0.15 * there.standard_normal()
-    weights = {mass: mass * (1 + 0.002 * there.standard_normal()) for mass in bench.masses}
+    residual = (
+        bench.imbalance * 1e-3 * min(bench.masses) * G * 0.15 * there.standard_normal()
+    )
+    weights = {
+        mass: mass * (1 + 0.002 * there.standard_normal()) for mass in bench.masses
+    }
     random = np.random.default_rng([seed, 11, number])
     runs = [(mass, spin) for mass in bench.masses for spin in bench.spins]
     (mass, aimed), n = np.array(runs, dtype=float).T, len(runs)
@@ -89,16 +114,38 @@ def draw(number: int, seed: int, bench: Bench = USUAL) -> Student:
     arm = 0.15 + 5e-4 * random.standard_normal()
     spin = aimed * (1 + bench.missed * random.standard_normal(n))
     torque = 1e-3 * np.array([weights[int(m)] for m in mass]) * G * arm + residual
-    time = 2 * np.pi * (turns + bench.wobble * random.standard_normal(n)) * inertia * spin * RPM / torque
-    time += bench.late * random.standard_normal() + bench.hand * random.standard_normal(n)
-    shown = spin * (1 + 0.001 * random.standard_normal()) * (1 + 0.002 * random.standard_normal(n))
+    time = (
+        2
+        * np.pi
+        * (turns + bench.wobble * random.standard_normal(n))
+        * inertia
+        * spin
+        * RPM
+        / torque
+    )
+    time += bench.late * random.standard_normal() + bench.hand * random.standard_normal(
+        n
+    )
+    shown = (
+        spin
+        * (1 + 0.001 * random.standard_normal())
+        * (1 + 0.002 * random.standard_normal(n))
+    )
     shown = np.round(shown / bench.rpm_step) * bench.rpm_step
-    return Student(number, bench, Sheet(mass, np.full(n, 15.0), shown, np.round(time, bench.decimals), turns))
+    return Student(
+        number,
+        bench,
+        Sheet(mass, np.full(n, 15.0), shown, np.round(time, bench.decimals), turns),
+    )
 
 
 def with_rows(student: Student, rows: Sheet, number: int) -> Student:
     """Put rows under another student's name, times to the digits of the bench."""
-    return replace(student, number=number, rows=replace(rows, time=np.round(rows.time, student.bench.decimals)))
+    return replace(
+        student,
+        number=number,
+        rows=replace(rows, time=np.round(rows.time, student.bench.decimals)),
+    )
 
 
 # --- the ways to I_zz that are right ------------------------------------------------------------------------
@@ -107,27 +154,42 @@ ROUTES = ("mean", "line", "periods", "swapped axes", "logarithms", "median", "we
 
 
 def _mean(values: np.ndarray) -> tuple[float, float]:
-    return float(np.mean(values)), float(np.std(values, ddof=1) / math.sqrt(len(values)))
+    return float(np.mean(values)), float(
+        np.std(values, ddof=1) / math.sqrt(len(values))
+    )
 
 
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
     """Slope through the origin, and its standard error."""
     slope = float(x @ y / (x @ x))
-    return slope, float(np.sqrt(np.mean((y - slope * x) ** 2) * len(x) / (len(x) - 1) / (x @ x)))
+    return slope, float(
+        np.sqrt(np.mean((y - slope * x) ** 2) * len(x) / (len(x) - 1) / (x @ x))
+    )
 
 
-def by_route(student: Student, route: str, g: float, rounds: bool) -> tuple[float, float]:
+def by_route(
+    student: Student, route: str, g: float, rounds: bool
+) -> tuple[float, float]:
     """I_zz and its uncertainty by a route, with steps of three digits where one rounds."""
     rows = student.rows
-    steps = (1e-3 * rows.mass * g * 0.01 * rows.position, 2 * np.pi * rows.turns / rows.time, RPM * rows.spin)
+    steps = (
+        1e-3 * rows.mass * g * 0.01 * rows.position,
+        2 * np.pi * rows.turns / rows.time,
+        RPM * rows.spin,
+    )
     if rounds:
-        steps = tuple(np.array([float(f"{value:.3g}") for value in step]) for step in steps)
+        steps = tuple(
+            np.array([float(f"{value:.3g}") for value in step]) for step in steps
+        )
     torque, rate, spin = steps
     ratios, weights = torque / (rate * spin), np.unique(torque)
     back, u_back = _line(torque, rate * spin)
     logarithm, u_logarithm = _mean(np.log(ratios))
     # The slope of τ on ψ̇ at each weight.
-    slopes = [m / (2 * np.pi) * _line(spin[torque == m], 2 * np.pi / rate[torque == m])[0] for m in weights]
+    slopes = [
+        m / (2 * np.pi) * _line(spin[torque == m], 2 * np.pi / rate[torque == m])[0]
+        for m in weights
+    ]
     mean, u = _mean(ratios)
     return {
         "mean": (mean, u),

@@ -15,4 +15,6 @@ SIZES = {
 def test_each_cell_of_a_small_class_keeps_its_bound(start: str) -> None:
     for name in (name for name in CELLS if name.startswith(start)):
         number = CELLS[name](SIZES[start], 1)
-        assert number.holds, f"{name}: {number.value} of {number.of}, {number.bound}: {number.told}"
+        assert number.holds, (
+            f"{name}: {number.value} of {number.of}, {number.bound}: {number.told}"
+        )

@@ -21,7 +21,10 @@ UNITS = {
 def fixed(value: float, u: float, digits: int) -> tuple[str, str]:
     """Write u with so many digits and the value to the same place, without powers of ten."""
     places = digits - 1 - math.floor(math.log10(u))
-    return f"{round(value, places):.{max(places, 0)}f}", f"{round(u, places):.{max(places, 0)}f}"
+    return (
+        f"{round(value, places):.{max(places, 0)}f}",
+        f"{round(u, places):.{max(places, 0)}f}",
+    )
 
 
 def in_unit(value: float, u: float, unit: str, digits: int) -> str:
@@ -48,7 +51,9 @@ def _above(shape: str) -> Habit:
 
 
 def _below(student: Student, value: str) -> Files:
-    return {"lab.csv": student.log(foot=f"I_zz,{value}{',,,' * (student.number % 2)}\n")}
+    return {
+        "lab.csv": student.log(foot=f"I_zz,{value}{',,,' * (student.number % 2)}\n")
+    }
 
 
 def _beside(name: str, shape: str) -> Habit:
@@ -59,8 +64,15 @@ def _workbook(where: str) -> Habit:
     def write(student: Student, value: str) -> Files:
         book, out = openpyxl.Workbook(), io.BytesIO()
         sheet = book.active
-        rows = [[float(cell) if "/" not in cell else cell for cell in row] for row in student.cells()]
-        for row in [TITLES.split(","), *rows, *([[], ["I_zz", value]] if where == "below" else [])]:
+        rows = [
+            [float(cell) if "/" not in cell else cell for cell in row]
+            for row in student.cells()
+        ]
+        for row in [
+            TITLES.split(","),
+            *rows,
+            *([[], ["I_zz", value]] if where == "below" else []),
+        ]:
             sheet.append(row)
         if where == "beside":
             sheet["G2"], sheet["H2"] = "I_zz", value
@@ -71,8 +83,13 @@ def _workbook(where: str) -> Habit:
 
 
 def _semicolons(student: Student, value: str) -> Files:
-    lines = [TITLES.replace(",", ";"), *(";".join(row).replace(".", ",") for row in student.cells())]
-    return {"lab.csv": "\n".join([f"# I_zz = {value.replace('.', ',')}", *lines]) + "\n"}
+    lines = [
+        TITLES.replace(",", ";"),
+        *(";".join(row).replace(".", ",") for row in student.cells()),
+    ]
+    return {
+        "lab.csv": "\n".join([f"# I_zz = {value.replace('.', ',')}", *lines]) + "\n"
+    }
 
 
 HABITS: dict[str, Habit] = {
@@ -80,7 +97,9 @@ HABITS: dict[str, Habit] = {
     "# I_zz =": _above("# I_zz = {}"),
     "# Result: I =": _above("# Result: I = {}"),
     "g without unit": _above("# g: 9.81\n# I_zz = {}"),
-    "remark below": lambda student, value: {"lab.csv": student.log(foot=f"# I_zz = {value}\n")},
+    "remark below": lambda student, value: {
+        "lab.csv": student.log(foot=f"# I_zz = {value}\n")
+    },
     "last row": _below,
     "report.txt": _beside("report.txt", "Our report.\n\nThe result is\nI_zz = {}\n"),
     "report.md": _beside("report.md", "# Gyroscope\n\n**I_zz = {}**\n"),

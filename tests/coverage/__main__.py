@@ -23,13 +23,22 @@ def main() -> None:
     options = parser.parse_args()
     chosen, failed = [cell for cell in cells() if options.cell in cell.name], 0
     if options.labs < 2 or not chosen:
-        parser.error(f"no cell has {options.cell!r} in its name" if not chosen else "take 2 labs at least")
+        parser.error(
+            f"no cell has {options.cell!r} in its name"
+            if not chosen
+            else "take 2 labs at least"
+        )
     for cell in chosen:
         number = cell.judge(options.labs)
         failed += number.short >= CHANCE
-        word = "FAILS" if number.short >= CHANCE else "by chance?" if number.short else ""
+        word = (
+            "FAILS" if number.short >= CHANCE else "by chance?" if number.short else ""
+        )
         found = f"{number.value:{number.digits}} ({number.asked})"
-        print(f"{cell.name:<70} {found:<20} {word:<10} {cell.told(options.labs)}", flush=True)
+        print(
+            f"{cell.name:<70} {found:<20} {word:<10} {cell.told(options.labs)}",
+            flush=True,
+        )
     print(f"{len(chosen)} cells of {options.labs} labs, {failed} failed")
     sys.exit(1 if failed else 0)
 

@@ -40,16 +40,26 @@ def test_the_interval_holds_what_it_promises(name: str) -> None:
     assert number.short < CHANCE, f"{number.value:{number.digits}} for {number.asked}"
 
 
-PAGE = (Path(__file__).parents[2] / "gyrodata" / "docs" / "statistics.md").read_text(encoding="utf-8")
-SHOWN = re.findall(r"^\| (.*) \| ([\d.]+) % \| ([\d.]+) % \|$", PAGE.split("<!-- coverage -->")[1], re.MULTILINE)
+PAGE = (Path(__file__).parents[2] / "gyrodata" / "docs" / "statistics.md").read_text(
+    encoding="utf-8"
+)
+SHOWN = re.findall(
+    r"^\| (.*) \| ([\d.]+) % \| ([\d.]+) % \|$",
+    PAGE.split("<!-- coverage -->")[1],
+    re.MULTILINE,
+)
 
 
 @pytest.mark.parametrize(("name", "covers", "length"), SHOWN[::7])
-def test_the_page_shows_what_the_table_tells(name: str, covers: str, length: str) -> None:
+def test_the_page_shows_what_the_table_tells(
+    name: str, covers: str, length: str
+) -> None:
     labs = int(re.findall(r"of (\d+) labs each", " ".join(PAGE.split()))[0])
     # Another machine may round one lab in or out.
     assert CELLS[name].judge(labs).value == pytest.approx(float(covers), abs=0.3)
-    assert float(re.findall(r"length ([\d.]+) %", CELLS[name].told(labs))[0]) == pytest.approx(float(length), abs=0.02)
+    assert float(
+        re.findall(r"length ([\d.]+) %", CELLS[name].told(labs))[0]
+    ) == pytest.approx(float(length), abs=0.02)
 
 
 def test_the_table_sees_an_interval_that_is_not_true() -> None:

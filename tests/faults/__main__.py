@@ -17,8 +17,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scene", action="append", choices=SCENES)
     parser.add_argument("--step", type=int, default=1, help="every so many calls")
-    parser.add_argument("--kills", type=int, default=0, metavar="N", help="kill so many runs instead")
-    parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of the times of the kills")
+    parser.add_argument(
+        "--kills", type=int, default=0, metavar="N", help="kill so many runs instead"
+    )
+    parser.add_argument(
+        "--seed",
+        type=int,
+        default=secrets.randbelow(2**31),
+        help="of the times of the kills",
+    )
     options = parser.parse_args()
     wrong: list[str] = []
     with tempfile.TemporaryDirectory() as room:
@@ -30,7 +37,9 @@ def main() -> None:
             for at in range(1, len(promise.calls) + 1, options.step):
                 # A disk that is full stays full.
                 for way, lasting in [(way, False) for way in WAYS] + [("ENOSPC", True)]:
-                    wrong += [f"{name}: {told}" for told in promise.break_at(at, way, lasting)]
+                    wrong += [
+                        f"{name}: {told}" for told in promise.break_at(at, way, lasting)
+                    ]
             print(f"{name}: {len(promise.calls)} calls", flush=True)
     print("\n".join(wrong), f"{len(wrong)} faults", sep="\n")
     sys.exit(1 if wrong else 0)

@@ -12,7 +12,20 @@ from typing import Any
 
 WAYS = ("ENOSPC", "EACCES", "EIO", "kill")
 """What becomes of a call: an error, or the end of the process in the middle of it."""
-_NAMED = ("open", "mkdir", "replace", "rename", "unlink", "rmdir", "scandir", "listdir", "fsync", "pipe", "dup", "fork")
+_NAMED = (
+    "open",
+    "mkdir",
+    "replace",
+    "rename",
+    "unlink",
+    "rmdir",
+    "scandir",
+    "listdir",
+    "fsync",
+    "pipe",
+    "dup",
+    "fork",
+)
 _WRITING = {"create", "mkdir", "replace", "rename", "fsync", "write"}
 
 
@@ -23,10 +36,17 @@ class Calls:
         self.at, self.way, self.lasting = at, way, lasting
         self.seen: list[str] = []
 
-    def step(self, what: str, about: object = None, before: Callable[[], object] = lambda: None) -> None:
+    def step(
+        self,
+        what: str,
+        about: object = None,
+        before: Callable[[], object] = lambda: None,
+    ) -> None:
         """Count a call; if it is the one, do `before`, which is the half of it, and fail."""
         self.seen.append(f"{what} {about}")
-        later = self.lasting and self.at and len(self.seen) > self.at and what in _WRITING
+        later = (
+            self.lasting and self.at and len(self.seen) > self.at and what in _WRITING
+        )
         if len(self.seen) != self.at and not later:
             return
         before()
@@ -40,7 +60,11 @@ class Calls:
 
         Pipes between processes are left alone: they break with a process, and give no error while both live.
         """
-        for place, name in [*((os, name) for name in _NAMED), (_posixsubprocess, "fork_exec"), (reduction, "sendfds")]:
+        for place, name in [
+            *((os, name) for name in _NAMED),
+            (_posixsubprocess, "fork_exec"),
+            (reduction, "sendfds"),
+        ]:
             setattr(place, name, self._counted(name, getattr(place, name)))
         calls, real = self, io.open
 
@@ -54,7 +78,11 @@ class Calls:
                 return super().readall()
 
             def write(self, data: Any) -> int | None:
-                calls.step("write", None, lambda: io.FileIO.write(self, bytes(data)[: len(data) // 2]))
+                calls.step(
+                    "write",
+                    None,
+                    lambda: io.FileIO.write(self, bytes(data)[: len(data) // 2]),
+                )
                 return super().write(data)
 
         def opened(
@@ -62,14 +90,26 @@ class Calls:
             newline: str | None = None, closefd: bool = True, opener: Any = None,
         ) -> Any:  # fmt: skip
             if "site-packages" in str(file):  # fonts and code of libraries
-                return real(file, mode, buffering, encoding, errors, newline, closefd, opener)
+                return real(
+                    file, mode, buffering, encoding, errors, newline, closefd, opener
+                )
             if not isinstance(file, int):
                 calls.step("open", file)
             raw = Raw(file, mode.replace("b", "").replace("t", ""), closefd, opener)
             if buffering == 0:
                 return raw
-            kind: Any = io.BufferedRandom if "+" in mode else io.BufferedReader if "r" in mode else io.BufferedWriter
-            return kind(raw) if "b" in mode else io.TextIOWrapper(kind(raw), encoding, errors, newline)
+            kind: Any = (
+                io.BufferedRandom
+                if "+" in mode
+                else io.BufferedReader
+                if "r" in mode
+                else io.BufferedWriter
+            )
+            return (
+                kind(raw)
+                if "b" in mode
+                else io.TextIOWrapper(kind(raw), encoding, errors, newline)
+            )
 
         io.open = builtins.open = opened  # type: ignore[assignment]
 

@@ -28,7 +28,13 @@ MINE = b"by hand\n"
 SAMPLES = Path(__file__).parents[2] / "sample_data"
 LATER = (".gyro-lock", "journal.ndjson", "grades.json")
 """What may differ after a call that failed: the next run writes it."""
-ENDS = {".html": b"</html>", ".png": b"IEND\xaeB`\x82", ".csv": b"\n", ".md": b"\n", ".txt": b"\n"}
+ENDS = {
+    ".html": b"</html>",
+    ".png": b"IEND\xaeB`\x82",
+    ".csv": b"\n",
+    ".md": b"\n",
+    ".txt": b"\n",
+}
 GRADE = ("grade", "class", "-o", "grades", "--workers", "0", "--exit-zero")
 
 
@@ -42,7 +48,10 @@ class Done(NamedTuple):
 
 def run(words: tuple[str, ...], home: Path, calls: Calls) -> Done:
     """Run a command in a child of this process, which has loaded all code already."""
-    told, seen = home.with_name(f"{home.name}.told"), home.with_name(f"{home.name}.calls")
+    told, seen = (
+        home.with_name(f"{home.name}.told"),
+        home.with_name(f"{home.name}.calls"),
+    )
     child = os.fork()
     if not child:
         code = 70
@@ -50,12 +59,17 @@ def run(words: tuple[str, ...], home: Path, calls: Calls) -> Done:
             code = _child(words, home, calls, told)
         finally:
             with suppress(BaseException):
-                os.close(os.open(seen, os.O_CREAT | os.O_WRONLY)) if calls.at else seen.write_text(
+                os.close(
+                    os.open(seen, os.O_CREAT | os.O_WRONLY)
+                ) if calls.at else seen.write_text(
                     "\n".join(calls.seen), encoding="utf-8", errors="replace"
                 )
             os._exit(code)
     _, status = os.waitpid(child, 0)
-    texts = [path.read_text("utf-8", "replace") if path.exists() else "" for path in (told, seen)]
+    texts = [
+        path.read_text("utf-8", "replace") if path.exists() else ""
+        for path in (told, seen)
+    ]
     return Done(os.waitstatus_to_exitcode(status), texts[0], texts[1].splitlines())
 
 
@@ -85,7 +99,9 @@ def _child(words: tuple[str, ...], home: Path, calls: Calls, told: Path) -> int:
 
 def contents(folder: Path) -> dict[str, bytes]:
     """Every file below a folder."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
+    paths = sorted(
+        path for path in folder.rglob("*") if path.is_file() and not path.is_symlink()
+    )
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
@@ -93,7 +109,11 @@ def a_log(home: Path) -> None:
     """Write one log, and the report of an earlier state of it with a file of the student's own."""
     (home / "log-report").mkdir(parents=True)
     shutil.copy(SAMPLES / "air_gyroscope.csv", home / "log.csv")
-    for name, data in (("results.json", b"of yesterday"), ("torque.png", b"of yesterday"), ("mine.txt", MINE)):
+    for name, data in (
+        ("results.json", b"of yesterday"),
+        ("torque.png", b"of yesterday"),
+        ("mine.txt", MINE),
+    ):
         (home / "log-report" / name).write_bytes(data)
 
 
@@ -110,7 +130,15 @@ def a_graded_class(home: Path) -> None:
     done = run(GRADE, home, Calls())
     assert done.code == 0, done.told
     table = home / "grades" / "grades.csv"
-    table.write_bytes(re.sub(rb"(?m)^([^,]+,[^,]+,graded,)[0-9.]+", rb"\g<1>3.21", table.read_bytes(), count=1) + MINE)
+    table.write_bytes(
+        re.sub(
+            rb"(?m)^([^,]+,[^,]+,graded,)[0-9.]+",
+            rb"\g<1>3.21",
+            table.read_bytes(),
+            count=1,
+        )
+        + MINE
+    )
     next((home / "grades" / "feedback").glob("*.md")).write_bytes(MINE)
     log = min((home / "class").iterdir())
     log.write_bytes(log.read_bytes() + b"# a line more\n")
@@ -118,7 +146,11 @@ def a_graded_class(home: Path) -> None:
 
 SCENES: dict[str, tuple[tuple[str, ...], Callable[[Path], None], str]] = {
     "analyze again": (("analyze", "log.csv"), a_log, "log-report"),
-    "analyze -o FILE": (("analyze", "log.csv", "-f", "json", "-o", "data/log.json"), a_log, "data"),
+    "analyze -o FILE": (
+        ("analyze", "log.csv", "-f", "json", "-o", "data/log.json"),
+        a_log,
+        "data",
+    ),
     "grade again": (GRADE, a_graded_class, "grades"),
     "grade with workers": ((*GRADE, "--workers", "2"), a_class, "grades"),
 }
@@ -139,7 +171,10 @@ class Promise:
         shutil.copytree(room / "before", room / "after")
         undisturbed = run(self.words, room / "after", Calls())
         assert undisturbed.code == 0, undisturbed.told
-        self.before, self.after = self._found(room / "before"), self._found(room / "after")
+        self.before, self.after = (
+            self._found(room / "before"),
+            self._found(room / "after"),
+        )
         self.calls = undisturbed.calls
 
     def _found(self, home: Path) -> dict[str, bytes]:
@@ -149,8 +184,15 @@ class Promise:
         """Let a call fail, run the command again, and give what is wrong."""
         home = self.room / f"{at}-{way}"
         shutil.copytree(self.room / "before", home)
-        call = self.calls[at - 1].replace(str(self.room), "") if at <= len(self.calls) else "?"
-        wrong = [f"call {at} ({call}), {way}: {told}" for told in self._wrong(home, call, Calls(at, way, lasting))]
+        call = (
+            self.calls[at - 1].replace(str(self.room), "")
+            if at <= len(self.calls)
+            else "?"
+        )
+        wrong = [
+            f"call {at} ({call}), {way}: {told}"
+            for told in self._wrong(home, call, Calls(at, way, lasting))
+        ]
         shutil.rmtree(home)
         return wrong
 
@@ -161,26 +203,47 @@ class Promise:
             yield f"a traceback: {done.told[-400:]}"
         if calls.way != "kill":
             # A log that cannot be read is not graded, with the reason.
-            if done.code == 0 and not re.search("no feedback for|cannot be read: ", done.told):
-                if other := [name for name in differing(found, self.after) if name not in LATER]:
+            if done.code == 0 and not re.search(
+                "no feedback for|cannot be read: ", done.told
+            ):
+                if other := [
+                    name for name in differing(found, self.after) if name not in LATER
+                ]:
                     yield f"exit code 0 with other files: {other}"
             elif done.code not in (0, 1, 2, 3):
                 yield f"exit code {done.code}: {done.told[-300:]}"
-            elif not re.search(r"error G\d{3}: |no feedback for|cannot be read: ", done.told):
+            elif not re.search(
+                r"error G\d{3}: |no feedback for|cannot be read: ", done.told
+            ):
                 yield f"no message: {done.told[-300:]!r}"
             rests = [name for name in found if ".gyro-" in name]
             if rests and not call.startswith(("unlink", "rmdir", "scandir", "open")):
                 yield f"left behind: {rests}"
         for name, data in found.items():
-            if data not in (self.before.get(name), self.after.get(name)) and not whole(name, data):
+            if data not in (self.before.get(name), self.after.get(name)) and not whole(
+                name, data
+            ):
                 yield f"{name} is torn"
         mine = [data for data in self.before.values() if MINE in data]
-        yield from ("what a person wrote is lost" for data in mine if data not in found.values())
+        yield from (
+            "what a person wrote is lost" for data in mine if data not in found.values()
+        )
         again = run(self.words, home, Calls())
         if again.code:
             yield f"the next run ends with {again.code}: {again.told[-300:]}"
-        now = {name: data for name, data in self._found(home).items() if not name.startswith("published/")}
-        if wrong := differing(now, {name: self.after[name] for name in self.after if name in now or "/" not in name}):
+        now = {
+            name: data
+            for name, data in self._found(home).items()
+            if not name.startswith("published/")
+        }
+        if wrong := differing(
+            now,
+            {
+                name: self.after[name]
+                for name in self.after
+                if name in now or "/" not in name
+            },
+        ):
             yield f"after the next run these are not as they should be: {wrong}"
 
 
@@ -199,14 +262,18 @@ def whole(name: str, data: bytes) -> bool:
 
 
 def differing(one: dict[str, bytes], other: dict[str, bytes]) -> list[str]:
-    return sorted(name for name in one.keys() | other.keys() if one.get(name) != other.get(name))
+    return sorted(
+        name for name in one.keys() | other.keys() if one.get(name) != other.get(name)
+    )
 
 
 def start(home: Path) -> contextlib.AbstractContextManager[subprocess.Popen[bytes]]:
     """Start to grade the class of a folder with two workers."""
     line = [sys.executable, "-m", "gyrodata", *GRADE, "--workers", "2"]
     env = {**os.environ, "PYTHONPATH": str(SAMPLES.parent)}
-    return started(line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    return started(
+        line, cwd=home, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
 
 
 def try_kills(room: Path, count: int, seed: int) -> Iterator[str]:

@@ -8,11 +8,18 @@ import pytest
 from faults.calls import WAYS
 from faults.scenes import Promise, try_kills
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="each call fails in a child of its own")
+pytestmark = pytest.mark.skipif(
+    not hasattr(os, "fork"), reason="each call fails in a child of its own"
+)
 
 
-@pytest.mark.parametrize(("name", "tries"), [("analyze again", 4), ("analyze -o FILE", 4), ("grade again", 8)])
-def test_call_that_fails_tears_and_loses_nothing(name: str, tries: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "tries"),
+    [("analyze again", 4), ("analyze -o FILE", 4), ("grade again", 8)],
+)
+def test_call_that_fails_tears_and_loses_nothing(
+    name: str, tries: int, tmp_path: Path
+) -> None:
     promise, wrong = Promise(name, tmp_path), []
     for number in range(tries):
         at = 1 + number * (len(promise.calls) - 1) // (tries - 1)

@@ -38,16 +38,29 @@ def one(seed: int, door: str) -> tuple[int, str, str]:
         return seed, WAYS[door](seed), ""
     except BaseException as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        return seed, "FAULT", f"{Path(last.filename).name}:{last.lineno} {type(error).__name__}: {str(error)[:300]}"
+        return (
+            seed,
+            "FAULT",
+            f"{Path(last.filename).name}:{last.lineno} {type(error).__name__}: {str(error)[:300]}",
+        )
 
 
 def main() -> None:
     """Run as many as asked for, and exit with 1 if there was a fault."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=secrets.randbelow(2**31), help="of the first log")
-    parser.add_argument("--door", choices=(*WAYS, "all"), default="analysis", help="what the inputs are given to")
-    parser.add_argument("--only", action="store_true", help="one input; a log is printed")
+    parser.add_argument(
+        "--seed", type=int, default=secrets.randbelow(2**31), help="of the first log"
+    )
+    parser.add_argument(
+        "--door",
+        choices=(*WAYS, "all"),
+        default="analysis",
+        help="what the inputs are given to",
+    )
+    parser.add_argument(
+        "--only", action="store_true", help="one input; a log is printed"
+    )
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)
     if options.only:
@@ -58,7 +71,9 @@ def main() -> None:
     with ProcessPoolExecutor() as pool:
         for door in WAYS if options.door == "all" else [options.door]:
             seeds = range(options.seed, options.seed + options.count)
-            for seed, end, fault in pool.map(one, seeds, [door] * len(seeds), chunksize=50):
+            for seed, end, fault in pool.map(
+                one, seeds, [door] * len(seeds), chunksize=50
+            ):
                 ends[f"{door} {end}"] += 1
                 if fault:
                     print(f"{door} seed {seed}: {fault}", flush=True)

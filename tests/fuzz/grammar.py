@@ -18,7 +18,12 @@ COUNTS = ("1/3", "2/3", "1", "1/6", "1/2", "2", "2.5", "3", "1/12", "10")
 UNITS = {
     "mass": (("g", 1e3), ("kg", 1.0), ("mg", 1e6)),
     "position": (("cm", 1e2), ("mm", 1e3), ("m", 1.0)),
-    "spin": (("rpm", 1 / RPM), ("rad/s", 1.0), ("Hz", 1 / (2 * math.pi)), ("об/мин", 1 / RPM)),
+    "spin": (
+        ("rpm", 1 / RPM),
+        ("rad/s", 1.0),
+        ("Hz", 1 / (2 * math.pi)),
+        ("об/мин", 1 / RPM),
+    ),
     "time": (("s", 1.0), ("min", 1 / 60), ("ms", 1e3)),
     "torque": (("mN*m", 1e3), ("N*m", 1.0)),
     "force": (("N", 1.0),),
@@ -27,7 +32,17 @@ UNITS = {
     "transverse_inertia": (("kg*m^2", 1.0),),
 }
 KEYS = {
-    "u_time": ("0.14 s", "0 s", "1e-9 s", "0.001 s", "0.5 s", "3 s", "1e6 s", "2 %", "50 %"),
+    "u_time": (
+        "0.14 s",
+        "0 s",
+        "1e-9 s",
+        "0.001 s",
+        "0.5 s",
+        "3 s",
+        "1e6 s",
+        "2 %",
+        "50 %",
+    ),
     "u_time_bias": ("0 s", "0.05 s", "0.3 s", "10 s"),
     "u_spin": ("0 %", "1e-6 %", "0.2 %", "5 %", "3 rpm", "60 %"),
     "u_spin_scale": ("0 %", "0.1 %", "10 %", "50 %"),
@@ -41,7 +56,11 @@ KEYS = {
     "u_transverse_inertia": ("0 %", "30 %"),
     "u_imbalance": ("0 N*m", "1e-9 N*m", "1e-4 N*m", "1 N*m"),
     "g": ("9.803 m/s^2", "981 cm/s^2", "9.81", "1.62 m/s^2"),
-    "balance_drift": ("5 deg in 60 s at 400 rpm", "0.01 deg in 60 s at 400 rpm", "90 deg in 1 s at 9 rpm"),
+    "balance_drift": (
+        "5 deg in 60 s at 400 rpm",
+        "0.01 deg in 60 s at 400 rpm",
+        "90 deg in 1 s at 9 rpm",
+    ),
     "balance_tilt": ("3 deg in 10 s", "0.001 deg in 10 s"),
     "motion": ("released", "steady"),
     "transverse_inertia": ("6e-3 kg*m^2", "1e-7 kg*m^2", "3 kg*m^2"),
@@ -72,33 +91,64 @@ def draw_lab(random: np.random.Generator, runs: int | None = None) -> Lab:
     inertia = float(random.choice(INERTIA))
     size = inertia / 4.44e-3
     weights = int(random.integers(1, 6))
-    masses = np.sort(0.02 * size ** (2 / 3) * (1 + np.arange(weights)) * random.uniform(0.9, 1.1, weights))
+    masses = np.sort(
+        0.02
+        * size ** (2 / 3)
+        * (1 + np.arange(weights))
+        * random.uniform(0.9, 1.1, weights)
+    )
     arm = 0.15 * size ** (1 / 3)
     count = runs or int(random.choice((1, 2, 3, 4, 6, 9, 9, 12, 18, 27, 40, 160, 300)))
-    which = np.arange(count) % weights if random.random() < 0.5 else np.sort(random.integers(0, weights, count))
+    which = (
+        np.arange(count) % weights
+        if random.random() < 0.5
+        else np.sort(random.integers(0, weights, count))
+    )
     mass, position = masses[which], np.full(count, arm)
     if random.random() < 0.2:
         position = position * random.choice((-1.0, 1.0), count)
     if random.random() < 0.2:
         position = position * random.choice((0.6, 0.8, 1.0), count)
-    spin = RPM * random.choice((200.0, 400.0, 600.0), count) * random.uniform(0.97, 1.03, count)
+    spin = (
+        RPM
+        * random.choice((200.0, 400.0, 600.0), count)
+        * random.uniform(0.97, 1.03, count)
+    )
     if random.random() < 0.2:
         mass = np.where(random.random(count) < 0.15, 0.0, mass)
     imbalance = 0.03 * masses[0] * 9.803 * arm * random.standard_normal()
-    counts = [str(c) for c in random.choice(COUNTS[: int(random.integers(1, len(COUNTS)))], count)]
+    counts = [
+        str(c)
+        for c in random.choice(COUNTS[: int(random.integers(1, len(COUNTS)))], count)
+    ]
     turns = np.array([_number(c) for c in counts])
     total = mass * 9.803 * position + imbalance
-    time = 2 * np.pi * turns * inertia * spin / np.abs(total) + 0.14 * random.standard_normal(count)
-    columns = {"mass": mass, "position": position, "spin": spin * (1 + 0.002 * random.standard_normal(count))}
+    time = 2 * np.pi * turns * inertia * spin / np.abs(
+        total
+    ) + 0.14 * random.standard_normal(count)
+    columns = {
+        "mass": mass,
+        "position": position,
+        "spin": spin * (1 + 0.002 * random.standard_normal(count)),
+    }
     columns["time"] = np.maximum(time, 0.05)
     if random.random() < 0.1:
         columns["pitch"] = np.radians(random.uniform(-40, 40, count))
     if random.random() < 0.1:
         columns["torque"] = columns.pop("mass") * 9.803 * columns.pop("position")
-    keys = [(name, str(random.choice(KEYS[name]))) for name in KEYS if random.random() < 0.08]
+    keys = [
+        (name, str(random.choice(KEYS[name])))
+        for name in KEYS
+        if random.random() < 0.08
+    ]
     if random.random() < 0.7 and "g" not in dict(keys):
         keys.append(("g", "9.803 m/s^2"))
-    return Lab({name: values.tolist() for name, values in columns.items()}, counts, tuple(keys), inertia)
+    return Lab(
+        {name: values.tolist() for name, values in columns.items()},
+        counts,
+        tuple(keys),
+        inertia,
+    )
 
 
 def _number(text: str) -> float:
@@ -112,7 +162,9 @@ def slipped(lab: Lab, random: np.random.Generator) -> Lab:
     kind = random.random()
     name = str(random.choice(list(columns)))
     if kind < 0.5:
-        factor = float(random.choice((1e-3, 0.1, 1 / 60, RPM, 2 * math.pi, 10.0, 60.0, 1e3)))
+        factor = float(
+            random.choice((1e-3, 0.1, 1 / 60, RPM, 2 * math.pi, 10.0, 60.0, 1e3))
+        )
         columns[name] = [value * factor for value in columns[name]]
     elif kind < 0.75:
         return replace(lab, counts=[lab.counts[0]] * len(lab.counts))
@@ -127,14 +179,20 @@ def write(lab: Lab, random: np.random.Generator | None = None, digits: int = 6) 
     """Write a lab as a log; with a generator in any of the units and separators that the reader promises."""
 
     def pick(options: Sequence[Any]) -> Any:
-        return options[0] if random is None else options[int(random.integers(len(options)))]
+        return (
+            options[0]
+            if random is None
+            else options[int(random.integers(len(options)))]
+        )
 
     delimiter = pick((",", ",", ";", "\t"))
     comma = random is not None and delimiter == ";" and random.random() < 0.5
     heads, cells = [], []
     for name, values in lab.columns.items():
         unit, factor = pick(UNITS[name])
-        short = f"{name}_{unit}" if unit in ("g", "cm", "s", "rpm") else f"{name} [{unit}]"
+        short = (
+            f"{name}_{unit}" if unit in ("g", "cm", "s", "rpm") else f"{name} [{unit}]"
+        )
         heads.append(pick((f"{name} [{unit}]", f"{name} ({unit})", short)))
         # Zeros at the end are digits that were read.
         how = f"{'#' if digits > 6 else ''}.{digits}g"
@@ -160,7 +218,14 @@ def spoiled(text: str, random: np.random.Generator) -> bytes:
             cells[int(random.integers(len(cells)))] = str(random.choice(JUNK))
             lines[at] = delimiter.join(cells)
         elif kind < 0.7:
-            lines.insert(at, str(random.choice(("", "Average", "# u_time: 0 s", "note;note", ",,,,", "Group 3"))))
+            lines.insert(
+                at,
+                str(
+                    random.choice(
+                        ("", "Average", "# u_time: 0 s", "note;note", ",,,,", "Group 3")
+                    )
+                ),
+            )
         elif kind < 0.8:
             lines.insert(at, lines[int(random.integers(len(lines)))])
         elif kind < 0.9:
@@ -168,9 +233,15 @@ def spoiled(text: str, random: np.random.Generator) -> bytes:
         else:
             lines[at] = lines[at][: int(random.integers(len(lines[at]) + 1))]
     whole = "\n".join(lines) + "\n"
-    encoding = str(random.choice(("utf-8", "utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1251", "latin-1")))
+    encoding = str(
+        random.choice(
+            ("utf-8", "utf-8", "utf-8", "utf-8-sig", "utf-16", "cp1251", "latin-1")
+        )
+    )
     data = whole.encode(encoding, "replace")
-    return data[: int(random.integers(len(data) + 1))] if random.random() < 0.03 else data
+    return (
+        data[: int(random.integers(len(data) + 1))] if random.random() < 0.03 else data
+    )
 
 
 def draw_input(seed: int) -> tuple[bytes, str]:
@@ -181,4 +252,6 @@ def draw_input(seed: int) -> tuple[bytes, str]:
         lab = slipped(lab, random)
     text = write(lab, random)
     data = spoiled(text, random) if random.random() < 0.6 else text.encode()
-    return data, str(random.choice(("auto", "auto", "auto", "horizontal", "steady", "released")))
+    return data, str(
+        random.choice(("auto", "auto", "auto", "horizontal", "steady", "released"))
+    )

@@ -30,7 +30,9 @@ def tried(way: Callable[[int], object], seed: int, door: str) -> object:
     try:
         return way(seed)
     except Exception as error:
-        pytest.fail(f"python tests/fuzz --seed {seed} --only --door {door}: {type(error).__name__}: {error}")
+        pytest.fail(
+            f"python tests/fuzz --seed {seed} --only --door {door}: {type(error).__name__}: {error}"
+        )
 
 
 def seeds(count: int) -> range:
@@ -44,7 +46,9 @@ def test_any_log_has_an_answer_that_can_be_believed_or_words(part: int) -> None:
     ends = {seed: tried(attempt, seed, "analysis") for seed in seeds(20)}
     wrong = {seed: end for seed, end in ends.items() if end[1]}  # type: ignore[index]
     assert wrong == {}
-    assert sum(end[0] == "answered" for end in ends.values()) > 2, "else only the reader is tried"  # type: ignore[index]
+    assert sum(end[0] == "answered" for end in ends.values()) > 2, (
+        "else only the reader is tried"
+    )  # type: ignore[index]
 
 
 @pytest.mark.parametrize("part", range(2))
@@ -76,7 +80,9 @@ def answer(text: str) -> tuple[float, float]:
     try:
         found = analyze_briefly(text.encode()).inertia
     except LogError as error:
-        return tuple(float(d.code[1:]) for d in error.diagnostics if d.severity == "error")[:2] or (0.0, 0.0)
+        return tuple(
+            float(d.code[1:]) for d in error.diagnostics if d.severity == "error"
+        )[:2] or (0.0, 0.0)
     assert found.u is not None
     return found.value, found.u
 
@@ -88,15 +94,29 @@ def written_anew(lab: Lab, way: str, random: np.random.Generator) -> str:
     if way == "by the tool":
         return write_log(read_log(write(lab, None, 13).encode()))
     if way == "with ten times the torque":
-        return write(replace(lab, columns={**lab.columns, "mass": [10 * m for m in lab.columns["mass"]]}), None, 13)
+        return write(
+            replace(
+                lab,
+                columns={**lab.columns, "mass": [10 * m for m in lab.columns["mass"]]},
+            ),
+            None,
+            13,
+        )
     order = random.permutation(len(lab.counts))
     columns = {name: [values[i] for i in order] for name, values in lab.columns.items()}
-    return write(replace(lab, columns=columns, counts=[lab.counts[i] for i in order]), None, 13)
+    return write(
+        replace(lab, columns=columns, counts=[lab.counts[i] for i in order]), None, 13
+    )
 
 
 @pytest.mark.parametrize("seed", range(9))
-@pytest.mark.parametrize("way", ["in other units", "by the tool", "with ten times the torque", "in another order"])
-def test_same_lab_written_in_another_way_has_the_same_answer(way: str, seed: int) -> None:
+@pytest.mark.parametrize(
+    "way",
+    ["in other units", "by the tool", "with ten times the torque", "in another order"],
+)
+def test_same_lab_written_in_another_way_has_the_same_answer(
+    way: str, seed: int
+) -> None:
     random = np.random.default_rng(seed)
     lab = draw(random)
     again = answer(written_anew(lab, way, random))

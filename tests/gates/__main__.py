@@ -21,7 +21,17 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from relations import comparison
 
 import gyrodata
-from gates import classroom, fuzzed, hostile, intervals, logs, published, ratios, reports, whatif
+from gates import (
+    classroom,
+    fuzzed,
+    hostile,
+    intervals,
+    logs,
+    published,
+    ratios,
+    reports,
+    whatif,
+)
 
 GATES = {
     "logs": logs.gate, "json": reports.gate_json, "printed": reports.gate_printed, "class": classroom.gate,
@@ -32,10 +42,16 @@ GATES = {
 
 def main() -> None:
     """Run the gates."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", action="append", choices=GATES, metavar="NAME", help=", ".join(GATES))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--only", action="append", choices=GATES, metavar="NAME", help=", ".join(GATES)
+    )
     parser.add_argument("--accept", action="store_true", help="store what is found now")
-    parser.add_argument("--details", action="store_true", help="show all that each gate has to say")
+    parser.add_argument(
+        "--details", action="store_true", help="show all that each gate has to say"
+    )
     options = parser.parse_args()
     warnings.simplefilter("ignore", gyrodata.GyroWarning)
     begun, differ = time.perf_counter(), 0
@@ -43,10 +59,20 @@ def main() -> None:
         start = time.perf_counter()
         found = GATES[name](accept=options.accept)
         differ += not found.ok
-        print(f"{name}: {found.measured}; required: {found.required}: {'ok' if found.ok else 'DIFFERS'}")
-        shown = found.differences if options.details else found.differences[: 0 if found.ok else 40]
+        print(
+            f"{name}: {found.measured}; required: {found.required}: {'ok' if found.ok else 'DIFFERS'}"
+        )
+        shown = (
+            found.differences
+            if options.details
+            else found.differences[: 0 if found.ok else 40]
+        )
         print("".join(f"  {line}\n" for line in shown), end="", flush=True)
-        print(f"{name} took {time.perf_counter() - start:.0f} s", file=sys.stderr, flush=True)
+        print(
+            f"{name} took {time.perf_counter() - start:.0f} s",
+            file=sys.stderr,
+            flush=True,
+        )
     print(f"all took {time.perf_counter() - begun:.0f} s", file=sys.stderr)
     sys.exit(1 if differ else 0)
 

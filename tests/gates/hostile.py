@@ -42,7 +42,11 @@ def cases() -> dict[str, tuple[str, bytes | str, int]]:
     """Make what is given to the command, and the exit code: 1 is an error in the log, 2 a file that cannot be read."""
     zeros = b"0" * 120_000_000
     return {
-        "workbook that unpacks to 120 MB": ("a.xlsx", packed("xl/workbook.xml", zeros), 2),
+        "workbook that unpacks to 120 MB": (
+            "a.xlsx",
+            packed("xl/workbook.xml", zeros),
+            2,
+        ),
         "gzip bomb": ("a.csv.gz", gzip.compress(zeros, 9), 2),
         "gzip that is cut off": ("a.csv.gz", gzip.compress(LOG.encode())[:60], 2),
         "zip that is no workbook": ("a.xlsx", packed("a", b"x"), 2),
@@ -59,14 +63,34 @@ def cases() -> dict[str, tuple[str, bytes | str, int]]:
         "power tower as a unit": ("a.csv", LOG.replace("[cm]", "[9**9**9*m]"), 1),
         "power tower in a cell": ("a.csv", LOG.replace("15.0", "15 9**9**9*m", 1), 1),
         "power tower in a line": ("a.csv", f"# g: 9.8 m/s^9**9**9\n{LOG}", 1),
-        "nested brackets in a unit": ("a.csv", LOG.replace("[cm]", f"[{'(' * 4000}cm{')' * 4000}]"), 1),
-        "a cell that a terminal obeys": ("a.csv", LOG.replace("206", "\x1b[2J\x1b]0;x\x07"), 1),
-        "a cell that turns the line around": ("a.csv", LOG.replace("206", "\u202e6O2"), 1),
+        "nested brackets in a unit": (
+            "a.csv",
+            LOG.replace("[cm]", f"[{'(' * 4000}cm{')' * 4000}]"),
+            1,
+        ),
+        "a cell that a terminal obeys": (
+            "a.csv",
+            LOG.replace("206", "\x1b[2J\x1b]0;x\x07"),
+            1,
+        ),
+        "a cell that turns the line around": (
+            "a.csv",
+            LOG.replace("206", "\u202e6O2"),
+            1,
+        ),
         "a number of 4000 digits": ("a.csv", LOG.replace("206", "9" * 4000), 1),
         "nan and inf": ("a.csv", LOG.replace("206", "nan").replace("398", "inf"), 1),
-        "a name that a terminal obeys": ("\x1b[31mred\x07.csv", LOG.replace("206", "2O6"), 1),
+        "a name that a terminal obeys": (
+            "\x1b[31mred\x07.csv",
+            LOG.replace("206", "2O6"),
+            1,
+        ),
         "class with a bomb in it": ("bomb.zip", packed("a.csv", zeros), 1),
-        "class that climbs out": ("evil.zip", packed("../../evil.csv", LOG.encode()), 2),
+        "class that climbs out": (
+            "evil.zip",
+            packed("../../evil.csv", LOG.encode()),
+            2,
+        ),
         "class that is no zip": ("bad.zip", b"PK\x03\x04" + b"x" * 50, 2),
     }
 
@@ -75,11 +99,20 @@ def run(case: str, folder: Path) -> Iterator[str]:
     """Give one file to the command, and list what is wrong with the answer."""
     name, data, code = cases()[case]
     (folder / name).write_bytes(data.encode() if isinstance(data, str) else data)
-    words = ["grade", name, "--dry-run"] if name.endswith(".zip") else ["analyze", name, "--no-report"]
+    words = (
+        ["grade", name, "--dry-run"]
+        if name.endswith(".zip")
+        else ["analyze", name, "--no-report"]
+    )
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     start = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from gyrodata.cli import app; app()"
     try:
-        done = subprocess.run([sys.executable, "-c", start, *words], capture_output=True, timeout=60, cwd=folder)
+        done = subprocess.run(
+            [sys.executable, "-c", start, *words],
+            capture_output=True,
+            timeout=60,
+            cwd=folder,
+        )
     except subprocess.TimeoutExpired:
         yield f"{case}: at most {LONGEST:g} s | more than a minute"
         return
@@ -89,7 +122,10 @@ def run(case: str, folder: Path) -> Iterator[str]:
         yield f"{case}: exit code {code} | {done.returncode}: {said[:150]!r}"
     if took > LONGEST:
         yield f"{case}: at most {LONGEST:g} s | {took:.1f} s"
-    if not re.search(r"(error|warning) G\d{3}: \S|not graded: ", said) or "Traceback" in said:
+    if (
+        not re.search(r"(error|warning) G\d{3}: \S|not graded: ", said)
+        or "Traceback" in said
+    ):
         yield f"{case}: a message | {said[-150:]!r}"
     if bare := BARE.search(said):
         yield f"{case}: words that a terminal can show | {bare[0]!r}"
@@ -100,4 +136,9 @@ def gate(accept: bool = False, part: bool = False) -> Found:
     tried = list(cases())[:: 5 if part else 1]
     with tempfile.TemporaryDirectory() as folder:
         wrong = [line for case in tried for line in run(case, Path(folder))]
-    return Found(f"{len(tried)} files, {len(wrong)} wrong", f"exit code, message, {LONGEST:g} s", not wrong, wrong)
+    return Found(
+        f"{len(tried)} files, {len(wrong)} wrong",
+        f"exit code, message, {LONGEST:g} s",
+        not wrong,
+        wrong,
+    )

@@ -23,15 +23,23 @@ CELLS = {
     "9 runs, as stated": Bench(lines=STATED + OLD),
     "27 runs, as stated": Bench(repeats=3, lines=STATED + OLD),
     "9 runs, hand 0.5 s, 0.14 s stated": Bench(hand=0.5, lines=STATED),
-    "9 runs, hand of heavy tails, 0.14 s stated": Bench(hand=0.4, tails=3, lines=STATED),
-    "27 runs, hand errs by 4 % of the time": Bench(repeats=3, hand=0.0, in_proportion=1 / 24),
+    "9 runs, hand of heavy tails, 0.14 s stated": Bench(
+        hand=0.4, tails=3, lines=STATED
+    ),
+    "27 runs, hand errs by 4 % of the time": Bench(
+        repeats=3, hand=0.0, in_proportion=1 / 24
+    ),
     "3 runs, hand 0.5 s": Bench(spins=(400,), hand=0.5),
     "9 runs, M0 20 % of the lightest torque": Bench(imbalance=0.2),
-    "9 runs, false balance test": Bench(imbalance=0.1, hand=0.3, lines="# balance_drift: 1 deg in 60 s at 400 rpm\n"),
+    "9 runs, false balance test": Bench(
+        imbalance=0.1, hand=0.3, lines="# balance_drift: 1 deg in 60 s at 400 rpm\n"
+    ),
     "27 runs, hand late by 0.11 s": Bench(repeats=3, late=0.11, lines=DRAWN),
     "9 runs, thirds of a turn, sighting 3 deg": Bench(thirds=True, sighting=3.0),
     "9 runs, spin read 2 s late": Bench(time_constant=300.0, delay=2.0),
-    "6 runs, rod at 30 deg, hand 0.4 s": Bench(spins=(400, 600), pitch=30.0, hand=0.4, lines=STATED),
+    "6 runs, rod at 30 deg, hand 0.4 s": Bench(
+        spins=(400, 600), pitch=30.0, hand=0.4, lines=STATED
+    ),
 }
 
 
@@ -55,7 +63,13 @@ def gate(accept: bool = False, part: bool = False) -> Found:
 
         shares = [covered(at, LABS) for at in range(len(cells))]
         # 150 labs do not distinguish 99 % from 100 %.
-        shares = [share if 92 <= share <= 99 else covered(at, MORE) for at, share in enumerate(shares)]
+        shares = [
+            share if 92 <= share <= 99 else covered(at, MORE)
+            for at, share in enumerate(shares)
+        ]
     measured = f"{min(shares):.1f} to {max(shares):.1f} % in {len(cells)} cells of {LABS} labs or more"
-    lines = [f"{name}: 92 to 99 % | {share:.1f} %" for name, share in zip(cells, shares, strict=True)]
+    lines = [
+        f"{name}: 92 to 99 % | {share:.1f} %"
+        for name, share in zip(cells, shares, strict=True)
+    ]
     return Found(measured, "92 to 99 %", min(shares) >= 92 and max(shares) <= 99, lines)

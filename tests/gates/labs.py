@@ -58,33 +58,69 @@ def draw(bench: Bench, seed: int, inertia: float = INERTIA) -> Table:
     """Draw one lab. The same seed gives the same lab."""
     random = np.random.default_rng(seed)
     normal = random.standard_normal
-    runs = [(m, s) for m in bench.masses for s in bench.spins for _ in range(bench.repeats)]
+    runs = [
+        (m, s) for m in bench.masses for s in bench.spins for _ in range(bench.repeats)
+    ]
     mass, aimed = np.array(runs, dtype=float).T
-    turns, n = np.array([THIRDS[m] if bench.thirds else "1" for m, _ in runs]), len(runs)
-    true_mass = mass * (1 + 0.002 * normal(len(bench.masses)))[np.searchsorted(bench.masses, mass)]
-    torque = 1e-3 * G * (true_mass * (ARM + 5e-4 * normal()) + bench.imbalance * min(bench.masses) * ARM)
+    turns, n = (
+        np.array([THIRDS[m] if bench.thirds else "1" for m, _ in runs]),
+        len(runs),
+    )
+    true_mass = (
+        mass
+        * (1 + 0.002 * normal(len(bench.masses)))[np.searchsorted(bench.masses, mass)]
+    )
+    torque = (
+        1e-3
+        * G
+        * (
+            true_mass * (ARM + 5e-4 * normal())
+            + bench.imbalance * min(bench.masses) * ARM
+        )
+    )
     spin = RPM * (aimed + random.uniform(-8, 8, n))
     across, up = 1.3 * inertia + 1e-3 * mass * ARM**2, np.sin(np.radians(bench.pitch))
     # The slow root of (I_zz - I) sin(pitch) rate² + I_zz spin rate = torque, which is eq. (8).
     slowness = np.sqrt(1 + 4 * (inertia - across) * up * torque / (inertia * spin) ** 2)
     rate = 2 * torque / (inertia * spin * (1 + slowness))
-    time = (2 * np.pi * Table(mass, spin, mass, turns, mass).counts + np.radians(bench.sighting) * normal(n)) / rate
+    time = (
+        2 * np.pi * Table(mass, spin, mass, turns, mass).counts
+        + np.radians(bench.sighting) * normal(n)
+    ) / rate
     if np.isfinite(bench.time_constant):
         time = bench.time_constant * np.log1p(time / bench.time_constant)
         spin = spin * np.exp(-(time / 2 + bench.delay) / bench.time_constant)
     error = random.standard_t(bench.tails, n) if bench.tails else normal(n)
-    time = time + bench.late + 0.05 * normal() + (bench.hand + bench.in_proportion * time) * error
+    time = (
+        time
+        + bench.late
+        + 0.05 * normal()
+        + (bench.hand + bench.in_proportion * time) * error
+    )
     read = np.round(spin / RPM * (1 + 0.001 * normal()) * (1 + 0.002 * normal(n)))
-    return Table(np.round(true_mass * (1 + 5e-4 * normal()), 1), read, np.round(time, 2), turns, across)
+    return Table(
+        np.round(true_mass * (1 + 5e-4 * normal()), 1),
+        read,
+        np.round(time, 2),
+        turns,
+        across,
+    )
 
 
 def write(table: Table, lines: str = "", pitch: float = 0.0) -> str:
     """Type a table as a log."""
     tilted = f",{pitch:g}," if pitch else ""
-    head = "mass [g],position [cm],spin [rpm],time [s],turns" + ",pitch [deg],transverse_inertia [kg*m^2]" * bool(pitch)
+    head = (
+        "mass [g],position [cm],spin [rpm],time [s],turns"
+        + ",pitch [deg],transverse_inertia [kg*m^2]" * bool(pitch)
+    )
     text = "\n".join([f"# g: {G} m/s^2", *lines.splitlines(), head]) + "\n"
     for m, s, t, f, i in zip(*table, strict=True):
-        text += f"{m:.1f},{100 * ARM:.1f},{s:.0f},{t:.2f},{f}{tilted}" + f"{i:.3e}" * bool(pitch) + "\n"
+        text += (
+            f"{m:.1f},{100 * ARM:.1f},{s:.0f},{t:.2f},{f}{tilted}"
+            + f"{i:.3e}" * bool(pitch)
+            + "\n"
+        )
     return text
 
 

@@ -22,7 +22,13 @@ from gates.labs import Bench, draw, write
 from gates.stored import Found, line_of
 from gyrodata.schema import diagnostics_table
 
-MASS, POSITION, SPIN, TIME, TURNS = ("mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns")
+MASS, POSITION, SPIN, TIME, TURNS = (
+    "mass [g]",
+    "position [cm]",
+    "spin [rpm]",
+    "time [s]",
+    "turns",
+)
 SLIPS = (
     (MASS, 1, "mass [kg]"), (MASS, 1e-3, MASS), (MASS, 1 / 28.3495, MASS), (POSITION, 1, "position [m]"),
     (POSITION, 1, "position [mm]"), (POSITION, 10, POSITION), (POSITION, 2, POSITION), (POSITION, 1 / 2.54, POSITION),
@@ -41,7 +47,9 @@ class Log(NamedTuple):
     mapping: dict[str, str] | None = None
 
     def analyze(self) -> gyrodata.Analysis:
-        return gyrodata.analyze(self.data, name="log.csv", settings=self.settings, mapping=self.mapping)
+        return gyrodata.analyze(
+            self.data, name="log.csv", settings=self.settings, mapping=self.mapping
+        )
 
 
 def given(data: bytes, options: str) -> Log:
@@ -59,30 +67,47 @@ def every_log() -> dict[str, Log]:
     for head, text in stored.read("logs.txt").items():
         name, dashes, options = head.partition(" --")
         logs[name] = given(text.replace("⇥", "\t").encode(), dashes + options)
-    for path in sorted([*stored.ROOT.glob("sample_data/**/*.csv"), *stored.ROOT.glob("tests/fuzz/corpus/*.csv")]):
+    for path in sorted(
+        [
+            *stored.ROOT.glob("sample_data/**/*.csv"),
+            *stored.ROOT.glob("tests/fuzz/corpus/*.csv"),
+        ]
+    ):
         if path.parent.name != "air_gyroscope-report":
             logs[f"{path.parent.name}/{path.name}"] = Log(path.read_bytes())
     for number, habit in enumerate(sheets.HABITS):
-        data = sheets.source(habit.make(sheets.lab(number, habit.turns, habit.unloaded)))
+        data = sheets.source(
+            habit.make(sheets.lab(number, habit.turns, habit.unloaded))
+        )
         logs[habit.name] = Log(data)
         if habit.asked:
             mended = data.decode().replace(*habit.edit).encode() if habit.edit else data
-            logs[f"{habit.name}, after the remedy"] = Log(mended, dict(habit.settings), dict(habit.mapping))
-    good = write(draw(Bench(), 5), "# ball_mass: 4.31 kg\n# ball_diameter: 10.16 cm\n").splitlines()
+            logs[f"{habit.name}, after the remedy"] = Log(
+                mended, dict(habit.settings), dict(habit.mapping)
+            )
+    good = write(
+        draw(Bench(), 5), "# ball_mass: 4.31 kg\n# ball_diameter: 10.16 cm\n"
+    ).splitlines()
     for column, factor, header in SLIPS:
         at = good[3].split(",").index(column)
         rows = [row.split(",") for row in good[4:]]
         for row in rows:
             row[at] = f"{float(row[at]) * factor:.6g}"
-        head = [{column: header, header: column}.get(one, one) for one in good[3].split(",")]
+        head = [
+            {column: header, header: column}.get(one, one) for one in good[3].split(",")
+        ]
         text = "\n".join([*good[:3], *map(",".join, [head, *rows])]) + "\n"
         logs[f"slip: {column} x {factor:.6g} as {header}"] = Log(text.encode())
     for record in diagnostics_table():
         code, example = record["code"], record["example"]
         if example.startswith(("analyze log.csv --set", "analyze log.csv --map")):
-            logs[code] = given(usual("", "").data, example.removeprefix("analyze log.csv "))
+            logs[code] = given(
+                usual("", "").data, example.removeprefix("analyze log.csv ")
+            )
         elif "\n" in example and code < "G5":
-            logs[code] = Log(example.encode("latin-1" if code in ("G107", "G109") else "utf-8"))
+            logs[code] = Log(
+                example.encode("latin-1" if code in ("G107", "G109") else "utf-8")
+            )
     return logs
 
 
@@ -120,26 +145,35 @@ def outcome(log: Log) -> str:
         return line_of("FAULT", type(error).__name__, "", "")
     code = next((d.code for d in analysis.diagnostics if d.severity == "warning"), "")
     size = f"{analysis.inertia.value:.7g}", f"{analysis.inertia.u:.4g}"
-    return line_of("warned" if code else "answer", code, *size, digest(analysis.diagnostics))
+    return line_of(
+        "warned" if code else "answer", code, *size, digest(analysis.diagnostics)
+    )
 
 
 def digest(diagnostics: tuple[gyrodata.Diagnostic, ...]) -> str:
     """Give four letters that differ for nearly every other list of diagnostics."""
-    said = "".join(f"{one.severity}{one.code}{one.line}:{one.column}{one.message}{one.hint}" for one in diagnostics)
+    said = "".join(
+        f"{one.severity}{one.code}{one.line}:{one.column}{one.message}{one.hint}"
+        for one in diagnostics
+    )
     return stored.digest(said) if said else ""
 
 
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Analyse all of them, or one in thirty."""
     tables: dict[str, dict[str, Log]] = {"logs.csv": every_log(), "texts.csv": {}}
-    tables["texts.csv"] = {key: usual(*key.split(": ", 1)) for key in stored.read("texts.csv")}
+    tables["texts.csv"] = {
+        key: usual(*key.split(": ", 1)) for key in stored.read("texts.csv")
+    }
     lines, counts, faults = [], [], 0
     with ProcessPoolExecutor(2) as pool:
         for name, logs in tables.items():
             keys = list(logs)[:: 30 if part else 1]
             answers = list(pool.map(outcome, [logs[key] for key in keys], chunksize=20))
             new = dict(zip(keys, answers, strict=True))
-            lines += stored.compare(name, new, accept, part, "key,outcome,code,I_zz,u,said")
+            lines += stored.compare(
+                name, new, accept, part, "key,outcome,code,I_zz,u,said"
+            )
             counts.append(len(keys))
             faults += sum(answer.startswith("FAULT") for answer in answers)
     measured = f"{counts[0]} logs, {counts[1]} texts: {len(lines)} differ, {faults} end in a fault of the tool"

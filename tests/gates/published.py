@@ -15,7 +15,9 @@ from gates.stored import HERE, Found
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Fit the published lines."""
     wrong, count = [], 0
-    for name, data in tomllib.loads((HERE / "published.toml").read_text(encoding="utf-8")).items():
+    for name, data in tomllib.loads(
+        (HERE / "published.toml").read_text(encoding="utf-8")
+    ).items():
         published = data.pop("published")
         line = gyrodata.fit_line(**data)
         fields = ("slope", "u_slope", "intercept", "u_intercept", "chi2")
@@ -25,6 +27,10 @@ def gate(accept: bool = False, part: bool = False) -> Found:
                 # Half of the last digit, and what a double read from decimals may be off.
                 last = 0.5 * 10.0 ** (int(power or 0) - len(number.partition(".")[2]))
                 count += 1
-                if abs(getattr(line, field) - float(text)) > max(last, 2e-14 * abs(float(text))):
+                if abs(getattr(line, field) - float(text)) > max(
+                    last, 2e-14 * abs(float(text))
+                ):
                     wrong.append(f"{name}, {field}: {text} | {getattr(line, field)!r}")
-    return Found(f"{count - len(wrong)} of {count} published numbers", "all", not wrong, wrong)
+    return Found(
+        f"{count - len(wrong)} of {count} published numbers", "all", not wrong, wrong
+    )

@@ -62,7 +62,10 @@ def kept(part: Any, fields: str, digits: int = 8, zero: float = 1e-13) -> Any:
         return {key: kept(one, "", digits, zero) for key, one in part.items()}
     if not fields or not isinstance(part, dict):
         return part
-    return [kept(reduce(lambda one, key: one and one[key], field.split("."), part), "") for field in fields.split()]
+    return [
+        kept(reduce(lambda one, key: one and one[key], field.split("."), part), "")
+        for field in fields.split()
+    ]
 
 
 def numbers(log: Log) -> str:
@@ -71,19 +74,41 @@ def numbers(log: Log) -> str:
         document = log.analyze().to_dict()
     except gyrodata.GyroError as error:
         return f"refused: {' '.join(found.code for found in error.diagnostics)}\n"
-    lines = {name: kept(document["result"][name], fields) for name, fields in PARTS.items()}
-    whole = (json.dumps(kept(document["result"][name], "", 5, 1e-9)) for name in DIGESTED.split())
-    lines["digests"] = " ".join(hashlib.sha256(text.encode()).hexdigest()[:4] for text in whole)
-    lines["diagnostics"] = [[one["code"], one["line"], one["column"]] for one in document["diagnostics"]]
-    return "".join(f"{name}: {json.dumps(value, separators=(',', ':'))}\n" for name, value in lines.items())
+    lines = {
+        name: kept(document["result"][name], fields) for name, fields in PARTS.items()
+    }
+    whole = (
+        json.dumps(kept(document["result"][name], "", 5, 1e-9))
+        for name in DIGESTED.split()
+    )
+    lines["digests"] = " ".join(
+        hashlib.sha256(text.encode()).hexdigest()[:4] for text in whole
+    )
+    lines["diagnostics"] = [
+        [one["code"], one["line"], one["column"]] for one in document["diagnostics"]
+    ]
+    return "".join(
+        f"{name}: {json.dumps(value, separators=(',', ':'))}\n"
+        for name, value in lines.items()
+    )
 
 
 def gate_json(accept: bool = False, part: bool = False) -> Found:
     """Compare the JSON of thirty logs."""
     known = every_log()
-    logs = {**{name: known[name] for name in KNOWN}, **{name: Log(typed(bench, 1)) for name, bench in DRAWN.items()}}
-    lines = compare("numbers.txt", {name: numbers(log) for name, log in logs.items()}, accept)
-    return Found(f"JSON of {len(logs)} logs: {len(lines)} lines differ", "none differs", not lines, lines)
+    logs = {
+        **{name: known[name] for name in KNOWN},
+        **{name: Log(typed(bench, 1)) for name, bench in DRAWN.items()},
+    }
+    lines = compare(
+        "numbers.txt", {name: numbers(log) for name, log in logs.items()}, accept
+    )
+    return Found(
+        f"JSON of {len(logs)} logs: {len(lines)} lines differ",
+        "none differs",
+        not lines,
+        lines,
+    )
 
 
 SHOWN = ("sample_data/air_gyroscope.csv", "sample_data/heidelberg_ball.csv", "sample_data/salort_one_torque.csv",
@@ -112,10 +137,13 @@ def digests(text: str, parts: str) -> str:
 
     Numbers with many digits are rounded first, because another processor gives other last digits.
     """
-    text = re.sub(r"\d+\.\d{9,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", text)
+    text = re.sub(
+        r"\d+\.\d{9,}(?:e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", text
+    )
     pieces = [one for one in re.split(parts, text, flags=re.MULTILINE) if one.strip()]
     return "".join(
-        f"{hashlib.sha256(one.encode()).hexdigest()[:8]} {one.strip().splitlines()[0][:30]}\n" for one in pieces
+        f"{hashlib.sha256(one.encode()).hexdigest()[:8]} {one.strip().splitlines()[0][:30]}\n"
+        for one in pieces
     )
 
 
@@ -139,13 +167,17 @@ def gate_printed(accept: bool = False, part: bool = False) -> Found:
 
         def shown(command: str) -> str:
             done = CliRunner().invoke(app, command.split(), prog_name="gyro")
-            text = done.output.replace(f"{folder}/", "").replace(gyrodata.__version__, "VERSION")
+            text = done.output.replace(f"{folder}/", "").replace(
+                gyrodata.__version__, "VERSION"
+            )
             return f"exit code {done.exit_code}\n{text.strip()}\n"
 
         for name in SHOWN[: 2 if part else None]:
             path.write_bytes(known[name].data)
             # LaTeX of the first four logs.
-            for form, command in list(COMMANDS.items())[: -1 if name in SHOWN[4:] else None]:
+            for form, command in list(COMMANDS.items())[
+                : -1 if name in SHOWN[4:] else None
+            ]:
                 text = shown(f"{command} {path}")
                 if form in ("markdown", "latex"):
                     text = digests(text, r"^(?=## |\\(?:sub)?section)")
@@ -156,9 +188,20 @@ def gate_printed(accept: bool = False, part: bool = False) -> Found:
         for command in OTHERS[: 2 if part else None]:
             table[command] = digests(shown(command.replace("LOG", str(path))), r"\n\n")
         # Chosen by name, so that another log changes no other line.
-        chosen = (log for name, log in known.items() if crc32(name.encode()) % (80 if part else 8) == 0)
+        chosen = (
+            log
+            for name, log in known.items()
+            if crc32(name.encode()) % (80 if part else 8) == 0
+        )
         fixed = [mended(path, log) for log in chosen]
         if not part:
-            table["check --fix"] = "".join(" ".join(fixed[at : at + 16]) + "\n" for at in range(0, len(fixed), 16))
+            table["check --fix"] = "".join(
+                " ".join(fixed[at : at + 16]) + "\n" for at in range(0, len(fixed), 16)
+            )
     lines = compare("printed.txt", table, accept, part)
-    return Found(f"{len(table)} outputs of commands: {len(lines)} places differ", "none differs", not lines, lines)
+    return Found(
+        f"{len(table)} outputs of commands: {len(lines)} places differ",
+        "none differs",
+        not lines,
+        lines,
+    )

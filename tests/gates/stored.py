@@ -40,7 +40,10 @@ def read(name: str) -> dict[str, str]:
     """Read a stored file: CSV with the key in its first column, or blocks below ``== key``."""
     text = (HERE / name).read_text(encoding="utf-8") if (HERE / name).is_file() else ""
     if name.endswith(".csv"):
-        return {key: line_of(*cells) for key, *cells in list(csv.reader(io.StringIO(text)))[1:]}
+        return {
+            key: line_of(*cells)
+            for key, *cells in list(csv.reader(io.StringIO(text)))[1:]
+        }
     blocks = re.split(r"^== (.*)\n", text, flags=re.MULTILINE)[1:]
     return dict(zip(blocks[::2], blocks[1::2], strict=True))
 
@@ -48,7 +51,9 @@ def read(name: str) -> dict[str, str]:
 def write(name: str, table: dict[str, str], head: str = "") -> None:
     """Write a stored file."""
     if name.endswith(".csv"):
-        text = f"{head}\n" + "".join(f"{line_of(key)},{row}\n" for key, row in table.items())
+        text = f"{head}\n" + "".join(
+            f"{line_of(key)},{row}\n" for key, row in table.items()
+        )
     else:
         text = "".join(f"== {key}\n{block}" for key, block in table.items())
     (HERE / name).write_text(text, encoding="utf-8")
@@ -58,7 +63,13 @@ def agree(old: str, new: str) -> bool:
     """Whether two texts have the same words, and the same numbers to seven digits or to 1e-14."""
     if NUMBER.sub("#", old) != NUMBER.sub("#", new):
         return False
-    pairs = zip(*([float(n.replace("−", "-")) for n in NUMBER.findall(text)] for text in (old, new)), strict=True)
+    pairs = zip(
+        *(
+            [float(n.replace("−", "-")) for n in NUMBER.findall(text)]
+            for text in (old, new)
+        ),
+        strict=True,
+    )
     return all(math.isclose(*pair, rel_tol=2e-7, abs_tol=1e-14) for pair in pairs)
 
 
@@ -71,7 +82,9 @@ def digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest().translate(LETTERS)[:4]
 
 
-def compare(name: str, new: dict[str, str], accept: bool, part: bool = False, head: str = "") -> list[str]:
+def compare(
+    name: str, new: dict[str, str], accept: bool, part: bool = False, head: str = ""
+) -> list[str]:
     """List the differences from a stored file, or store the new table; `part`: the table is a part of the whole."""
     if accept:
         write(name, new, head)
@@ -79,14 +92,20 @@ def compare(name: str, new: dict[str, str], accept: bool, part: bool = False, he
     for key in new if part else {**old, **new}:
         if not agree(*(texts := (old.get(key, ""), new.get(key, "")))):
             before, now = (text.splitlines() for text in texts)
-            for tag, a, b, c, d in difflib.SequenceMatcher(None, before, now, autojunk=False).get_opcodes():
+            for tag, a, b, c, d in difflib.SequenceMatcher(
+                None, before, now, autojunk=False
+            ).get_opcodes():
                 if tag != "equal":
                     old_lines, new_lines = " / ".join(before[a:b]), " / ".join(now[c:d])
-                    found.append(f"{key}: {old_lines[:300] or '(nothing)'} | {new_lines[:300] or '(nothing)'}")
+                    found.append(
+                        f"{key}: {old_lines[:300] or '(nothing)'} | {new_lines[:300] or '(nothing)'}"
+                    )
     return found
 
 
-def at_best(name: str, number: int, measured: str, accept: bool, differences: list[str]) -> Found:
+def at_best(
+    name: str, number: int, measured: str, accept: bool, differences: list[str]
+) -> Found:
     """Compare a number that is not yet as it should be with the best one so far, in `best.csv`: it may only rise.
 
     A number of faults is given with a minus sign.
@@ -94,7 +113,13 @@ def at_best(name: str, number: int, measured: str, accept: bool, differences: li
     best = {key: int(row) for key, row in read("best.csv").items()}
     if accept and number > best.get(name, -math.inf):
         best[name] = number
-        write("best.csv", {key: str(value) for key, value in best.items()}, "what,best so far")
+        write(
+            "best.csv",
+            {key: str(value) for key, value in best.items()},
+            "what,best so far",
+        )
     least = best.get(name, number)
     required = f"at least {least}" if least > 0 else f"at most {-least}"
-    return Found(measured, f"{required}, and it may only improve", number >= least, differences)
+    return Found(
+        measured, f"{required}, and it may only improve", number >= least, differences
+    )

@@ -18,14 +18,18 @@ OTHERS = ("ratios", "coverage", "relations")
 @pytest.mark.parametrize("name", [name for name in GATES if name not in OTHERS])
 def test_a_gate_finds_no_difference(name: str) -> None:
     found = GATES[name](part=True)
-    assert found.ok, "\n".join([found.measured, *found.differences[:20], f"python tests/gates --only {name}"])
+    assert found.ok, "\n".join(
+        [found.measured, *found.differences[:20], f"python tests/gates --only {name}"]
+    )
 
 
 def test_texts_agree_if_words_and_seven_digits_do() -> None:
     assert agree("a,0.0044556562,5.1e-05", "a,0.0044556563,5.1e-05")
     assert not agree("a,0.0044556562,5.1e-05", "a,0.0044566562,5.1e-05")
     assert not agree("answer,,1", "warned,,1")
-    (changed,) = compare("logs.csv", {"half way": "refused,G999,,"}, accept=False, part=True)
+    (changed,) = compare(
+        "logs.csv", {"half way": "refused,G999,,"}, accept=False, part=True
+    )
     assert changed.startswith("half way: ")
     assert changed.endswith(" | refused,G999,,")
 
@@ -33,4 +37,6 @@ def test_texts_agree_if_words_and_seven_digits_do() -> None:
 def test_fuzz_command_tries_logs() -> None:
     line = [sys.executable, str(ROOT / "tests" / "fuzz"), "--count", "3", "--seed", "1"]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (done.returncode, "3 analysis answered" in done.stdout) == (0, True), done.stdout + done.stderr
+    assert (done.returncode, "3 analysis answered" in done.stdout) == (0, True), (
+        done.stdout + done.stderr
+    )

@@ -24,7 +24,9 @@ def make_folder(root: Path, files: Mapping[str, str | bytes]) -> Path:
     return root
 
 
-def packed(files: Mapping[str, str | bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+def packed(
+    files: Mapping[str, str | bytes], method: int = zipfile.ZIP_DEFLATED
+) -> bytes:
     """Pack them into a zip."""
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", method) as archive:

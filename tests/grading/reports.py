@@ -29,22 +29,43 @@ class Sheet(Struct, frozen=True):
     turns: np.ndarray
 
     def log(self, *head: str) -> str:
-        lines = [f"# g: {G} m/s^2", *head, "mass [g],position [cm],spin [rpm],time [s],turns"]
-        for m, x, n, t, f in zip(self.mass, self.position, self.spin, self.time, self.turns, strict=True):
-            lines.append(f"{m:.2f},{x:.2f},{n:.1f},{t:.2f}," + (f"{f:.0f}" if f == round(f) else f"{round(3 * f)}/3"))
+        lines = [
+            f"# g: {G} m/s^2",
+            *head,
+            "mass [g],position [cm],spin [rpm],time [s],turns",
+        ]
+        for m, x, n, t, f in zip(
+            self.mass, self.position, self.spin, self.time, self.turns, strict=True
+        ):
+            lines.append(
+                f"{m:.2f},{x:.2f},{n:.1f},{t:.2f},"
+                + (f"{f:.0f}" if f == round(f) else f"{round(3 * f)}/3")
+            )
         return "\n".join(lines) + "\n"
 
 
-def sheet(random: np.random.Generator, turns: float | str = 1.0, **changes: object) -> Sheet:
+def sheet(
+    random: np.random.Generator, turns: float | str = 1.0, **changes: object
+) -> Sheet:
     """Draw a lab and type it in; ``turns="mixed"`` times 1/3, 2/3 and 1 turn for the three weights."""
     measured = lab(random, turns=1.0 if turns == "mixed" else turns, **changes)  # type: ignore[arg-type]
     part = measured.turns
     time = measured.time
     if turns == "mixed":
-        part = np.array([1 / 3, 2 / 3, 1.0])[np.unique(measured.mass.round(3), return_inverse=True)[1]]
-        time = (measured.time - random.normal(0, 0.14)) * part + random.normal(0, 0.14, len(part))
+        part = np.array([1 / 3, 2 / 3, 1.0])[
+            np.unique(measured.mass.round(3), return_inverse=True)[1]
+        ]
+        time = (measured.time - random.normal(0, 0.14)) * part + random.normal(
+            0, 0.14, len(part)
+        )
     nominal = 1e3 * measured.mass, 1e2 * np.round(measured.position, 3)
-    return Sheet(nominal[0].round(2), nominal[1].round(2), (measured.spin / RPM).round(1), time.round(2), part)
+    return Sheet(
+        nominal[0].round(2),
+        nominal[1].round(2),
+        (measured.spin / RPM).round(1),
+        time.round(2),
+        part,
+    )
 
 
 class Formula(Struct, frozen=True):
@@ -61,16 +82,30 @@ class Formula(Struct, frozen=True):
     def inertia(self, rows: Sheet, fit: str) -> tuple[float, float]:
         """I_zz and its uncertainty, as a page of a student's report has them."""
         torque = self.mass * rows.mass * self.g * self.position * rows.position
-        product = self.precession * self.use_turns(rows.turns) / rows.time * self.spin * rows.spin
+        product = (
+            self.precession
+            * self.use_turns(rows.turns)
+            / rows.time
+            * self.spin
+            * rows.spin
+        )
         if fit == "mean_of_ratios":
             ratios = torque / product
-            return self.answer * np.mean(ratios), abs(self.answer) * np.std(ratios, ddof=1) / math.sqrt(len(ratios))
+            return self.answer * np.mean(ratios), abs(self.answer) * np.std(
+                ratios, ddof=1
+            ) / math.sqrt(len(ratios))
         degree = 1 if fit == "with_constant" else 0
         design = np.vander(product, degree + 2)[:, -2:] if degree else product[:, None]
         solution, *_ = np.linalg.lstsq(design, torque, rcond=None)
         left = torque - design @ solution
-        covariance = np.linalg.inv(design.T @ design) * (left @ left) / (len(torque) - design.shape[1])
-        return self.answer * float(solution[0]), abs(self.answer) * math.sqrt(covariance[0, 0])
+        covariance = (
+            np.linalg.inv(design.T @ design)
+            * (left @ left)
+            / (len(torque) - design.shape[1])
+        )
+        return self.answer * float(solution[0]), abs(self.answer) * math.sqrt(
+            covariance[0, 0]
+        )
 
 
 RIGHT = Formula()
@@ -107,7 +142,9 @@ SLIPS: dict[str, Formula] = {
 """How each slip comes about: the raw numbers of the log put into the formula."""
 
 
-def reported_line(value: float, u: float | None, digits: int = 2, unit: str = " kg m^2") -> str:
+def reported_line(
+    value: float, u: float | None, digits: int = 2, unit: str = " kg m^2"
+) -> str:
     """Write a report as a careful student does: u with some digits, the value to the same place."""
     if u is None:
         return f"# reported_inertia: {value:.6g}{unit}"
@@ -124,7 +161,8 @@ def a_log(seed: int, *head: str) -> str:
 
 
 STATED = default_rubric_text().replace(
-    '[reference]\nfrom = "class"', '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"'
+    '[reference]\nfrom = "class"',
+    '[reference.all]\ninertia = "4.44e-3 kg m^2"\nu = "0.02e-3 kg m^2"',
 )
 """The rubric with a reference of its own, by which a grade does not wait for the class."""
 
@@ -132,9 +170,15 @@ STATED = default_rubric_text().replace(
 def three_logs() -> dict[str, str]:
     """One of each outcome: all points, a slip, and not graded."""
     rows = sheet(np.random.default_rng(3), "mixed")
-    good, slip = (one.inertia(rows, "with_constant") for one in (RIGHT, SLIPS["rpm_as_rad_s"]))
+    good, slip = (
+        one.inertia(rows, "with_constant") for one in (RIGHT, SLIPS["rpm_as_rad_s"])
+    )
     bad = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,<script>,1/3\n"
-    return {"good": rows.log(reported_line(*good)), "slip": rows.log(reported_line(*slip)), "waiting": bad}
+    return {
+        "good": rows.log(reported_line(*good)),
+        "slip": rows.log(reported_line(*slip)),
+        "waiting": bad,
+    }
 
 
 @cache
@@ -143,6 +187,8 @@ def three_grades() -> dict[str, Grade]:
         root, found = Path(folder), {}
         for name, text in three_logs().items():
             (root / f"{name}.csv").write_text(text, encoding="utf-8")
-            one = Submission(name, f"<b>{name}</b> | *", {}, root, log_name=f"{name}.csv")
+            one = Submission(
+                name, f"<b>{name}</b> | *", {}, root, log_name=f"{name}.csv"
+            )
             found[name] = grade_submission(one, read_rubric(STATED.encode()))
     return found

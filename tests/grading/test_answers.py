@@ -8,33 +8,56 @@ import pytest
 from gyrodata.grading.submissions.answers import read_answers
 from gyrodata.readings import read_log
 
-PROSE = tomllib.loads((Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8"))
+PROSE = tomllib.loads(
+    (Path(__file__).parent / "data" / "prose.toml").read_text(encoding="utf-8")
+)
 LOG = "mass [g],position [cm],spin [rpm],time [s],turns\n20,15.0,406,13.06,1/3\n"
 VALUE = "4.40e-3 ± 0.05e-3 kg m^2"
 
 
 def test_answer_in_the_log_goes_before_one_beside_it() -> None:
-    answers = read_answers(read_log(f"# reported_inertia: {VALUE}\n{LOG}"), [("report.txt", b"I_zz = 4.5e-3 kg m^2")])
+    answers = read_answers(
+        read_log(f"# reported_inertia: {VALUE}\n{LOG}"),
+        [("report.txt", b"I_zz = 4.5e-3 kg m^2")],
+    )
     assert answers.inertia is not None
-    assert (answers.inertia.value, answers.inertia.u, answers.inertia.line) == (4.4e-3, 0.05e-3, 1)
+    assert (answers.inertia.value, answers.inertia.u, answers.inertia.line) == (
+        4.4e-3,
+        0.05e-3,
+        1,
+    )
     assert answers.diagnostics == ()
 
 
-@pytest.mark.parametrize("text", [*(f"# I_zz = {one}" for one in PROSE["values"]), *PROSE["below"]])
+@pytest.mark.parametrize(
+    "text", [*(f"# I_zz = {one}" for one in PROSE["values"]), *PROSE["below"]]
+)
 def test_value_typed_as_people_type_is_read(text: str) -> None:
     for log in (f"{LOG}\n{text}\n", f"{text}\n{LOG}")[: 1 + ("#" in text)]:
         found = read_answers(read_log(log.encode())).inertia
         assert found
-        assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3, rel=0.03))
+        assert (found.value, found.u) == (
+            pytest.approx(4.4e-3),
+            pytest.approx(0.05e-3, rel=0.03),
+        )
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp1252"])
-@pytest.mark.parametrize("text", [f'inertia = "{VALUE}"\n', f"\ninertia = {VALUE} # from the slope\n"])
+@pytest.mark.parametrize(
+    "text", [f'inertia = "{VALUE}"\n', f"\ninertia = {VALUE} # from the slope\n"]
+)
 def test_answer_in_a_file_of_answers_is_read(text: str, encoding: str) -> None:
     answers = read_answers(None, [("answers.toml", text.encode(encoding))])
     assert answers.inertia is not None
-    assert (answers.inertia.value, answers.inertia.u, answers.inertia.text) == (4.4e-3, 0.05e-3, VALUE)
-    assert (answers.file, [one.code for one in answers.diagnostics]) == ("answers.toml", ["G717"])
+    assert (answers.inertia.value, answers.inertia.u, answers.inertia.text) == (
+        4.4e-3,
+        0.05e-3,
+        VALUE,
+    )
+    assert (answers.file, [one.code for one in answers.diagnostics]) == (
+        "answers.toml",
+        ["G717"],
+    )
 
 
 @pytest.mark.parametrize("text", PROSE["answers"])
@@ -42,7 +65,10 @@ def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
     name = "text.html" if text.startswith("<") else "report.txt"
     answers = read_answers(None, [(name, f"Our report.\n\n{text}\n".encode())])
     assert answers.inertia is not None
-    assert (answers.inertia.value, answers.inertia.u) == (pytest.approx(4.4e-3), pytest.approx(0.05e-3))
+    assert (answers.inertia.value, answers.inertia.u) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(0.05e-3),
+    )
     assert answers.diagnostics[0].message.startswith(f"I_zz is read from {name}, line ")
 
 
@@ -50,30 +76,55 @@ def test_answer_in_prose_is_read_and_its_line_told(text: str) -> None:
 def test_answer_without_instructions_is_read(name: str) -> None:
     # The square of a metre must be read in the code page of Windows too.
     found = read_answers(
-        None, [(name, PROSE["hand_ins"][name].encode("cp1252" if name == "windows.txt" else "utf-8"))]
+        None,
+        [
+            (
+                name,
+                PROSE["hand_ins"][name].encode(
+                    "cp1252" if name == "windows.txt" else "utf-8"
+                ),
+            )
+        ],
     ).inertia
     assert found
-    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=0.001))
+    assert (found.value, found.u) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(5e-5, rel=0.001),
+    )
 
 
-@pytest.mark.parametrize("text", [*PROSE["others"], "", "inertia = " + "[" * 100_000], ids=lambda text: text[:60])
+@pytest.mark.parametrize(
+    "text",
+    [*PROSE["others"], "", "inertia = " + "[" * 100_000],
+    ids=lambda text: text[:60],
+)
 def test_other_values_are_not_the_answer(text: str) -> None:
     found = read_answers(None, [("report.txt", text.encode())]).inertia
     assert found is None or found.value is None
 
 
 def test_two_answers_that_differ_are_none() -> None:
-    reports = [("report.txt", b"I_zz = 4.4e-3 kg m^2"), ("notes.md", b"\nI_zz = 4.5e-3 kg m^2")]
+    reports = [
+        ("report.txt", b"I_zz = 4.4e-3 kg m^2"),
+        ("notes.md", b"\nI_zz = 4.5e-3 kg m^2"),
+    ]
     inertia = read_answers(None, reports).inertia
     assert inertia is not None
     assert (inertia.value, inertia.fault) == (None, "given twice")
-    assert all(place in (inertia.problem or "") for place in ("report.txt, line 1", "notes.md, line 2"))
+    assert all(
+        place in (inertia.problem or "")
+        for place in ("report.txt, line 1", "notes.md, line 2")
+    )
 
 
-@pytest.mark.parametrize("text", ["I_zz = 1/225 kg m^2", "I_zz = 4.4e-3 kg m^2", f"I_zz = {VALUE}"])
+@pytest.mark.parametrize(
+    "text", ["I_zz = 1/225 kg m^2", "I_zz = 4.4e-3 kg m^2", f"I_zz = {VALUE}"]
+)
 def test_the_same_answer_in_two_files_is_one_answer(text: str) -> None:
     # A fraction has no last digit.
-    inertia = read_answers(None, [(name, text.encode()) for name in ("report.txt", "notes.md")]).inertia
+    inertia = read_answers(
+        None, [(name, text.encode()) for name in ("report.txt", "notes.md")]
+    ).inertia
     assert inertia is not None
     assert inertia.value == pytest.approx(1 / 225 if "/" in text else 4.4e-3)
     assert inertia.fault is None
@@ -83,8 +134,15 @@ BELOW = ("u(I) = 0.05e-3 kg m^2", "u =\t0.05e-3\tkg m^2", "uncertainty: 0.05e-3 
 BESIDE = (", within 1.1 % of theory", " (within 1,1% of the theory)", ", 2 % off")
 
 
-@pytest.mark.parametrize(("behind", "u"), [*((f"\n{one}", 0.05e-3) for one in BELOW), *((one, None) for one in BESIDE)])
-def test_only_an_uncertainty_behind_the_answer_belongs_to_it(behind: str, u: float | None) -> None:
-    found = read_answers(None, [("report.txt", f"I_zz = 4.40e-3 kg m^2{behind}\n".encode())]).inertia
+@pytest.mark.parametrize(
+    ("behind", "u"),
+    [*((f"\n{one}", 0.05e-3) for one in BELOW), *((one, None) for one in BESIDE)],
+)
+def test_only_an_uncertainty_behind_the_answer_belongs_to_it(
+    behind: str, u: float | None
+) -> None:
+    found = read_answers(
+        None, [("report.txt", f"I_zz = 4.40e-3 kg m^2{behind}\n".encode())]
+    ).inertia
     assert found is not None
     assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(u))

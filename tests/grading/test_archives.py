@@ -31,8 +31,20 @@ def refusal(path: Path) -> str:
 
 @pytest.mark.parametrize("make", [make_folder, make_zip])
 def test_files_that_systems_strew_in_are_not_seen(make, tmp_path: Path) -> None:
-    strewn = ["__MACOSX/a/._lab.csv", "a/.DS_Store", "a/._lab.csv", "a/~$lab.xlsx", "a/Thumbs.db", ".git/config"]
-    root = make(tmp_path / "class", dict.fromkeys([*strewn, "a/lab.csv", "a/desktop.ini", "a/my.ini", "b/x.csv"], LOG))
+    strewn = [
+        "__MACOSX/a/._lab.csv",
+        "a/.DS_Store",
+        "a/._lab.csv",
+        "a/~$lab.xlsx",
+        "a/Thumbs.db",
+        ".git/config",
+    ]
+    root = make(
+        tmp_path / "class",
+        dict.fromkeys(
+            [*strewn, "a/lab.csv", "a/desktop.ini", "a/my.ini", "b/x.csv"], LOG
+        ),
+    )
     assert students(root) == {"a": ("a/lab.csv", "a/my.ini"), "b": ("b/x.csv",)}
 
 
@@ -53,9 +65,16 @@ def test_links_in_a_folder_are_left_out_and_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "why"), [("../evil.csv", ".."), ("/etc/cron.d/evil", "absolute"), ("C:\\evil.csv", "absolute")]
+    ("name", "why"),
+    [
+        ("../evil.csv", ".."),
+        ("/etc/cron.d/evil", "absolute"),
+        ("C:\\evil.csv", "absolute"),
+    ],
 )
-def test_path_that_leads_out_of_the_class_is_refused(name: str, why: str, tmp_path: Path) -> None:
+def test_path_that_leads_out_of_the_class_is_refused(
+    name: str, why: str, tmp_path: Path
+) -> None:
     (tmp_path / "inner").mkdir()
     path = make_zip(tmp_path / "inner" / "class.zip", {"a/lab.csv": LOG, name: "evil"})
     before = set(tmp_path.rglob("*"))
@@ -79,14 +98,19 @@ def encrypted() -> bytes:
 
 HOSTILE = {
     "link": (link, "G703"),
-    "too many entries": (lambda: packed(dict.fromkeys(map(str, range(1001)), "")), "G704"),
+    "too many entries": (
+        lambda: packed(dict.fromkeys(map(str, range(1001)), "")),
+        "G704",
+    ),
     "encrypted": (encrypted, "encrypted"),
     "bzip2": (lambda: packed({"a/lab.csv": LOG}, zipfile.ZIP_BZIP2), "no platform"),
 }
 
 
 @pytest.mark.parametrize("kind", HOSTILE)
-def test_zip_that_is_not_safe_or_damaged_is_refused(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_zip_that_is_not_safe_or_damaged_is_refused(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("gyrodata.grading.submissions.archives.MOST_FILES", 1000)
     make, told = HOSTILE[kind]
     (tmp_path / "class.zip").write_bytes(make())

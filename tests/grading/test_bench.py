@@ -23,20 +23,27 @@ REPORT = reported_line(*STUDENT.answer())
 def with_bench(*lines: str) -> str:
     """The built-in rubric with uncertainties of the bench."""
     assert FROM_CLASS in default_rubric_text()
-    return default_rubric_text().replace(FROM_CLASS, "\n".join(["[bench]", *lines, ""]) if lines else "")
+    return default_rubric_text().replace(
+        FROM_CLASS, "\n".join(["[bench]", *lines, ""]) if lines else ""
+    )
 
 
 def one(log: str, folder: Path, *lines: str) -> dict[str, Any]:
     """Grade one log by a rubric with lines about the bench."""
     (folder / "rubric.toml").write_text(with_bench(*lines), encoding="utf-8")
-    (student,) = grade({"ann/lab.csv": log}, "--rubric", folder / "rubric.toml")["students"].values()
+    (student,) = grade({"ann/lab.csv": log}, "--rubric", folder / "rubric.toml")[
+        "students"
+    ].values()
     return student
 
 
 def numbers(student: dict[str, Any]) -> list[object]:
     """What a line about the bench changes; only reasons say where it comes from."""
     marks = [{**mark, "reason": ""} for mark in student["marks"]]
-    return [*(student[key] for key in ("inertia", "inertia_u", "own", "points", "d")), marks]
+    return [
+        *(student[key] for key in ("inertia", "inertia_u", "own", "points", "d")),
+        marks,
+    ]
 
 
 def constancy(student: dict[str, Any]) -> dict[str, Any]:
@@ -49,10 +56,15 @@ UNCERTAINTIES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("line", [*UNCERTAINTIES, 'ball_mass = "4.31 ± 0.01 kg"', 'motion = "steady"'])
+@pytest.mark.parametrize(
+    "line", [*UNCERTAINTIES, 'ball_mass = "4.31 ± 0.01 kg"', 'motion = "steady"']
+)
 def test_line_of_the_bench_acts_like_one_of_the_log(line: str, tmp_path: Path) -> None:
     said = line.replace(" = ", ": ").replace('"', "")
-    stated, by_rubric = one(STUDENT.log(f"# {said}", REPORT), tmp_path), one(STUDENT.log(REPORT), tmp_path, line)
+    stated, by_rubric = (
+        one(STUDENT.log(f"# {said}", REPORT), tmp_path),
+        one(STUDENT.log(REPORT), tmp_path, line),
+    )
     assert numbers(by_rubric) == numbers(stated)
     assert (by_rubric["bench"], stated["bench"]) == ([said.replace(":", "")], [])
     if line in UNCERTAINTIES:
@@ -68,7 +80,10 @@ def test_uncertainty_of_the_log_goes_before_the_bench(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("line", "says"),
-    [('u_tiem = "0.3 s"', '"u_tiem" is not known in [bench]'), ('u_time = "0.3 kg"', "is not an uncertainty")],
+    [
+        ('u_tiem = "0.3 s"', '"u_tiem" is not known in [bench]'),
+        ('u_time = "0.3 kg"', "is not an uncertainty"),
+    ],
 )
 def test_fault_in_the_bench_is_told(line: str, says: str) -> None:
     with pytest.raises(InputError, match=re.escape(says)):
@@ -77,16 +92,30 @@ def test_fault_in_the_bench_is_told(line: str, says: str) -> None:
 
 def test_rough_bench_costs_nothing_once_it_is_told(tmp_path: Path) -> None:
     def lost(document: dict[str, Any]) -> int:
-        return sum(constancy(one)["points"] < 1 for one in document["students"].values())
+        return sum(
+            constancy(one)["points"] < 1 for one in document["students"].values()
+        )
 
     students = [draw(i, 2, replace(USUAL, hand=0.3)) for i in range(20)]
-    logs = {f"{one.stem}_lab.csv": one.log(reported_line(*one.answer())) for one in students}
-    rubrics = {"usual": with_bench(), "stated": with_bench('u_time = "0.3 s"'), "class": default_rubric_text()}
+    logs = {
+        f"{one.stem}_lab.csv": one.log(reported_line(*one.answer())) for one in students
+    }
+    rubrics = {
+        "usual": with_bench(),
+        "stated": with_bench('u_time = "0.3 s"'),
+        "class": default_rubric_text(),
+    }
     for name, text in rubrics.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    usual, stated, by_class = (grade(logs, "--rubric", tmp_path / name) for name in rubrics)
+    usual, stated, by_class = (
+        grade(logs, "--rubric", tmp_path / name) for name in rubrics
+    )
     assert (lost(stated), lost(by_class), lost(usual) >= 4) == (0, 0, True)
-    assert (usual["scatters"], stated["scatters"], by_class["scatters"]["all"]["logs"]) == ({}, {}, 20)
+    assert (
+        usual["scatters"],
+        stated["scatters"],
+        by_class["scatters"]["all"]["logs"],
+    ) == ({}, {}, 20)
     factor = by_class["scatters"]["all"]["factor"]
     assert 1.7 < factor < 3
     told = constancy(next(iter(by_class["students"].values())))["reason"]
@@ -104,5 +133,14 @@ def test_scatter_of_a_class_is_recovered() -> None:
     assert found["3"].factor == pytest.approx(2.0, abs=0.2)
     assert (found["all"].logs, set(found)) == (80, {"3", "all"})
     # A few logs that scatter wildly do not speak for the others.
-    assert class_scatter([*logs[40:], *((None, [(1e6, 2)]) for _ in range(4))])["all"].factor < 1.5
-    assert class_scatter(logs[40:])["all"].factor == class_scatter(logs[:7])["all"].factor == 1.0
+    assert (
+        class_scatter([*logs[40:], *((None, [(1e6, 2)]) for _ in range(4))])[
+            "all"
+        ].factor
+        < 1.5
+    )
+    assert (
+        class_scatter(logs[40:])["all"].factor
+        == class_scatter(logs[:7])["all"].factor
+        == 1.0
+    )

@@ -18,7 +18,15 @@ from typing import Any
 import numpy as np
 import pytest
 from grading.classes import make_folder
-from grading.reports import RIGHT, SLIPS, STATED, Formula, reported_line, sheet, three_grades
+from grading.reports import (
+    RIGHT,
+    SLIPS,
+    STATED,
+    Formula,
+    reported_line,
+    sheet,
+    three_grades,
+)
 from msgspec.structs import replace
 from pages import Structure
 from typer.testing import CliRunner
@@ -42,33 +50,65 @@ GRADES = three_grades()
 
 def a_grade(student: str, points: float | None = 17.5, **changes: Any) -> Grade:
     found = GRADES["waiting" if points is None else "good"]
-    return replace(found, student=student, name=student.title(), points=points, **changes)
+    return replace(
+        found, student=student, name=student.title(), points=points, **changes
+    )
 
 
 @pytest.mark.parametrize("name", GRADES)
 def test_feedback_is_the_stored_text_and_the_page_agrees(name: str) -> None:
     """After an intended change, write the new text into the file in ``expected``."""
-    assert feedback_pages(GRADES[name])[".md"] == (EXPECTED / f"{name}.md").read_text(encoding="utf-8")
-    text = feedback_pages(GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")})[".html"]
+    assert feedback_pages(GRADES[name])[".md"] == (EXPECTED / f"{name}.md").read_text(
+        encoding="utf-8"
+    )
+    text = feedback_pages(
+        GRADES[name], {"torque": (b"\x89PNG1", "a line"), "period": (b"\x89PNG2", "")}
+    )[".html"]
     page = Structure(text)
-    assert ("Not graded yet" in page.text) == (name == "waiting") == ("of 20 points" not in page.text)
+    assert (
+        ("Not graded yet" in page.text)
+        == (name == "waiting")
+        == ("of 20 points" not in page.text)
+    )
     assert not {"script", "link", "iframe", "object"} & {tag for tag, _ in page.tags}
-    sources = [str(value) for _, one in page.tags for key, value in one.items() if key in ("src", "href")]
-    assert [source.split(";")[0] for source in sources] == ["data:image/png"] * 2, "it needs no other file"
+    sources = [
+        str(value)
+        for _, one in page.tags
+        for key, value in one.items()
+        if key in ("src", "href")
+    ]
+    assert [source.split(";")[0] for source in sources] == ["data:image/png"] * 2, (
+        "it needs no other file"
+    )
     assert "a line" in [one.get("alt") for _, one in page.tags]
 
 
 def with_everywhere(text: str) -> Grade:
     """Put a text wherever one comes from a student, a platform or a rubric."""
     grade = GRADES["slip"]
-    marks = tuple(replace(mark, title=text, reason=f"{text} {i}", rule=text) for i, mark in enumerate(grade.marks))
+    marks = tuple(
+        replace(mark, title=text, reason=f"{text} {i}", rule=text)
+        for i, mark in enumerate(grade.marks)
+    )
     told = tuple({**one, "message": text, "hint": text} for one in grade.diagnostics)
     reported = {**grade.reported, "text": text}
-    return replace(grade, name=text, title=text, late_reason=text, reported=reported, marks=marks, diagnostics=told)
+    return replace(
+        grade,
+        name=text,
+        title=text,
+        late_reason=text,
+        reported=reported,
+        marks=marks,
+        diagnostics=told,
+    )
 
 
 def test_page_obeys_nothing_from_outside() -> None:
-    page = Structure(feedback_pages(with_everywhere("<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}"))[".html"])
+    page = Structure(
+        feedback_pages(
+            with_everywhere("<img src=x onerror=alert(1)>\"'&</td>{{ 7*7 }}")
+        )[".html"]
+    )
     assert [tag for tag, _ in page.tags] == [
         tag for tag, _ in Structure(feedback_pages(with_everywhere("x"))[".html"]).tags
     ]
@@ -87,7 +127,9 @@ def test_markdown_obeys_nothing_from_outside() -> None:
 
 # --- sheets of somebody else's ------------------------------------------------------------------------------
 
-BOOKS: dict[str, dict[str, Any]] = tomllib.loads((EXPECTED.parent / "data" / "books.toml").read_text("utf-8"))
+BOOKS: dict[str, dict[str, Any]] = tomllib.loads(
+    (EXPECTED.parent / "data" / "books.toml").read_text("utf-8")
+)
 """Sheets; who is filled; what was there before; and why somebody is skipped; a student w... is not graded."""
 
 
@@ -96,10 +138,19 @@ def rows_of(text: str, part: str = ",") -> Rows:
 
 
 def exported(book: str) -> Rows:
-    return [[cell.partition("→")[0] for cell in row] for row in rows_of(BOOKS[book]["sheet"])]
+    return [
+        [cell.partition("→")[0] for cell in row]
+        for row in rows_of(BOOKS[book]["sheet"])
+    ]
 
 
-def as_csv(rows: Rows, encoding: str = "utf-8", end: str = "\n", part: str = ",", quoting: int = 0) -> bytes:
+def as_csv(
+    rows: Rows,
+    encoding: str = "utf-8",
+    end: str = "\n",
+    part: str = ",",
+    quoting: int = 0,
+) -> bytes:
     out = io.StringIO()
     csv.writer(out, delimiter=part, quoting=quoting, lineterminator=end).writerows(rows)  # type: ignore[arg-type]
     return out.getvalue().encode(encoding)
@@ -107,8 +158,16 @@ def as_csv(rows: Rows, encoding: str = "utf-8", end: str = "\n", part: str = ","
 
 WRITERS: dict[str, tuple[Callable[[Rows], bytes], str, str]] = {
     "the platform": (as_csv, "utf-8", ","),
-    "Excel, semicolons": (lambda rows: as_csv(rows, "utf-8-sig", "\r\n", ";"), "utf-8-sig", ";"),
-    "Excel, Unicode text": (lambda rows: as_csv(rows, "utf-16", "\r\n", "\t"), "utf-16", "\t"),
+    "Excel, semicolons": (
+        lambda rows: as_csv(rows, "utf-8-sig", "\r\n", ";"),
+        "utf-8-sig",
+        ";",
+    ),
+    "Excel, Unicode text": (
+        lambda rows: as_csv(rows, "utf-16", "\r\n", "\t"),
+        "utf-16",
+        "\t",
+    ),
 }
 
 
@@ -117,20 +176,41 @@ WRITERS: dict[str, tuple[Callable[[Rows], bytes], str, str]] = {
 def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> None:
     write, encoding, part = WRITERS[writer]
     before = exported(book)
-    after = [[cell.rpartition("→")[2] for cell in row] for row in rows_of(BOOKS[book]["sheet"])]
-    filled, changed, skipped = (BOOKS[book][key] for key in ("filled", "changed", "skipped"))
-    skipped = {key: why.replace("WHY", str(GRADES["waiting"].why)) for key, why in skipped.items()}
+    after = [
+        [cell.rpartition("→")[2] for cell in row]
+        for row in rows_of(BOOKS[book]["sheet"])
+    ]
+    filled, changed, skipped = (
+        BOOKS[book][key] for key in ("filled", "changed", "skipped")
+    )
+    skipped = {
+        key: why.replace("WHY", str(GRADES["waiting"].why))
+        for key, why in skipped.items()
+    }
     students = {*filled, *(key for key in skipped if " " not in key)}
-    grades = [a_grade(one.removeprefix("w"), None if one[0] == "w" else 17.5) for one in students]
+    grades = [
+        a_grade(one.removeprefix("w"), None if one[0] == "w" else 17.5)
+        for one in students
+    ]
     data = write(before)
-    assert rows_of(data.decode(encoding), part) == before, "the program itself has kept every cell"
+    assert rows_of(data.decode(encoding), part) == before, (
+        "the program itself has kept every cell"
+    )
     assignment = {"canvas": "123456", "blackboard": "12"}.get(book)
-    found = fill_book(data, "book.csv", grades, assignment, comment=lambda grade: "Well <done>\nJane")
+    found = fill_book(
+        data, "book.csv", grades, assignment, comment=lambda grade: "Well <done>\nJane"
+    )
     assert found.file == f"{book.split()[0]}.csv"
     assert rows_of(found.data.decode(encoding), part) == after
     assert found.data[:3] == data[:3]
-    assert (list(found.filled), [list(one) for one in found.changed]) == (filled, changed)
-    assert dict(found.skipped) == {key.removeprefix("w") if key[1:].isdigit() else key: skipped[key] for key in skipped}
+    assert (list(found.filled), [list(one) for one in found.changed]) == (
+        filled,
+        changed,
+    )
+    assert dict(found.skipped) == {
+        key.removeprefix("w") if key[1:].isdigit() else key: skipped[key]
+        for key in skipped
+    }
 
 
 # --- Gradescope ---------------------------------------------------------------------------------------------
@@ -154,9 +234,19 @@ def results_of(text: str) -> tuple[dict[str, Any], str, str]:
     assert all(set(test) <= TEST for test in results["tests"])
     assert sum(test["max_score"] for test in results["tests"]) == 20
     assert all(0 <= test["score"] <= test["max_score"] for test in results["tests"])
-    hidden = [test for test in results["tests"] if test["visibility"] == "after_due_date"]
-    shown = [f"{test['name']} {test['output']}" for test in results["tests"] if test not in hidden]
-    return results, "\n".join([results["output"], *shown]), "\n".join(test["output"] for test in hidden)
+    hidden = [
+        test for test in results["tests"] if test["visibility"] == "after_due_date"
+    ]
+    shown = [
+        f"{test['name']} {test['output']}"
+        for test in results["tests"]
+        if test not in hidden
+    ]
+    return (
+        results,
+        "\n".join([results["output"], *shown]),
+        "\n".join(test["output"] for test in hidden),
+    )
 
 
 def handed_in(root: Path, log: str) -> tuple[Grade, str, str]:
@@ -168,42 +258,70 @@ def handed_in(root: Path, log: str) -> tuple[Grade, str, str]:
 
 def tells(text: str, value: float) -> bool:
     """Whether a text contains a number, with whatever power of ten."""
-    found = [one / value for one in map(float, re.findall(r"\d+(?:\.\d+)?", text)) if one]
+    found = [
+        one / value for one in map(float, re.findall(r"\d+(?:\.\d+)?", text)) if one
+    ]
     return any(abs(one / 10 ** round(math.log10(one)) - 1) < 0.02 for one in found)
 
 
-WRONG = {kind: SLIPS[kind] for kind in ("rpm_as_rad_s", "g_as_kg", "turns_forgotten", "rpm_as_rad_s + g_as_kg")}
+WRONG = {
+    kind: SLIPS[kind]
+    for kind in ("rpm_as_rad_s", "g_as_kg", "turns_forgotten", "rpm_as_rad_s + g_as_kg")
+}
 WRONG |= {"nobody knows why": Formula(answer=1.3), "half": Formula(answer=0.5)}
 ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")
 
 
 @pytest.mark.parametrize("kind", WRONG)
-def test_gradescope_hides_the_right_value_from_a_wrong_report(kind: str, tmp_path: Path) -> None:
-    grade, seen, hidden = handed_in(tmp_path, ROWS.log(reported_line(*WRONG[kind].inertia(ROWS, "through_origin"))))
+def test_gradescope_hides_the_right_value_from_a_wrong_report(
+    kind: str, tmp_path: Path
+) -> None:
+    grade, seen, hidden = handed_in(
+        tmp_path, ROWS.log(reported_line(*WRONG[kind].inertia(ROWS, "through_origin")))
+    )
     text = seen.replace(str(grade.reported["text"]), "")
     text = re.sub(r"\S+ × \S+ kg·m² is not between", "yours is not between", text)
     assert not tells(text, VALUE), text
-    assert any(tells(line, VALUE) for line in hidden.splitlines()), "after the due date it is told"
+    assert any(tells(line, VALUE) for line in hidden.splitlines()), (
+        "after the due date it is told"
+    )
     assert all(slip.words in text for slip in grade.slips)
     assert "I_zz follows from your own runs: " in text
 
 
-@pytest.mark.parametrize(("share", "said"), [(0.0, "met"), (2.5, "met in part"), (30.0, "not met")])
-def test_gradescope_says_how_far_the_answer_is_met(share: float, said: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("share", "said"), [(0.0, "met"), (2.5, "met in part"), (30.0, "not met")]
+)
+def test_gradescope_says_how_far_the_answer_is_met(
+    share: float, said: str, tmp_path: Path
+) -> None:
     grade, seen, _ = handed_in(tmp_path, ROWS.log(reported_line(VALUE + share * U, U)))
-    assert f"I_zz follows from your own runs: {said}. The points are shown after the due date." in seen, grade.marks
+    assert (
+        f"I_zz follows from your own runs: {said}. The points are shown after the due date."
+        in seen
+    ), grade.marks
 
 
 @pytest.fixture(scope="module")
 def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What Gradescope makes of the folder, with the libraries that are here."""
-    root = make_folder(tmp_path_factory.mktemp("autograder"), {"rubric.toml": STATED, "results/": ""})
-    words = ["grade", "--gradescope", str(root / "source"), "--rubric", str(root / "rubric.toml")]
+    root = make_folder(
+        tmp_path_factory.mktemp("autograder"), {"rubric.toml": STATED, "results/": ""}
+    )
+    words = [
+        "grade",
+        "--gradescope",
+        str(root / "source"),
+        "--rubric",
+        str(root / "rubric.toml"),
+    ]
     done = CliRunner().invoke(app, words)
     told = "in Gradescope: 20 autograder points, and a due date, after which all feedback is shown"
     assert (done.exit_code, done.stderr.splitlines()[1:]) == (0, [told])
-    needed = (root / "source" / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    needed = (
+        (root / "source" / "requirements.txt").read_text(encoding="utf-8").splitlines()
+    )
     names = {re.split(r"\W", one)[0] for one in needed}
     assert names & {"numpy", "jinja2", "distributed", "pytest"} == {"numpy", "jinja2"}
     subprocess.run(["bash", "-n", root / "source" / "setup.sh"], check=True)
@@ -213,14 +331,20 @@ def autograder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("good", [True, False])
-def test_the_autograder_grades_what_gradescope_gives_it(autograder: Path, good: bool) -> None:
+def test_the_autograder_grades_what_gradescope_gives_it(
+    autograder: Path, good: bool
+) -> None:
     log = ROWS.log(reported_line(VALUE, U)) if good else "PK\x03\x04\x00"
-    make_folder(autograder, {"submission_metadata.json": METADATA, "submission/lab.csv": log})
+    make_folder(
+        autograder, {"submission_metadata.json": METADATA, "submission/lab.csv": log}
+    )
     subprocess.run([autograder / "run_autograder"], check=True, cwd="/")
     (written,) = (autograder / "results").iterdir()
     results, _, _ = results_of(written.read_text("utf-8"))
     assert written.name == "results.json"
-    assert (results["score"], results["extra_data"]["status"]) == ((20.0, "graded") if good else (0.0, "not graded"))
+    assert (results["score"], results["extra_data"]["status"]) == (
+        (20.0, "graded") if good else (0.0, "not graded")
+    )
     assert ("This could not be graded: " in results["output"]) != good
 
 
@@ -232,9 +356,17 @@ def autograde(root: Path, files: dict[str, str], rubric: str = STATED) -> str:
 
 
 @pytest.mark.parametrize("content", ["no log at all", "\x00", None])
-def test_the_autograder_never_fails_for_what_is_submitted(content: str | None, tmp_path: Path) -> None:
-    submitted = {"submission/": ""} if content is None else {"submission/lab.csv": content}
-    results, _, _ = results_of(autograde(tmp_path, {"submission_metadata.json": "broken", **submitted}))
+def test_the_autograder_never_fails_for_what_is_submitted(
+    content: str | None, tmp_path: Path
+) -> None:
+    submitted = (
+        {"submission/": ""} if content is None else {"submission/lab.csv": content}
+    )
+    results, _, _ = results_of(
+        autograde(tmp_path, {"submission_metadata.json": "broken", **submitted})
+    )
     assert (results["score"], results["extra_data"]["status"]) == (0.0, "not graded")
-    assert re.match("This could not be graded: .*\nThis is not a zero", results["output"])
+    assert re.match(
+        "This could not be graded: .*\nThis is not a zero", results["output"]
+    )
     assert not any("status" in test for test in results["tests"]), "none has failed"

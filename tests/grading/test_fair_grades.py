@@ -26,18 +26,27 @@ HEADERS = {
     "mm": ("position [cm]", "position [mm]", "the positions are in cm"),
     "rad/s": ("spin [rpm]", "spin [rad/s]", "the spins are in rpm"),
     "min": ("time [s]", "time [min]", "the times are in s"),
-    "exchanged": ("spin [rpm],time [s]", "time [s],spin [rpm]", "the columns of spin and time are exchanged"),
+    "exchanged": (
+        "spin [rpm],time [s]",
+        "time [s],spin [rpm]",
+        "the columns of spin and time are exchanged",
+    ),
 }
 """What a header should be, what it is, and how the mistake is named."""
 
 
 def answered(student: Student, *head: str, i: int = 1, titles: str = TITLES) -> str:
     """A log with an answer by one of three fits."""
-    return student.log(*head, reported_line(*student.answer(fit=FITS[i % 3])), titles=titles)
+    return student.log(
+        *head, reported_line(*student.answer(fit=FITS[i % 3])), titles=titles
+    )
 
 
 def honest(count: int, seed: int, *head: str) -> dict[Student, str]:
-    return {one: answered(one, *head, i=i) for i, one in enumerate(draw(i, seed) for i in range(count))}
+    return {
+        one: answered(one, *head, i=i)
+        for i, one in enumerate(draw(i, seed) for i in range(count))
+    }
 
 
 def graded(logs: Mapping[Student, str], *options: str | Path) -> list[dict[str, Any]]:
@@ -63,15 +72,23 @@ def test_correct_answer_with_wrong_header_keeps_17_points() -> None:
         logs[student] = answered(student, i=i, titles=TITLES.replace(right, wrong))
     found = graded(logs)
     assert [one["points"] for one in found[30:] if (one["points"] or 0) < 17] == []
-    assert [reason(one, "log") for i, one in enumerate(found[30:]) if words[i % 5][2] not in reason(one, "log")] == []
+    assert [
+        reason(one, "log")
+        for i, one in enumerate(found[30:])
+        if words[i % 5][2] not in reason(one, "log")
+    ] == []
     assert [one["look"] for one in found[:30] if one["look"]] == []
-    hints = {told["hint"] for told in found[30]["diagnostics"] if told["code"] == "G776"}
+    hints = {
+        told["hint"] for told in found[30]["diagnostics"] if told["code"] == "G776"
+    }
     assert hints == {'write the header as "mass [g]"'}
 
 
 def from_surface(student: Student) -> Student:
     """Measure the arm from the ball's surface."""
-    return replace(student, rows=replace(student.rows, position=student.rows.position - RADIUS))
+    return replace(
+        student, rows=replace(student.rows, position=student.rows.position - RADIUS)
+    )
 
 
 @pytest.mark.parametrize("where", ["arithmetic", "log"])
@@ -80,20 +97,34 @@ def test_arm_from_surface_is_named_for_nine_of_ten(where: str) -> None:
     for i in range(10):
         student = draw(200 + i, 6)
         rows = student if where == "arithmetic" else from_surface(student)
-        logs[student] = rows.log(BALL, reported_line(*from_surface(student).answer(fit=FITS[i % 3])))
-    told = [str((one["slips"], one["look"], reason(one, "reference"))) for one in graded(logs)]
+        logs[student] = rows.log(
+            BALL, reported_line(*from_surface(student).answer(fit=FITS[i % 3]))
+        )
+    told = [
+        str((one["slips"], one["look"], reason(one, "reference")))
+        for one in graded(logs)
+    ]
     assert sum("from the ball's surface" in words for words in told[40:]) >= 9
     assert [words for words in told[:40] if "surface" in words] == []
     if where == "log":
-        assert all("one mistake in the log that would explain this factor" in words for words in told[40:])
+        assert all(
+            "one mistake in the log that would explain this factor" in words
+            for words in told[40:]
+        )
 
 
 def test_report_folder_of_gyro_is_not_a_student(tmp_path: Path) -> None:
-    root = make_folder(tmp_path / "class", dict.fromkeys(["ann/lab.csv", "bob/lab.csv"], answered(draw(1, 10))))
+    root = make_folder(
+        tmp_path / "class",
+        dict.fromkeys(["ann/lab.csv", "bob/lab.csv"], answered(draw(1, 10))),
+    )
     for report in (root / "ann" / "lab-report", root / "other-report"):
         assert gyro("analyze", root / "ann" / "lab.csv", "-o", report).exit_code == 0
     gyro("grade", root, "-o", tmp_path / "out")
-    assert [row["student"] for row in rows_of(tmp_path / "out" / "grades.csv")[1:]] == ["ann", "bob"]
+    assert [row["student"] for row in rows_of(tmp_path / "out" / "grades.csv")[1:]] == [
+        "ann",
+        "bob",
+    ]
 
 
 JANE = "Jane Doe_{}_assignsubmission_file/lab.csv"
@@ -105,21 +136,41 @@ Participant 7002,Max Roe,c@x.edu,Submitted,,20.00,Yes,
 
 
 def test_desk_line_for_shared_name_is_refused_with_both_ids(tmp_path: Path) -> None:
-    names = [JANE.format(7000), JANE.format(7001), "Max Roe_7002_assignsubmission_file/lab.csv"]
-    root, out = make_folder(tmp_path / "class", dict.fromkeys(names, answered(draw(1, 11)))), tmp_path / "out"
+    names = [
+        JANE.format(7000),
+        JANE.format(7001),
+        "Max Roe_7002_assignsubmission_file/lab.csv",
+    ]
+    root, out = (
+        make_folder(tmp_path / "class", dict.fromkeys(names, answered(draw(1, 11)))),
+        tmp_path / "out",
+    )
     (tmp_path / "w.csv").write_text(WORKSHEET, encoding="utf-8")
     run = ("grade", root, "-o", out, "--gradebook", tmp_path / "w.csv")
     gyro(*run)
     before = (out / "grades.csv").read_bytes()
-    (out / "desk.csv").write_text("student,what,value,by,why\nJane Doe,total,3,Ann,x\n", encoding="utf-8")
+    (out / "desk.csv").write_text(
+        "student,what,value,by,why\nJane Doe,total,3,Ann,x\n", encoding="utf-8"
+    )
     done = gyro(*run)
-    assert (done.exit_code, 'G775: 2 students are called "Jane Doe": 7000, 7001' in done.stderr) == (2, True)
+    assert (
+        done.exit_code,
+        'G775: 2 students are called "Jane Doe": 7000, 7001' in done.stderr,
+    ) == (2, True)
     assert (out / "grades.csv").read_bytes() == before
     for name in ("7001", "Jane Doe (7001)"):
-        (out / "desk.csv").write_text(f"student,what,value,by,why\n{name},total,3,Ann,x\n", encoding="utf-8")
+        (out / "desk.csv").write_text(
+            f"student,what,value,by,why\n{name},total,3,Ann,x\n", encoding="utf-8"
+        )
         gyro(*run)
-        totals = {row["student"]: (row["name"], row["total"]) for row in rows_of(out / "grades.csv")[1:]}
-        jane = {"7000": ("Jane Doe (7000)", "20.00"), "7001": ("Jane Doe (7001)", "3.00")}
+        totals = {
+            row["student"]: (row["name"], row["total"])
+            for row in rows_of(out / "grades.csv")[1:]
+        }
+        jane = {
+            "7000": ("Jane Doe (7000)", "20.00"),
+            "7001": ("Jane Doe (7001)", "3.00"),
+        }
         assert totals == {**jane, "7002": ("Max Roe", "20.00")}
 
 
@@ -143,7 +194,9 @@ class Room:
 
     def desk(self, *rows: dict[str, str]) -> None:
         with (self.out / "desk.csv").open("w", encoding="utf-8", newline="") as table:
-            writer = csv.DictWriter(table, ["student", "what", "value", "by", "why"], extrasaction="ignore")
+            writer = csv.DictWriter(
+                table, ["student", "what", "value", "by", "why"], extrasaction="ignore"
+            )
             writer.writeheader()
             writer.writerows(rows)
 
@@ -152,7 +205,10 @@ class Room:
 def room(tmp_path: Path) -> Room:
     """A class with copies and one student without an answer."""
     students, _ = plant([draw(i, 12) for i in range(25)], 12, 1)
-    return Room(tmp_path, {**with_answer(students), f"{draw(900, 12).stem}_lab.csv": draw(900, 12).log()})
+    return Room(
+        tmp_path,
+        {**with_answer(students), f"{draw(900, 12).stem}_lab.csv": draw(900, 12).log()},
+    )
 
 
 def test_worklist_saved_as_desk_settles_nothing(room: Room) -> None:
@@ -163,7 +219,9 @@ def test_worklist_saved_as_desk_settles_nothing(room: Room) -> None:
     room.grade()
     assert (room.table("flags"), room.table("desk-todo")) == (flags, todo)
     page = (room.out / "class.html").read_text(encoding="utf-8")
-    assert all(f"{row['student']},flag,,," in page for row in todo if row["what"] == "flag")
+    assert all(
+        f"{row['student']},flag,,," in page for row in todo if row["what"] == "flag"
+    )
 
 
 def test_flag_is_settled_by_a_known_word_and_a_name(room: Room) -> None:
@@ -199,13 +257,23 @@ def test_every_decision_is_kept_and_said_whatever_happens(tmp_path: Path) -> Non
     room, rubric = Room(tmp_path, canvas(logs)), tmp_path / "rubric.toml"
     assert room.table("flags")
     names = ("student", "what", "value", "why", "by")
-    room.desk(*(dict(zip(names, (one, what, *more, "Ann"), strict=True)) for what, (one, *more) in EDITS.items()))
+    room.desk(
+        *(
+            dict(zip(names, (one, what, *more, "Ann"), strict=True))
+            for what, (one, *more) in EDITS.items()
+        )
+    )
     desk = (room.out / "desk.csv").read_bytes()
     for slip in (50, 40, 30):
-        rubric.write_text(default_rubric_text().replace('slip = "50 %"', f'slip = "{slip} %"'), encoding="utf-8")
+        rubric.write_text(
+            default_rubric_text().replace('slip = "50 %"', f'slip = "{slip} %"'),
+            encoding="utf-8",
+        )
         if slip == 30:
             for path in room.root.iterdir():
-                path.write_text("# again\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
+                path.write_text(
+                    "# again\n" + path.read_text(encoding="utf-8"), encoding="utf-8"
+                )
         room.grade("--rubric", rubric)
         rows = {row["student"]: row for row in room.table("grades")}
         assert (rows["1000"]["inertia"], rows["1001"]["total"]) == ("4.50", "12.00")
@@ -213,7 +281,14 @@ def test_every_decision_is_kept_and_said_whatever_happens(tmp_path: Path) -> Non
         assert (rows["1002"]["status"], rows["1004"]["flags"]) == ("graded", "")
         assert (rows["1007"]["total"], rows["1008"]["total"]) == ("", "")
         document = json.loads((room.out / "grades.json").read_text(encoding="utf-8"))
-        assert next(one["station"] for one in document["students"] if one["student"] == "1003") == "7"
+        assert (
+            next(
+                one["station"]
+                for one in document["students"]
+                if one["student"] == "1003"
+            )
+            == "7"
+        )
         for what, (one, value, why) in EDITS.items():
             (page,) = (room.out / "feedback").glob(f"*_{one}_*.md")
             said = f"{page.read_text(encoding='utf-8')}{rows[one]}{document}"

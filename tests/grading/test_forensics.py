@@ -50,42 +50,75 @@ def changed(student: Student, *which: int) -> Student:
     spin, time = student.rows.spin.copy(), student.rows.time.copy()
     spin[list(which)] += 9
     time[list(which)] *= 1.03
-    return with_rows(student, replace(student.rows, spin=spin, time=time), student.number)
+    return with_rows(
+        student, replace(student.rows, spin=spin, time=time), student.number
+    )
 
 
 def in_tenths(student: Student) -> Student:
-    return with_rows(replace(student, bench=replace(USUAL, decimals=1)), student.rows, student.number)
+    return with_rows(
+        replace(student, bench=replace(USUAL, decimals=1)), student.rows, student.number
+    )
 
 
 def converted(student: Student) -> str:
     """The same table in other units, rounded on the way, with its columns in another order."""
-    rows = ((t, float(s) * RPM, f, 10 * float(x), float(m) / 1000) for m, x, s, t, f in student.cells())
-    return CONVERTED + "".join(f"{t};{s:.2f};{f};{x:.0f};{m:.3f}\n" for t, s, f, x, m in rows)
+    rows = (
+        (t, float(s) * RPM, f, 10 * float(x), float(m) / 1000)
+        for m, x, s, t, f in student.cells()
+    )
+    return CONVERTED + "".join(
+        f"{t};{s:.2f};{f};{x:.0f};{m:.3f}\n" for t, s, f, x, m in rows
+    )
 
 
-def test_copy_in_other_units_and_order_is_found(logs: dict[str, Student], prints: Prints) -> None:
+def test_copy_in_other_units_and_order_is_found(
+    logs: dict[str, Student], prints: Prints
+) -> None:
     """More disguises are cells of the simulated classes."""
-    (flag,) = flag_class({**prints, "zz": print_of(converted(some(changed(logs["1002"], 1, 3, 8))))})
+    (flag,) = flag_class(
+        {**prints, "zz": print_of(converted(some(changed(logs["1002"], 1, 3, 8))))}
+    )
     assert (flag.kind, flag.students) == ("shared rows", ("1002", "zz"))
     assert flag.p <= flag.expected <= ALLOWED
 
 
-def test_partners_are_not_flagged_but_a_third_who_copies(logs: dict[str, Student], prints: Prints) -> None:
+def test_partners_are_not_flagged_but_a_third_who_copies(
+    logs: dict[str, Student], prints: Prints
+) -> None:
     copied = {**prints, "zz": print_of(some(logs["1004"]).log())}
     assert flag_class(copied, [frozenset({"1004", "zz", "1005"})]) == ()
     assert len(flag_class(copied, [frozenset({"1004", "1005"})])) == 1
-    (flag,) = flag_class({**copied, "y": print_of(logs["1004"].log())}, [frozenset({"1004", "y"})])
+    (flag,) = flag_class(
+        {**copied, "y": print_of(logs["1004"].log())}, [frozenset({"1004", "y"})]
+    )
     assert flag.students == ("1004", "y", "zz")
 
 
-def test_old_logs_are_compared_but_not_with_each_other(logs: dict[str, Student], prints: Prints) -> None:
-    old = {"2023/anna": print_of(logs["1001"].log()), "2022/ben": print_of(logs["1001"].log())}
+def test_old_logs_are_compared_but_not_with_each_other(
+    logs: dict[str, Student], prints: Prints
+) -> None:
+    old = {
+        "2023/anna": print_of(logs["1001"].log()),
+        "2022/ben": print_of(logs["1001"].log()),
+    }
     (flag,) = flag_class(dict(list(prints.items())[:20]), previous=old)
-    assert (flag.kind, flag.students, flag.previous) == ("shared rows", ("1001",), ("2022/ben", "2023/anna"))
-    assert flag_class({key: one for key, one in prints.items() if key != "1001"}, previous=old) == ()
+    assert (flag.kind, flag.students, flag.previous) == (
+        "shared rows",
+        ("1001",),
+        ("2022/ben", "2023/anna"),
+    )
+    assert (
+        flag_class(
+            {key: one for key, one in prints.items() if key != "1001"}, previous=old
+        )
+        == ()
+    )
 
 
-def test_thousands_of_equal_logs_are_one_flag_in_little_memory(logs: dict[str, Student], prints: Prints) -> None:
+def test_thousands_of_equal_logs_are_one_flag_in_little_memory(
+    logs: dict[str, Student], prints: Prints
+) -> None:
     """Pair by pair they would be half a million, and many megabytes."""
     copy = print_of(logs["1004"].log())
     others = {key: one for key, one in prints.items() if key != "1004"}
@@ -101,40 +134,64 @@ def test_thousands_of_equal_logs_are_one_flag_in_little_memory(logs: dict[str, S
     assert peak < 100e6
 
 
-def test_copies_are_joined_but_for_partners(logs: dict[str, Student], prints: Prints) -> None:
+def test_copies_are_joined_but_for_partners(
+    logs: dict[str, Student], prints: Prints
+) -> None:
     """Three copies of a log, two of them by partners, and a log with some of its rows: one flag of five pairs."""
-    copy, part = print_of(logs["1004"].log()), print_of(changed(logs["1004"], 2, 5).log())
+    copy, part = (
+        print_of(logs["1004"].log()),
+        print_of(changed(logs["1004"], 2, 5).log()),
+    )
     named = {"c0": replace(copy, sha256="another file"), "c1": copy, "part": part}
     partners = [frozenset({"c0", "c1"})]
     (flag,) = flag_class({**prints, **named}, partners)
     assert (flag.kind, flag.students) == ("shared rows", ("1004", "c0", "c1", "part"))
     assert flag.evidence.endswith("; and 2 more like these")
     assert flag.evidence.count("the same byte for byte") == 1
-    apart = {key: one for key, one in prints.items() if key != "1004"} | {"c0": copy, "c1": copy}
+    apart = {key: one for key, one in prints.items() if key != "1004"} | {
+        "c0": copy,
+        "c1": copy,
+    }
     assert flag_class(apart, partners) == ()
     assert [one.students for one in flag_class(apart)] == [("c0", "c1")]
 
 
-def test_copy_with_every_number_changed_by_1_percent(logs: dict[str, Student], prints: Prints) -> None:
+def test_copy_with_every_number_changed_by_1_percent(
+    logs: dict[str, Student], prints: Prints
+) -> None:
     random, found = np.random.default_rng(4), 0
     for one in list(logs.values())[:16]:
         by = random.uniform(0.99, 1.01, (2, 9))
         mass = np.round(random.uniform(0.997, 1.003, 9) * one.rows.mass, 5)
-        rows = replace(one.rows, mass=mass, spin=np.round(by[0] * one.rows.spin), time=by[1] * one.rows.time)
-        flags = flag_class({**prints, "zz": print_of(with_rows(one, rows, one.number).log())})
-        found += [(flag.kind, set(flag.students)) for flag in flags] == [("similar spins", {one.key, "zz"})]
+        rows = replace(
+            one.rows,
+            mass=mass,
+            spin=np.round(by[0] * one.rows.spin),
+            time=by[1] * one.rows.time,
+        )
+        flags = flag_class(
+            {**prints, "zz": print_of(with_rows(one, rows, one.number).log())}
+        )
+        found += [(flag.kind, set(flag.students)) for flag in flags] == [
+            ("similar spins", {one.key, "zz"})
+        ]
     assert found >= 11
 
 
 def test_few_students_with_other_spins_are_not_flagged() -> None:
     aims = [(310, 520, 830)] * 4 + [(200, 400, 600)] * 36
-    students = [draw(i, 3, replace(USUAL, spins=spins, missed=0.02)) for i, spins in enumerate(aims)]
+    students = [
+        draw(i, 3, replace(USUAL, spins=spins, missed=0.02))
+        for i, spins in enumerate(aims)
+    ]
     assert flag_class({one.key: print_of(one.log()) for one in students}) == ()
 
 
 def test_evidence_names_the_rows(logs: dict[str, Student], prints: Prints) -> None:
     copy = some(in_tenths(changed(logs["1002"], 0, 4, 8)))
-    (flag,) = flag_class({**dict(list(prints.items())[:40]), "mallory": print_of(copy.log())})
+    (flag,) = flag_class(
+        {**dict(list(prints.items())[:40]), "mallory": print_of(copy.log())}
+    )
     assert flag.evidence == (
         "6 of 9 rows of 1002 (lines 4, 5, 6, 8, 9, 10) are in mallory (lines 3, 5, 6, 8, 9, 10), with the same spin "
         "and the same precession period, in another order, not typed to the same digit"
@@ -145,16 +202,35 @@ def test_chance_of_a_small_scatter_agrees_with_chi_square(prints: Prints) -> Non
     """Times worked out from the formula, as is, and with a scatter of few milliseconds: no hand does that."""
     student, random = draw(5, 2), np.random.default_rng(6)
     rows = student.rows
-    exact = 2 * np.pi * rows.turns * INERTIA * rows.spin * RPM / (1e-3 * rows.mass * G * 0.01 * rows.position)
-    invented = {f"z{i}": exact + 0.003 * i * random.standard_normal(9) for i in range(3)}
-    logs = {
-        key: with_rows(student, replace(rows, time=time), number) for number, (key, time) in enumerate(invented.items())
+    exact = (
+        2
+        * np.pi
+        * rows.turns
+        * INERTIA
+        * rows.spin
+        * RPM
+        / (1e-3 * rows.mass * G * 0.01 * rows.position)
+    )
+    invented = {
+        f"z{i}": exact + 0.003 * i * random.standard_normal(9) for i in range(3)
     }
-    flags = [flag_class({**prints, key: print_of(one.log())}) for key, one in logs.items()]
-    assert [[(flag.kind, flag.students) for flag in one] for one in flags] == [[("scatter", (key,))] for key in logs]
+    logs = {
+        key: with_rows(student, replace(rows, time=time), number)
+        for number, (key, time) in enumerate(invented.items())
+    }
+    flags = [
+        flag_class({**prints, key: print_of(one.log())}) for key, one in logs.items()
+    ]
+    assert [[(flag.kind, flag.students) for flag in one] for one in flags] == [
+        [("scatter", (key,))] for key in logs
+    ]
     for (flag,), one in zip(flags, logs.values(), strict=True):
         lever = rows.turns * rows.spin
-        design = np.column_stack([*(lever * (rows.mass == mass) for mass in (20, 40, 60)), np.ones(9)])
+        design = np.column_stack(
+            [*(lever * (rows.mass == mass) for mass in (20, 40, 60)), np.ones(9)]
+        )
         _, (squares,), _, _ = np.linalg.lstsq(design, one.rows.time, rcond=None)
         # The last digit of a time hides a part of its scatter; a good hand has 0.05 s.
-        assert flag.p == pytest.approx(stats.chi2.cdf((squares + 5 * 0.01**2 / 12) / 0.05**2, 5), rel=1e-6)
+        assert flag.p == pytest.approx(
+            stats.chi2.cdf((squares + 5 * 0.01**2 / 12) / 0.05**2, 5), rel=1e-6
+        )

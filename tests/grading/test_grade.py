@@ -23,15 +23,32 @@ BY_CLASS = read_rubric(default_rubric_text().encode())
 BY_REFERENCE = read_rubric(STATED.encode())
 ROWS = sheet(np.random.default_rng(3), turns="mixed")
 VALUE, U = RIGHT.inertia(ROWS, "through_origin")
-ALL = {"log": 2, "procedure": 3, "inertia": 6, "reference": 3, "uncertainty": 3, "units": 2, "constancy": 1}
+ALL = {
+    "log": 2,
+    "procedure": 3,
+    "inertia": 6,
+    "reference": 3,
+    "uncertainty": 3,
+    "units": 2,
+    "constancy": 1,
+}
 FITS = ("through_origin", "with_constant", "mean_of_ratios")
 
 
-def grade(text: str | bytes, rubric: Rubric = BY_REFERENCE, student: str = "s1", **more: object) -> Grade:
+def grade(
+    text: str | bytes,
+    rubric: Rubric = BY_REFERENCE,
+    student: str = "s1",
+    **more: object,
+) -> Grade:
     with tempfile.TemporaryDirectory() as folder:
-        data = text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
+        data = (
+            text if isinstance(text, bytes) else text.encode("utf-8", "surrogatepass")
+        )
         (Path(folder) / f"{student}.csv").write_bytes(data)
-        one = Submission(student, student, {}, Path(folder), **{"log_name": f"{student}.csv"} | more)  # type: ignore[arg-type]
+        one = Submission(
+            student, student, {}, Path(folder), **{"log_name": f"{student}.csv"} | more
+        )  # type: ignore[arg-type]
         return grade_submission(one, rubric)
 
 
@@ -40,10 +57,16 @@ def points(grade: Grade) -> dict[str, float | None]:
 
 
 def mark_of(grade: Grade, criterion: str) -> tuple[float | None, str]:
-    return next((mark.points, mark.reason) for mark in grade.marks if mark.criterion == criterion)
+    return next(
+        (mark.points, mark.reason)
+        for mark in grade.marks
+        if mark.criterion == criterion
+    )
 
 
-def report(rows: Sheet = ROWS, formula: Formula = RIGHT, fit: str = "through_origin") -> str:
+def report(
+    rows: Sheet = ROWS, formula: Formula = RIGHT, fit: str = "through_origin"
+) -> str:
     return rows.log(reported_line(*formula.inertia(rows, fit)))
 
 
@@ -54,24 +77,44 @@ def says(text: str) -> str:
 @pytest.mark.parametrize("fit", FITS)
 def test_value_of_any_accepted_fit_earns_all_points(fit: str) -> None:
     found = grade(report(fit=fit))
-    assert (found.status, found.why, found.points, points(found)) == ("graded", None, 20, ALL)
+    assert (found.status, found.why, found.points, points(found)) == (
+        "graded",
+        None,
+        20,
+        ALL,
+    )
     assert (found.matched, found.d, found.slips, found.look) == (fit, 0, (), ())
     narrow = grade(report(), rubric=replace(BY_REFERENCE, accept=("with_constant",)))
     assert (list(narrow.own), (narrow.d or 0.0) > 0) == (["with_constant"], True)
 
 
 def test_points_fall_with_the_distance_of_the_value() -> None:
-    found = [grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2")) for k in range(0, 60, 3)]
-    earned = [points(one)["inertia"] for one in sorted(found, key=lambda one: one.d or 0.0)]
+    found = [
+        grade(says(f"{VALUE * (1 + k / 1000):.8e} ± {U:.2e} kg m^2"))
+        for k in range(0, 60, 3)
+    ]
+    earned = [
+        points(one)["inertia"] for one in sorted(found, key=lambda one: one.d or 0.0)
+    ]
     assert earned == sorted(earned, reverse=True)  # type: ignore[type-var]
-    assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (6, 0, True)
+    assert (earned[0], earned[-1], any(0 < (one or 0.0) < 6 for one in earned)) == (
+        6,
+        0,
+        True,
+    )
 
 
-@pytest.mark.parametrize(("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1, 3), (1.9, 3), (9, 0)])
-def test_uncertainty_too_small_or_too_large_costs_points(times: float, earned: float) -> None:
+@pytest.mark.parametrize(
+    ("times", "earned"), [(0.1, 0), (0.25, 0.5), (0.6, 3), (1, 3), (1.9, 3), (9, 0)]
+)
+def test_uncertainty_too_small_or_too_large_costs_points(
+    times: float, earned: float
+) -> None:
     us = [fit["u"] for fit in grade(ROWS.log()).own.values() if fit["u"]]
     u = times * (max(us) if times > 1 else min(us))
-    assert points(grade(says(f"{VALUE:.6e} ± {u:.6e} kg m^2")))["uncertainty"] == pytest.approx(earned, abs=0.01)
+    assert points(grade(says(f"{VALUE:.6e} ± {u:.6e} kg m^2")))[
+        "uncertainty"
+    ] == pytest.approx(earned, abs=0.01)
 
 
 FEW = report(sheet(np.random.default_rng(3), weights=(0.02, 0.05)))
@@ -100,7 +143,9 @@ UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
     (report(fit="with_constant"), "uncertainty", 3, "agrees with your runs, whose fits give "),
     (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, "write it after the value: 4.4e-3 ± 0.1e-3 kg m^2"),
 ])  # fmt: skip
-def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, earned: float, told: str) -> None:
+def test_fault_of_a_log_or_value_costs_its_points(
+    text: str, criterion: str, earned: float, told: str
+) -> None:
     got, reason = mark_of(found := grade(text), criterion)
     assert got == earned
     assert told in reason
@@ -108,9 +153,17 @@ def test_fault_of_a_log_or_value_costs_its_points(text: str, criterion: str, ear
 
 
 def test_scatter_of_single_runs_is_told_from_that_of_their_mean() -> None:
-    by_mean, (value, u) = replace(BY_REFERENCE, accept=("mean_of_ratios",)), RIGHT.inertia(ROWS, "mean_of_ratios")
-    advice = feedback_pages(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))[".md"]
-    assert "scatter of single runs; the uncertainty of their mean is √n times smaller" in advice
+    by_mean, (value, u) = (
+        replace(BY_REFERENCE, accept=("mean_of_ratios",)),
+        RIGHT.inertia(ROWS, "mean_of_ratios"),
+    )
+    advice = feedback_pages(grade(says(f"{value:.6e} ± {3 * u:.6e} kg m^2"), by_mean))[
+        ".md"
+    ]
+    assert (
+        "scatter of single runs; the uncertainty of their mean is √n times smaller"
+        in advice
+    )
 
 
 def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
@@ -118,7 +171,9 @@ def test_zero_that_a_cell_loses_costs_no_points(tmp_path: Path) -> None:
     book.active.append(["I_zz", 4.4, 0.02, "g m²"])
     book.save(tmp_path / "answer.xlsx")
     (tmp_path / "s1.csv").write_text(ROWS.log(), encoding="utf-8")
-    one = Submission("s1", "s1", {}, tmp_path, log_name="s1.csv", report_names=("answer.xlsx",))
+    one = Submission(
+        "s1", "s1", {}, tmp_path, log_name="s1.csv", report_names=("answer.xlsx",)
+    )
     assert mark_of(grade_submission(one, BY_REFERENCE), "units")[0] == 2
 
 
@@ -127,7 +182,9 @@ def test_known_mistake_is_named_and_costs_points_once(kind: str) -> None:
     for fit in ("through_origin", "mean_of_ratios")[: 1 if "+" in kind else 2]:
         found = grade(report(ROWS, SLIPS[kind], fit))
         (slip,) = [slip for slip in found.slips if slip.kind == kind]
-        assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(RIGHT.inertia(ROWS, fit)[0], rel=0.03)
+        assert SLIPS[kind].inertia(ROWS, fit)[0] / slip.factor == pytest.approx(
+            RIGHT.inertia(ROWS, fit)[0], rel=0.03
+        )
         # "rpm or no g": undone with the better of the two, it is right within their difference.
         assert points(found) == {**ALL, "inertia": pytest.approx(3, abs=1.2)}
 
@@ -141,15 +198,21 @@ def test_value_without_a_known_mistake_is_not_reasonable() -> None:
     odd = grade(report(ROWS, Formula(answer=1.3)))
     assert (odd.slips, points(odd)) == ((), {**ALL, "inertia": 0})
     assert "no common mistake explains it" in odd.look[0]
-    with_constant = report(ROWS, replace(SLIPS["turns_forgotten"], spin=1.0), "with_constant")
-    assert grade(with_constant).slips == (), "such a fit says nothing: two mistakes at once explain it by chance"
+    with_constant = report(
+        ROWS, replace(SLIPS["turns_forgotten"], spin=1.0), "with_constant"
+    )
+    assert grade(with_constant).slips == (), (
+        "such a fit says nothing: two mistakes at once explain it by chance"
+    )
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_random_times_with_correct_value_need_a_look(seed: int) -> None:
     rows = replace(ROWS, time=np.random.default_rng(seed).uniform(2, 30, 9).round(2))
     found = grade(rows.log(reported_line(VALUE, U)))
-    assert found.status == "not graded" or "do not follow from the spins" in found.look[0]
+    assert (
+        found.status == "not graded" or "do not follow from the spins" in found.look[0]
+    )
 
 
 PLAIN = """schema = 1
@@ -174,7 +237,8 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
     # The arithmetic costs points once.
     assert points(found) == {"own": 0, "reference": 3, "u": 0, "plot": 0}
     by_hand = PLAIN.replace(
-        '"own_data", points = 4, full = "percent <= 2", zero = "percent >= 6"', '"manual", points = 4'
+        '"own_data", points = 4, full = "percent <= 2", zero = "percent >= 6"',
+        '"manual", points = 4',
     )
     alone = read_rubric(by_hand.encode())
     found = grade(says(f"{1.1 * 4.44e-3:.6e} kg m^2"), alone, members=("lab.csv",))
@@ -185,11 +249,17 @@ def test_rubric_of_percents_and_files_is_followed() -> None:
 def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
     late = "[late]\nbeyond = '100 %'\n[[late.tier]]\nuntil = '1 day'\ndeduct = '10 %'\n"
     rubric = read_rubric((STATED + late).encode())
-    soon, later = (grade(report(), rubric, late=True, late_seconds=3600.0 * hours) for hours in (2, 100))
+    soon, later = (
+        grade(report(), rubric, late=True, late_seconds=3600.0 * hours)
+        for hours in (2, 100)
+    )
     assert (soon.points, soon.late_deduction, soon.late_reason) == (18, 2, "2 h late")
     assert (later.points, points(later)) == (0, ALL)
     marked = grade(report(), rubric, late=True)
-    assert (marked.points, marked.look) == (20, ("marked late, but nothing says by how much",))
+    assert (marked.points, marked.look) == (
+        20,
+        ("marked late, but nothing says by how much",),
+    )
 
 
 @pytest.mark.parametrize(("text", "why"), [
@@ -200,14 +270,22 @@ def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
 ])  # fmt: skip
 def test_log_that_cannot_be_judged_has_no_points(text: bytes, why: str) -> None:
     found = grade(text)
-    assert (found.status, found.points, set(points(found).values())) == ("not graded", None, {None})
+    assert (found.status, found.points, set(points(found).values())) == (
+        "not graded",
+        None,
+        {None},
+    )
     assert why in (found.why or "")
     assert found.diagnostics
 
 
 def test_missing_value_waits_unless_the_rubric_says_zero() -> None:
     found, zero = grade(ROWS.log()), replace(BY_REFERENCE, no_report="zero")
-    assert (found.status, found.points, points(found)["procedure"]) == ("not graded", None, 3)
+    assert (found.status, found.points, points(found)["procedure"]) == (
+        "not graded",
+        None,
+        3,
+    )
     assert "no I_zz is reported" in (found.why or "")
     assert grade(ROWS.log(), zero).points == 6
     assert grade(report(), log_name="gone.csv").status == "not graded"
@@ -230,7 +308,9 @@ def test_outsider_is_far_from_the_class_in_any_order() -> None:
     random = np.random.default_rng(1)
     labs = [sheet(random) for _ in range(8)]
     labs[7] = replace(labs[7], mass=2 * labs[7].mass)
-    waiting = [grade(report(one), BY_CLASS, student=f"s{k}") for k, one in enumerate(labs)]
+    waiting = [
+        grade(report(one), BY_CLASS, student=f"s{k}") for k, one in enumerate(labs)
+    ]
     waiting += [grade(b"hello", BY_CLASS, student="t")]
     assert (waiting[0].status, waiting[0].points) == ("so far", 17)
     found, *_ = settle(waiting, BY_CLASS)
@@ -251,4 +331,8 @@ def test_any_reported_text_gives_points_within_the_rubric(text: str) -> None:
     assert found.status != "graded" or 0 <= (found.points or 0.0) <= 20
     for mark in found.marks:
         assert mark.points is None or 0 <= mark.points <= mark.out_of
-        assert all(math.isfinite(value) for value in mark.detail.values() if isinstance(value, float))
+        assert all(
+            math.isfinite(value)
+            for value in mark.detail.values()
+            if isinstance(value, float)
+        )

@@ -25,7 +25,9 @@ LOG = STUDENT.log()
 
 
 def check(*arguments: str | Path) -> tuple[str, int]:
-    done = CliRunner().invoke(app, ["check", "--hand-in", *map(str, arguments)], prog_name="gyro")
+    done = CliRunner().invoke(
+        app, ["check", "--hand-in", *map(str, arguments)], prog_name="gyro"
+    )
     return done.stdout, done.exit_code
 
 
@@ -50,7 +52,10 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
         read = document["hand_in"]
         assert told(*sorted(folder.iterdir()))[0]["hand_in"] == read, habit
         reported = graded[folder.name]["reported"]
-        assert (read["inertia"], read["u"]) == (reported.get("value"), reported.get("u")), habit
+        assert (read["inertia"], read["u"]) == (
+            reported.get("value"),
+            reported.get("u"),
+        ), habit
         assert (read["inertia"] is None) == (habit == "PDF") == bool(code), habit
 
 
@@ -58,7 +63,9 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
     ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
     ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
 ])  # fmt: skip
-def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, tmp_path: Path) -> None:
+def test_the_place_of_the_answer_is_told(
+    files: Mapping[str, str], place: str, tmp_path: Path
+) -> None:
     text, code = check(make_folder(tmp_path / "mine", files))
     value, u = re.findall(r"[\d.]+(?=e-3)", ANSWER)
     assert f"I_zz = ({value} ± {u}) × 10⁻³ kg·m², read from {place}; station: 4" in text
@@ -69,7 +76,9 @@ def test_the_place_of_the_answer_is_told(files: Mapping[str, str], place: str, t
 LACKING = {
     "none": {"lab.csv": LOG},
     "a PDF": {"lab.csv": LOG, "report.pdf": b"%PDF-1.4\n"},
-    "two in the log": {"lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG},
+    "two in the log": {
+        "lab.csv": "# I_zz = 4.4e-3 kg m^2\n# I_zz: 4.5e-3 kg m^2\n" + LOG
+    },
     "no number": {"lab.csv": "# reported_inertia: see below\n" + LOG},
 }
 
@@ -91,7 +100,11 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
         text = re.sub("(?m)^# (?:I_zz|reported_inertia).*\n", "", text)
     path.write_text(f"{line}\n{text}", encoding="utf-8")
     document, code = told(root)
-    assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (0, 4.4e-3, 0.1e-3)
+    assert (code, document["hand_in"]["inertia"], document["hand_in"]["u"]) == (
+        0,
+        4.4e-3,
+        0.1e-3,
+    )
 
 
 @pytest.mark.parametrize(("files", "given", "says"), [
@@ -108,13 +121,31 @@ def test_what_cannot_be_a_hand_in_is_told(
     assert (code, says in text) == (2, True)
 
 
-@pytest.mark.parametrize("says", ["All times are for 1/3 turn.", "All times are for ⅓ of a turn.", "时间是三分之一圈"])
+@pytest.mark.parametrize(
+    "says",
+    [
+        "All times are for 1/3 turn.",
+        "All times are for ⅓ of a turn.",
+        "时间是三分之一圈",
+    ],
+)
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1", "utf-16"])
-def test_what_the_log_lacks_is_read_from_the_text_beside_it(says: str, encoding: str) -> None:
-    runs = [(mass, spin, 6.633 * spin / mass / 10) for mass in (20, 40, 60) for spin in (200, 400, 600)]
-    text = "mass [g],position [cm],spin [rpm],time [s]\n" + "".join(f"{m},15.0,{s},{t:.2f}\n" for m, s, t in runs)
+def test_what_the_log_lacks_is_read_from_the_text_beside_it(
+    says: str, encoding: str
+) -> None:
+    runs = [
+        (mass, spin, 6.633 * spin / mass / 10)
+        for mass in (20, 40, 60)
+        for spin in (200, 400, 600)
+    ]
+    text = "mass [g],position [cm],spin [rpm],time [s]\n" + "".join(
+        f"{m},15.0,{s},{t:.2f}\n" for m, s, t in runs
+    )
     log = f"# Müller\n{text}".encode(encoding)
-    files = {"jane/lab.csv": log, "jane/answer.txt": f"{says}\nI_zz = (4.45 ± 0.03)e-3 kg m^2\n"}
+    files = {
+        "jane/lab.csv": log,
+        "jane/answer.txt": f"{says}\nI_zz = (4.45 ± 0.03)e-3 kg m^2\n",
+    }
     assert grade(files | {"max/lab.csv": log})["students"]["max"]["status"] != "graded"
     found = grade(files)["students"]["jane"]
     assert found["points"] == 20

@@ -39,8 +39,13 @@ from gyrodata.readings import read_log
 def hint_of(done: Result, code: str) -> str:
     """Give what is below the first message of a code."""
     lines = iter(done.stderr.splitlines())
-    assert any(re.search(rf"\b{severities()[code]} {code}: ", line) for line in lines), done.stderr
-    return "\n".join(line.strip() for line in itertools.takewhile(lambda one: one.startswith("   "), lines))
+    assert any(
+        re.search(rf"\b{severities()[code]} {code}: ", line) for line in lines
+    ), done.stderr
+    return "\n".join(
+        line.strip()
+        for line in itertools.takewhile(lambda one: one.startswith("   "), lines)
+    )
 
 
 def found(pattern: str, text: str) -> str:
@@ -54,8 +59,15 @@ HINTS = tomllib.loads(TABLE.read_text(encoding="utf-8"))
 
 
 def test_the_hint_of_every_code_is_followed() -> None:
-    here = set(re.findall(r'"(G[567]\d\d)"', Path(__file__).read_text("utf-8") + TABLE.read_text("utf-8")))
-    assert OF_A_LOG | OF_A_CLASS | here == {code for code in explanations() if code[1] in "567"}
+    here = set(
+        re.findall(
+            r'"(G[567]\d\d)"',
+            Path(__file__).read_text("utf-8") + TABLE.read_text("utf-8"),
+        )
+    )
+    assert OF_A_LOG | OF_A_CLASS | here == {
+        code for code in explanations() if code[1] in "567"
+    }
     assert all(explanations()[code].remedy for code in here)
 
 
@@ -68,7 +80,9 @@ SAMPLE = Path(__file__).parents[2] / "sample_data" / "air_gyroscope.csv"
 def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with logs of a known truth."""
     monkeypatch.chdir(tmp_path)
-    return make_folder(tmp_path, {"log.csv": LOG, "again.csv": LOG, "short.csv": WITHOUT_TURNS})
+    return make_folder(
+        tmp_path, {"log.csv": LOG, "again.csv": LOG, "short.csv": WITHOUT_TURNS}
+    )
 
 
 def assert_fine(words: list[str]) -> None:
@@ -86,9 +100,16 @@ def assert_fine(words: list[str]) -> None:
 
 @pytest.mark.parametrize(("code", "typed", "says", "mended"), HINTS["commands"])
 def test_a_command_mended_by_a_person(
-    code: str, typed: str, says: str, mended: str, lab: Path, monkeypatch: pytest.MonkeyPatch
+    code: str,
+    typed: str,
+    says: str,
+    mended: str,
+    lab: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("gyrodata.cli.analyze_command.contents", lambda path: iter([path.read_bytes()]))
+    monkeypatch.setattr(
+        "gyrodata.cli.analyze_command.contents", lambda path: iter([path.read_bytes()])
+    )
     """A + adds to what was typed."""
     typed, mended = (words.replace("SAMPLE", str(SAMPLE)) for words in (typed, mended))
     done = gyro(*shlex.split(typed))
@@ -100,9 +121,15 @@ def test_a_command_mended_by_a_person(
 def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
     """`test_hand_in` follows the other hints of "G719"."""
     (lab / "mine.csv").write_text(log(), encoding="utf-8")
-    assert "leave these out" in hint_of(gyro("check", "mine.csv", "--hand-in", "--set", "g=9.8 m/s^2"), "G608")
-    line = found(r"with your value: (# .+)", gyro("check", "mine.csv", "--hand-in").stdout)
-    (lab / "mine.csv").write_text(f"# g: 9.8 m/s^2\n{line}\n{log(top='')}", encoding="utf-8")
+    assert "leave these out" in hint_of(
+        gyro("check", "mine.csv", "--hand-in", "--set", "g=9.8 m/s^2"), "G608"
+    )
+    line = found(
+        r"with your value: (# .+)", gyro("check", "mine.csv", "--hand-in").stdout
+    )
+    (lab / "mine.csv").write_text(
+        f"# g: 9.8 m/s^2\n{line}\n{log(top='')}", encoding="utf-8"
+    )
     done = gyro("check", "mine.csv", "--hand-in")
     assert (done.exit_code, "G718" in done.stdout) == (0, True)
 
@@ -110,7 +137,9 @@ def test_a_hand_in_is_read_as_it_is(lab: Path) -> None:
 def test_a_folder_in_use_or_another_one(lab: Path) -> None:
     words = ("analyze", str(SAMPLE), "--out")
     with alone_in(lab / "new"):
-        assert "or choose another folder with --out" in hint_of(gyro(*words, "new"), "G609")
+        assert "or choose another folder with --out" in hint_of(
+            gyro(*words, "new"), "G609"
+        )
         assert gyro(*words, "other").exit_code == 0
     assert gyro(*words, "new").exit_code == 0
 
@@ -119,9 +148,14 @@ def test_a_folder_in_use_or_another_one(lab: Path) -> None:
 def test_a_stream_that_cannot_be_used(lab: Path) -> None:
     def shell(line: str) -> str:
         line = f'gyro() {{ "{sys.executable}" -m gyrodata "$@"; }}\n{line}'
-        return subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False).stdout
+        return subprocess.run(
+            ["bash", "-c", line], capture_output=True, text=True, check=False
+        ).stdout
 
-    full, closed = shell("gyro --version 2>&1 > /dev/full; echo $?"), shell("gyro check - 2>&1 <&-; echo $?")
+    full, closed = (
+        shell("gyro --version 2>&1 > /dev/full; echo $?"),
+        shell("gyro check - 2>&1 <&-; echo $?"),
+    )
     assert "write to another file" in full
     for told in (full, closed):
         assert ("G606" in told, told[-2:]) == (True, "2\n")
@@ -149,7 +183,9 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def put(files: Files) -> None:
     """Write files; None takes one away."""
-    make_folder(Path(), {name: data for name, data in files.items() if data is not None})
+    make_folder(
+        Path(), {name: data for name, data in files.items() if data is not None}
+    )
     for name in (name for name, data in files.items() if data is None):
         Path(name).unlink()
 
@@ -157,12 +193,26 @@ def put(files: Files) -> None:
 def grade(words: str) -> tuple[Result, list[str]]:
     """Grade, and give the points; files are only written where a folder is named."""
     typed = shlex.split(words)
-    folder = next((typed[i + 1] for i, word in enumerate(typed) if word in ("-o", "--out")), "")
-    done = gyro("grade", *typed, "--workers", "0", *(() if folder else ("-o", "grades", "--dry-run", "-f", "csv")))
+    folder = next(
+        (typed[i + 1] for i, word in enumerate(typed) if word in ("-o", "--out")), ""
+    )
+    done = gyro(
+        "grade",
+        *typed,
+        "--workers",
+        "0",
+        *(() if folder else ("-o", "grades", "--dry-run", "-f", "csv")),
+    )
     table = Path(folder, "grades.csv")
-    text = table.read_text(encoding="utf-8") if folder and table.is_file() else done.stdout
+    text = (
+        table.read_text(encoding="utf-8") if folder and table.is_file() else done.stdout
+    )
     rows = csv.DictReader(io.StringIO(text))
-    return done, [row["total"] for row in rows if row.get("student", "points possible") != "points possible"]
+    return done, [
+        row["total"]
+        for row in rows
+        if row.get("student", "points possible") != "points possible"
+    ]
 
 
 RUBRIC = """schema = 1
@@ -185,13 +235,29 @@ zero = "d >= 3"
 MORE = [
     ("G723", "RUBRIC", "", "write schema = 1", ""),
     ("G723", "", "[[late]]\ngrace = '1 h'", "headed [late]", "[late]\ngrace = '1 h'"),
-    ("G723", "", "[late.tier]\nuntil='1 h'\ndeduct=0", "headed [[late.tier]]", "[[late.tier]]\nuntil='1 h'\ndeduct=0"),
-    ("G723", "", "[bench]\nu_time = 0.3", "write u_time as a text", "[bench]\nu_time = '0.3 s'"),
+    (
+        "G723",
+        "",
+        "[late.tier]\nuntil='1 h'\ndeduct=0",
+        "headed [[late.tier]]",
+        "[[late.tier]]\nuntil='1 h'\ndeduct=0",
+    ),
+    (
+        "G723",
+        "",
+        "[bench]\nu_time = 0.3",
+        "write u_time as a text",
+        "[bench]\nu_time = '0.3 s'",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("code", "part", "wrong", "says", "right"), [*HINTS["rubrics"], *MORE])
-def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str, right: str) -> None:
+@pytest.mark.parametrize(
+    ("code", "part", "wrong", "says", "right"), [*HINTS["rubrics"], *MORE]
+)
+def test_a_rubric_mended_by_a_person(
+    code: str, part: str, wrong: str, says: str, right: str
+) -> None:
     part = RUBRIC if part == "RUBRIC" else part
 
     def text(new: str) -> bytes:
@@ -199,7 +265,9 @@ def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str
 
     with pytest.raises(InputError) as caught:
         read_rubric(text(wrong))
-    assert says in next(one.hint for one in caught.value.diagnostics if one.code == code)
+    assert says in next(
+        one.hint for one in caught.value.diagnostics if one.code == code
+    )
     read_rubric(text(right or part))
 
 
@@ -209,8 +277,14 @@ def test_a_rubric_mended_by_a_person(code: str, part: str, wrong: str, says: str
 ZIP = packed(CLASS)
 FLAT = {f"flat/{student}_lab.csv": text for student, text in PEOPLE.items()}
 DASH = FLAT | {"flat/bob_lab.csv": None, "flat/bob-lab.csv": PEOPLE["bob"]}
-CANVAS = {f"named/{student}_{i}_5432_lab.csv": text for i, (student, text) in enumerate(PEOPLE.items())}
-SCOPE = {"scope/submission_metadata.yml": "<html>", "scope/submission_1/lab.csv": PEOPLE["ann"]}
+CANVAS = {
+    f"named/{student}_{i}_5432_lab.csv": text
+    for i, (student, text) in enumerate(PEOPLE.items())
+}
+SCOPE = {
+    "scope/submission_metadata.yml": "<html>",
+    "scope/submission_1/lab.csv": PEOPLE["ann"],
+}
 METADATA = "submission_1:\n  :submitters:\n  - :name: Ann Lee\n    :sid: ann\n    :email: a@uni.example\n"
 PATTERN = r"flat --pattern '(?P<student>\w+)_lab\.csv'"
 DESK, BOB = "grades/desk.csv", ["20.00", "12.00", "19.50"]
@@ -266,7 +340,9 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
     before = set(home.rglob("*"))
     done, _ = grade(typed)
     assert says in hint_of(done, code)
-    assert done.exit_code < 2 or (set(home.rglob("*")), done.stdout) == (before, ""), "nothing is written"
+    assert done.exit_code < 2 or (set(home.rglob("*")), done.stdout) == (before, ""), (
+        "nothing is written"
+    )
     put(better)
     done, found = grade(mended)
     assert (done.exit_code, found) == (0, points[0] if points else POINTS), done.stderr
@@ -275,10 +351,16 @@ def test_a_class_mended_by_a_person(case: Any, home: Path) -> None:
 
 def test_built_in_rubric_is_given_by_its_name(home: Path) -> None:
     put({"r.toml": gyro("grade", "--print-rubric", "simple").stdout})
-    assert grade("class --rubric simple")[1] == grade("class --rubric r.toml")[1] == ["13.00"] * 3
+    assert (
+        grade("class --rubric simple")[1]
+        == grade("class --rubric r.toml")[1]
+        == ["13.00"] * 3
+    )
 
 
-def test_one_week_of_a_term_is_graded(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_week_of_a_term_is_graded(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("gyrodata.grading.submissions.archives.MOST_FILES", 10)
     put({f"all/week{n}/{name}": text for n in range(4) for name, text in CLASS.items()})
     assert "of one assignment" in hint_of(grade("all")[0], "G704")
@@ -289,7 +371,11 @@ def test_what_is_damaged_in_a_zip_costs_one_student(home: Path) -> None:
     """The hint of "G713" is followed with the zip of "G702"."""
     put({"c.zip": ZIP[:90] + bytes([ZIP[90] ^ 1]) + ZIP[91:]})
     done, points = grade("c.zip")
-    assert (done.exit_code, points, "damaged in the zip" in done.stdout) == (1, ["", *POINTS[1:]], True)
+    assert (done.exit_code, points, "damaged in the zip" in done.stdout) == (
+        1,
+        ["", *POINTS[1:]],
+        True,
+    )
 
 
 def test_an_answer_beside_the_log() -> None:
@@ -298,7 +384,10 @@ def test_an_answer_beside_the_log() -> None:
     written = read_answers(read_log(f"{note}\n{LOG}".encode()))
     for answers, codes in ((told, ["G717"]), (written, [])):
         assert answers.inertia
-        assert (answers.inertia.value, [one.code for one in answers.diagnostics]) == (4.4e-3, codes)
+        assert (answers.inertia.value, [one.code for one in answers.diagnostics]) == (
+            4.4e-3,
+            codes,
+        )
 
 
 def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
@@ -306,13 +395,18 @@ def test_lost_lines_of_the_journal_are_graded_again(home: Path) -> None:
     journal = home / "grades" / "journal.ndjson"
     journal.write_bytes(journal.read_bytes()[:-300] + b"\n[]\n7\n{}\n\0\0\n")
     done, points = grade("class -o grades")
-    assert ("note G762: 5 lines of the journal cannot be read" in done.stderr, points) == (True, POINTS)
+    assert (
+        "note G762: 5 lines of the journal cannot be read" in done.stderr,
+        points,
+    ) == (True, POINTS)
     assert explanations()["G762"].remedy.startswith("Do nothing: ")
     assert "G762" not in grade("class -o grades")[0].stderr
 
 
 def test_figures_need_a_folder(home: Path) -> None:
-    assert hint_of(gyro("grade", "class", "--format", "json", "--figures"), "G767").startswith("add --out ")
+    assert hint_of(
+        gyro("grade", "class", "--format", "json", "--figures"), "G767"
+    ).startswith("add --out ")
     assert grade("class --format json --figures --out new")[1] == POINTS
 
 
@@ -321,12 +415,16 @@ def test_an_autograder(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     printed = found(r"\(gyro (.*?) > rubric.toml", hint_of(gyro(*words[:3]), "G768"))
     text = gyro(*printed.split()).stdout
     put({"rubric.toml": text})
-    lines = found(r': (\[reference.all\], .*"); or', hint_of(gyro(*words), "G768")).split(", ")
+    lines = found(
+        r': (\[reference.all\], .*"); or', hint_of(gyro(*words), "G768")
+    ).split(", ")
     put({"rubric.toml": text.replace('[reference]\nfrom = "class"', "\n".join(lines))})
     with monkeypatch.context() as patch:
         # As from a folder of the sources alone.
         patch.setattr("importlib.metadata.Distribution.discover", lambda **_: iter(()))
-        assert hint_of(gyro(*words), "G768").startswith("install it with python3 -m pip install . in its folder")
+        assert hint_of(gyro(*words), "G768").startswith(
+            "install it with python3 -m pip install . in its folder"
+        )
     assert not Path("autograder").exists()
     assert gyro(*words).exit_code == 0
 
@@ -347,14 +445,20 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     def assert_filled(words: str, points: list[str]) -> None:
         done, graded = grade(words)
         assert (done.exit_code, graded) == (0, points), done.stderr
-        rows = list(csv.reader(io.StringIO(Path("new", f"{lms}.csv").read_text(encoding="utf-8"))))
+        rows = list(
+            csv.reader(
+                io.StringIO(Path("new", f"{lms}.csv").read_text(encoding="utf-8"))
+            )
+        )
         assert [row[column] for row in rows[-3:]] == points
 
     put({"book.csv": text})
     given = words
     if named:
         done, _ = grade(words)
-        assert hint_of(done, "G753").startswith("give the number after its title with --assignment")
+        assert hint_of(done, "G753").startswith(
+            "give the number after its title with --assignment"
+        )
         given += f" --assignment {found(named, done.stderr)}"
     assert_filled(given, POINTS)
     for fault, code, says in faulty:
@@ -366,12 +470,16 @@ def test_book_is_filled_once_its_hint_is_followed(lms: str, home: Path) -> None:
     assert_filled(f"{given} --rubric rubric.toml", ["10.00", "10.00", "9.00"])
 
 
-def test_a_figure_is_drawn_once_matplotlib_can_draw_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_figure_is_drawn_once_matplotlib_can_draw_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """To install matplotlib again is not carried out: only its fault is planted, and taken away."""
     (tmp_path / "log.csv").write_text(LOG, encoding="utf-8")
     words = ("analyze", tmp_path / "log.csv", "--out", tmp_path / "report")
     with monkeypatch.context() as damaged:
         damaged.setattr("matplotlib.figure.Figure.savefig", lambda *_, **__: 1 / 0)
-        assert "pip install --force-reinstall matplotlib" in hint_of(gyro(*words), "G611")
+        assert "pip install --force-reinstall matplotlib" in hint_of(
+            gyro(*words), "G611"
+        )
     assert "G611" not in gyro(*words).stderr
     assert (tmp_path / "report" / "torque.png").is_file()

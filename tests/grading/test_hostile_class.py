@@ -31,12 +31,17 @@ ROW = (
 
 def bombs() -> dict[str, dict[str, bytes | str]]:
     """Make the files of each hostile student."""
-    cells = {"mimetype": "application/vnd.oasis.opendocument.spreadsheet", "content.xml": SPREADSHEET.format(ROW)}
+    cells = {
+        "mimetype": "application/vnd.oasis.opendocument.spreadsheet",
+        "content.xml": SPREADSHEET.format(ROW),
+    }
     inner = packed({"lab.csv": b"0" * 20_000_000})
     names = {f"{number:05}{'n' * 40}": b"" for number in range(20_000)}
     return {
         "x_cells": {"lab.ods": packed(cells)},
-        "x_zips": {"lab.zip": packed({f"{number}.zip": inner for number in range(300)})},
+        "x_zips": {
+            "lab.zip": packed({f"{number}.zip": inner for number in range(300)})
+        },
         "x_names": {"lab.zip": packed(names)},
         "x_list": {"lab.json": "[" * 2000},
         "x_object": {"lab.json": '{"a":' * 2000},
@@ -45,7 +50,11 @@ def bombs() -> dict[str, dict[str, bytes | str]]:
         "x_hashes": {"lab.csv": "#" * 3_000_000},
         "x_rows": {"lab.csv": "a & b \\\\\n" * 50_000},
         "x_markup": {"lab.docx": packed({"word/document.xml": "<s>" * 200_000})},
-        "x_partners": {"lab.csv": "# partner: " + " & ".join(f"Ann{n} Lee" for n in range(20_000)) + "\n"},
+        "x_partners": {
+            "lab.csv": "# partner: "
+            + " & ".join(f"Ann{n} Lee" for n in range(20_000))
+            + "\n"
+        },
     }
 
 
@@ -61,8 +70,13 @@ def graded(folder: Path, *options: str) -> tuple[Result, dict[str, dict[str, str
     return done, {row["student"]: row for row in csv.DictReader(io.StringIO(table))}
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="a worker that is not forked does not see the replaced function")
-def test_hostile_submissions_cost_nobody_else_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.skipif(
+    sys.platform != "linux",
+    reason="a worker that is not forked does not see the replaced function",
+)
+def test_hostile_submissions_cost_nobody_else_anything(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     main, read = os.getpid(), archives.read_start
 
     def reading(*where: Any) -> bytes:
@@ -71,8 +85,14 @@ def test_hostile_submissions_cost_nobody_else_anything(tmp_path: Path, monkeypat
 
     monkeypatch.setattr(archives, "read_start", reading)
     _, alone = graded(make_folder(tmp_path / "good", GOOD))
-    hostile = {f"{student}/{name}": data for student, files in bombs().items() for name, data in files.items()}
-    done, rows = graded(make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "3")
+    hostile = {
+        f"{student}/{name}": data
+        for student, files in bombs().items()
+        for name, data in files.items()
+    }
+    done, rows = graded(
+        make_folder(tmp_path / "class", {**GOOD, **hostile}), "--timeout", "3"
+    )
     assert done.exit_code == 1
     for student in ("s0", "s1", "s2", "s3"):
         assert rows[student]["total"] == "20.00"
@@ -80,14 +100,21 @@ def test_hostile_submissions_cost_nobody_else_anything(tmp_path: Path, monkeypat
     for student, files in bombs().items():
         assert (rows[student]["status"], rows[student]["total"]) == ("not graded", "")
         why = rows[student]["why_not_graded"]
-        assert any(name in why for name in files) or why.startswith("the log cannot be"), why
+        assert any(name in why for name in files) or why.startswith(
+            "the log cannot be"
+        ), why
         assert len(why) < 1000
     again, _ = graded(tmp_path / "class", "--timeout", "3")
     assert "(new)" not in again.stderr
-    assert "lost last time: the file lab.docx: it took over 3 s): x_markup\n" in again.stderr
+    assert (
+        "lost last time: the file lab.docx: it took over 3 s): x_markup\n"
+        in again.stderr
+    )
 
 
-def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(tmp_path: Path) -> None:
+def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(
+    tmp_path: Path,
+) -> None:
     inner = packed({"lab.csv": b"0" * 20_000_000})
     bomb = packed({f"{number}.zip": inner for number in range(300)})
     files = {"doeann_1_2_lab.csv": a_log(1), "roebob_3_4_lab.zip": bomb}
@@ -95,33 +122,54 @@ def test_a_zip_of_a_class_is_opened_and_the_zips_in_it_only_by_workers(tmp_path:
     (tmp_path / "class.zip").write_bytes(packed(files))
     done, rows = graded(tmp_path / "class.zip", "--timeout", "3")
     assert done.exit_code == 1
-    assert [rows[student]["total"] for student in ("1", "3", "5")] == ["20.00", "", "20.00"]
+    assert [rows[student]["total"] for student in ("1", "3", "5")] == [
+        "20.00",
+        "",
+        "20.00",
+    ]
     assert "roebob_3_4_lab.zip" in rows["3"]["why_not_graded"]
 
 
-def test_the_log_that_a_person_corrected_is_graded_with_the_other_files(tmp_path: Path) -> None:
-    answer = next(line for line in a_log(1).splitlines() if "inertia" in line or "I_zz" in line)
+def test_the_log_that_a_person_corrected_is_graded_with_the_other_files(
+    tmp_path: Path,
+) -> None:
+    answer = next(
+        line for line in a_log(1).splitlines() if "inertia" in line or "I_zz" in line
+    )
     without = a_log(1).replace(f"{answer}\n", "")
-    files = {"ann/lab.csv": without.replace("time [s]", "nonsense"), "ann/README.txt": answer.lstrip("# ")}
+    files = {
+        "ann/lab.csv": without.replace("time [s]", "nonsense"),
+        "ann/README.txt": answer.lstrip("# "),
+    }
     folder = make_folder(tmp_path / "class", files)
     done, rows = graded(folder)
     assert (done.exit_code, rows["ann"]["status"]) == (1, "not graded")
     grades = make_folder(tmp_path / "class-grades", {"fixed.csv": without})
-    (grades / "desk.csv").write_text("student,what,value,by,why\nann,log,fixed.csv,TA,\n", encoding="utf-8")
+    (grades / "desk.csv").write_text(
+        "student,what,value,by,why\nann,log,fixed.csv,TA,\n", encoding="utf-8"
+    )
     done, rows = graded(folder)
     assert (done.exit_code, rows["ann"]["total"]) == (0, "20.00")
 
 
-def test_a_line_of_the_desk_for_a_lost_submission_is_asked_again_if_the_files_change(tmp_path: Path) -> None:
-    folder = make_folder(tmp_path / "class", {"ann/lab.json": "[" * 2000, "s1/lab.csv": a_log(1)})
+def test_a_line_of_the_desk_for_a_lost_submission_is_asked_again_if_the_files_change(
+    tmp_path: Path,
+) -> None:
+    folder = make_folder(
+        tmp_path / "class", {"ann/lab.json": "[" * 2000, "s1/lab.csv": a_log(1)}
+    )
     done, _ = graded(folder)
     assert done.exit_code == 1
     desk = tmp_path / "class-grades" / "desk.csv"
-    desk.write_text("student,what,value,by,why\nann,total,0,TA,no log\n", encoding="utf-8")
+    desk.write_text(
+        "student,what,value,by,why\nann,total,0,TA,no log\n", encoding="utf-8"
+    )
     for _ in range(2):
         done, rows = graded(folder)
         assert (done.exit_code, rows["ann"]["total"]) == (0, "0.00")
         assert "resubmitted" not in rows["ann"]["look"]
     (folder / "ann" / "lab.json").unlink()
     make_folder(folder, {"ann/lab.csv": a_log(2)})
-    assert "resubmitted since total 0 was set by hand" in graded(folder)[1]["ann"]["look"]
+    assert (
+        "resubmitted since total 0 was set by hand" in graded(folder)[1]["ann"]["look"]
+    )

@@ -24,30 +24,67 @@ WORD += "<w:p><w:r><w:rPr><w:strike/></w:rPr><w:t>Result: (4.5 ± 0.1) g m²</w:
 
 def test_zip_and_word_file_in_a_submission_are_read(tmp_path: Path) -> None:
     inner = packed(
-        {"lab/lab.csv": LOG, "__MACOSX/lab/._lab.csv": "x", "report.docx": packed({"word/document.xml": WORD})}
+        {
+            "lab/lab.csv": LOG,
+            "__MACOSX/lab/._lab.csv": "x",
+            "report.docx": packed({"word/document.xml": WORD}),
+        }
     )
     three = packed({"2.zip": packed({"3.zip": packed({"lab.csv": LOG})})})
-    files = {"ann/1.zip": inner, "bob/1.zip": packed({"2.zip": inner}), "cat/1.zip": three, "dan/1.zip": inner[:-9]}
-    items = find_submissions(make_folder(tmp_path / "class", {**files, "eve/1.zip": packed({"../lab.csv": LOG})})).items
+    files = {
+        "ann/1.zip": inner,
+        "bob/1.zip": packed({"2.zip": inner}),
+        "cat/1.zip": three,
+        "dan/1.zip": inner[:-9],
+    }
+    items = find_submissions(
+        make_folder(
+            tmp_path / "class", {**files, "eve/1.zip": packed({"../lab.csv": LOG})}
+        )
+    ).items
     read = [item.read()[1].inertia for item in items[:2]]
-    assert [(one.value, one.u) for one in read if one] == [(pytest.approx(4.43e-3), pytest.approx(5e-5))] * 2
+    assert [(one.value, one.u) for one in read if one] == [
+        (pytest.approx(4.43e-3), pytest.approx(5e-5))
+    ] * 2
     problems = [item.problem or "" for item in items]
     assert problems[:3] == ["", "", "no log: only 1.zip, 3.zip"]
     assert ["damaged" in problems[3], "leads out" in problems[4]] == [True, True]
 
 
 def test_newest_attempt_of_a_brightspace_download_is_graded(tmp_path: Path) -> None:
-    names = [f"7-9 - Jane Doe - {stamp}/lab.csv" for stamp in ("Mar 9, 2026 1105 PM", "Mar 10, 2026 905 AM")]
-    found = find_submissions(make_folder(tmp_path / "class", {**dict.fromkeys(names, LOG), "index.html": ""}))
+    names = [
+        f"7-9 - Jane Doe - {stamp}/lab.csv"
+        for stamp in ("Mar 9, 2026 1105 PM", "Mar 10, 2026 905 AM")
+    ]
+    found = find_submissions(
+        make_folder(tmp_path / "class", {**dict.fromkeys(names, LOG), "index.html": ""})
+    )
     (one,) = found.items
-    assert (found.lms, one.student, one.name, one.log_name) == ("brightspace", "7", "Jane Doe", names[1])
+    assert (found.lms, one.student, one.name, one.log_name) == (
+        "brightspace",
+        "7",
+        "Jane Doe",
+        names[1],
+    )
     assert [note.code for note in found.diagnostics] == ["G708"]
 
 
-@pytest.mark.parametrize("row", [["Result", "4.4e-3 kg m^2"], ["slope", 0.0044], ["theory", 0.0044], ["station", 3]])
+@pytest.mark.parametrize(
+    "row",
+    [
+        ["Result", "4.4e-3 kg m^2"],
+        ["slope", 0.0044],
+        ["theory", 0.0044],
+        ["station", 3],
+    ],
+)
 def test_rows_below_the_runs_of_a_workbook_do_no_harm(row: list[object]) -> None:
     book, out = openpyxl.Workbook(), io.BytesIO()
-    for cells in (*csv.reader(LOG.splitlines()), row, ["I_zz =", "4.4e-3 ± 0.1e-3 kg m^2"]):
+    for cells in (
+        *csv.reader(LOG.splitlines()),
+        row,
+        ["I_zz =", "4.4e-3 ± 0.1e-3 kg m^2"],
+    ):
         book.worksheets[0].append(cells)
     book.create_sheet("Plot").append(["x", "y"])
     book.save(out)
@@ -57,28 +94,50 @@ def test_rows_below_the_runs_of_a_workbook_do_no_harm(row: list[object]) -> None
 
 
 PEOPLE = {"p1": "Patel, Dev", "p2": "Lee, Ann", "p3": "Roe, Max", "p9": "Ahmed, Sara"}
-ROSTER = "student;name;email\n" + "".join(f"{key};{name};{key}@uni.example\n" for key, name in PEOPLE.items())
+ROSTER = "student;name;email\n" + "".join(
+    f"{key};{name};{key}@uni.example\n" for key, name in PEOPLE.items()
+)
 
 
 class Room:
     """A class with a roster: two partners with one log, a third student, and one who is absent."""
 
     def __init__(self, folder: Path) -> None:
-        partners = {"p1": "# partner: Ann Lee", "p2": "# names: Ann Lee and Patel, Dev", "p3": "# partner: Max Nobody"}
-        files = {f"class/{key}/lab.csv": a_log(key == "p3", head) for key, head in partners.items()}
+        partners = {
+            "p1": "# partner: Ann Lee",
+            "p2": "# names: Ann Lee and Patel, Dev",
+            "p3": "# partner: Max Nobody",
+        }
+        files = {
+            f"class/{key}/lab.csv": a_log(key == "p3", head)
+            for key, head in partners.items()
+        }
         self.home = make_folder(folder, {**files, "roster.csv": ROSTER})
         self.out = folder / "grades"
 
-    def grade(self, desk: str | bytes = "", name: str = "desk.csv", code: int = 0) -> dict[str, dict[str, str]]:
+    def grade(
+        self, desk: str | bytes = "", name: str = "desk.csv", code: int = 0
+    ) -> dict[str, dict[str, str]]:
         if desk:
             self.out.mkdir(exist_ok=True)
-            (self.out / name).write_bytes(desk.encode() if isinstance(desk, str) else desk)
+            (self.out / name).write_bytes(
+                desk.encode() if isinstance(desk, str) else desk
+            )
         done = gyro(
-            "grade", self.home / "class", "-o", self.out, "--roster", self.home / "roster.csv", "--workers", "0"
+            "grade",
+            self.home / "class",
+            "-o",
+            self.out,
+            "--roster",
+            self.home / "roster.csv",
+            "--workers",
+            "0",
         )
         assert done.exit_code == code, done.stderr
         self.told = done.stderr
-        table = csv.DictReader(io.StringIO((self.out / "grades.csv").read_text(encoding="utf-8")))
+        table = csv.DictReader(
+            io.StringIO((self.out / "grades.csv").read_text(encoding="utf-8"))
+        )
         return {row["student"]: row for row in table}
 
 
@@ -91,12 +150,23 @@ def test_partners_who_name_each_other_are_not_flagged(room: Room) -> None:
     rows = room.grade()
     assert [rows[key]["flags"] for key in ("p1", "p2", "p3")] == [""] * 3
     (room.home / "class" / "p2" / "lab.csv").write_text(a_log(0), encoding="utf-8")
-    assert room.grade()["p1"]["flags"] == "shared rows with p2", "only one names the other"
-    assert ["find the partner, Max Nobody" in rows[key]["look"] for key in ("p1", "p2", "p3")] == [False, False, True]
-    (room.home / "class" / "p2" / "answer.txt").write_text("I did this lab together with Dev Patel.", encoding="utf-8")
-    (room.home / "class" / "p3" / "lab.csv").write_text(a_log(1, "# partner: none, I worked alone"), encoding="utf-8")
+    assert room.grade()["p1"]["flags"] == "shared rows with p2", (
+        "only one names the other"
+    )
+    assert [
+        "find the partner, Max Nobody" in rows[key]["look"]
+        for key in ("p1", "p2", "p3")
+    ] == [False, False, True]
+    (room.home / "class" / "p2" / "answer.txt").write_text(
+        "I did this lab together with Dev Patel.", encoding="utf-8"
+    )
+    (room.home / "class" / "p3" / "lab.csv").write_text(
+        a_log(1, "# partner: none, I worked alone"), encoding="utf-8"
+    )
     rows = room.grade()
-    assert [rows[key][what] for key in ("p1", "p2", "p3") for what in ("flags", "look")] == [""] * 6
+    assert [
+        rows[key][what] for key in ("p1", "p2", "p3") for what in ("flags", "look")
+    ] == [""] * 6
 
 
 TOGETHER = [
@@ -109,25 +179,38 @@ TOGETHER = [
 
 
 @pytest.mark.parametrize("words", TOGETHER)
-def test_partners_are_found_by_their_full_names_in_any_words(room: Room, words: str) -> None:
+def test_partners_are_found_by_their_full_names_in_any_words(
+    room: Room, words: str
+) -> None:
     for key, other in (("p1", "Ann Lee"), ("p2", "Dev Patel")):
         (room.home / "class" / key / "lab.csv").write_text(a_log(0), encoding="utf-8")
-        (room.home / "class" / key / "note.txt").write_text(words.format(other), encoding="utf-8")
+        (room.home / "class" / key / "note.txt").write_text(
+            words.format(other), encoding="utf-8"
+        )
     rows = room.grade()
     assert [rows[key]["flags"] for key in ("p1", "p2")] == ["", ""]
     assert "same data" not in (room.out / "desk-todo.csv").read_text("utf-8")
 
 
 def test_accents_in_names_do_not_matter() -> None:
-    assert set(forms_of("Lucía Ibáñez")) >= set(forms_of("Lucia Ibanez")) - {"lucia ibanez"}
+    assert set(forms_of("Lucía Ibáñez")) >= set(forms_of("Lucia Ibanez")) - {
+        "lucia ibanez"
+    }
 
 
-SECOND = ["I_zz = (4.90 ± 0.05)e-3 kg m^2", "Our result: (4.90 ± 0.05) x 10^-3 kg m^2 for I_zz"]
+SECOND = [
+    "I_zz = (4.90 ± 0.05)e-3 kg m^2",
+    "Our result: (4.90 ± 0.05) x 10^-3 kg m^2 for I_zz",
+]
 
 
 @pytest.mark.parametrize("text", SECOND)
-@pytest.mark.parametrize(("name", "looks"), [("report.md", True), ("report_draft.md", False)])
-def test_second_answer_in_another_file_is_shown_to_a_person(room: Room, text: str, name: str, looks: bool) -> None:
+@pytest.mark.parametrize(
+    ("name", "looks"), [("report.md", True), ("report_draft.md", False)]
+)
+def test_second_answer_in_another_file_is_shown_to_a_person(
+    room: Room, text: str, name: str, looks: bool
+) -> None:
     (room.home / "class" / "p3" / name).write_text(text, encoding="utf-8")
     row = room.grade()["p3"]
     assert (row["status"], "two answers" in row["look"]) == ("graded", looks)
@@ -137,7 +220,11 @@ ANSWERS = {
     "results.csv": "quantity,value,uncertainty,unit\nI_zz,0.00440,0.00005,kg m^2\nR^2,0.997,,\n",
     "result.json": '{"I_zz": 0.00440, "uncertainty": 5e-05, "unit": "kg m^2"}',
     "analysis.R": "I <- m * x\n# So I_zz = (4.40 +/- 0.05)e-3 kg m^2\n",
-    "report.odt": packed({"content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"}),
+    "report.odt": packed(
+        {
+            "content.xml": "<text:p>Gyro</text:p><text:p>I_zz = (4.40 ± 0.05)e-3 kg m²</text:p>"
+        }
+    ),
     "power.txt": "I_zz = 4.40 +- 0.05 (10^-3 kg m^2)",
     "title.txt": "Theory and experiment\nI_zz = (4.40 ± 0.05)e-3 kg m^2",
     "about.txt": "Our best value is I_zz = 0.00440 kg m² and I think it is good to about 0.00005 kg m².",
@@ -149,7 +236,12 @@ ANSWERS = {
             "cells": [
                 {
                     "source": ["print(answer)"],
-                    "outputs": [{"output_type": "stream", "text": ["I_zz = 44000 ± 500 g cm^2\n"]}],
+                    "outputs": [
+                        {
+                            "output_type": "stream",
+                            "text": ["I_zz = 44000 ± 500 g cm^2\n"],
+                        }
+                    ],
                 }
             ]
         }
@@ -166,9 +258,15 @@ ANSWERS = {
 @pytest.mark.parametrize("name", ANSWERS)
 def test_answer_in_another_kind_of_file_is_read(name: str) -> None:
     text = ANSWERS[name]
-    found = read_answers(None, [(name, text.encode() if isinstance(text, str) else text)]).inertia
+    found = read_answers(
+        None, [(name, text.encode() if isinstance(text, str) else text)]
+    ).inertia
     assert found is not None
-    assert (found.value, found.u, found.fault) == (pytest.approx(4.4e-3), pytest.approx(5e-5), None)
+    assert (found.value, found.u, found.fault) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(5e-5),
+        None,
+    )
 
 
 OTHERS = {
@@ -185,7 +283,10 @@ OTHERS = {
 def test_value_of_something_else_beside_the_answer_is_not_taken(whose: str) -> None:
     found = read_answers(None, [("a.txt", OTHERS[whose].encode())]).inertia
     assert found is not None
-    assert (found.value, found.u) == (pytest.approx(4.4e-3), pytest.approx(5e-5, rel=1e-3))
+    assert (found.value, found.u) == (
+        pytest.approx(4.4e-3),
+        pytest.approx(5e-5, rel=1e-3),
+    )
 
 
 OTHER_UNITS = [
@@ -206,11 +307,17 @@ def test_answer_with_a_wrong_unit_or_without_one_is_an_answer(text: str) -> None
 
 
 def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
-    said = {"field": "<p>I_zz is 0.00440 kg m^2 plus or minus 0.00005 kg m^2.</p>", "comment": "none"}
+    said = {
+        "field": "<p>I_zz is 0.00440 kg m^2 plus or minus 0.00005 kg m^2.</p>",
+        "comment": "none",
+    }
     said = {**said, "comment": "I worked with Ann Lee."}
     receipt = "Name: Dev Patel (p1)\nAssignment: Lab\n\nSubmission Field:\n{field}\n\nComments:\n{comment}\n"
     stem = "Lab_p1_attempt_2026-03-09-14-05-59"
-    folder = make_folder(tmp_path / "class", {f"{stem}_lab.csv": LOG, f"{stem}.txt": receipt.format(**said)})
+    folder = make_folder(
+        tmp_path / "class",
+        {f"{stem}_lab.csv": LOG, f"{stem}.txt": receipt.format(**said)},
+    )
     (item,) = find_submissions(folder).items
     log, answers = item.read()
     assert answers.inertia is not None
@@ -219,48 +326,82 @@ def test_text_field_and_comment_of_blackboard_are_read(tmp_path: Path) -> None:
 
 
 def test_answer_in_a_text_without_an_ending_is_read(tmp_path: Path) -> None:
-    files = {"ann/lab.csv": LOG, "ann/README": "We get (44000 ± 500) g cm^2 for the moment of inertia."}
+    files = {
+        "ann/lab.csv": LOG,
+        "ann/README": "We get (44000 ± 500) g cm^2 for the moment of inertia.",
+    }
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     found = item.read()[1]
-    assert (found.file, found.inertia and found.inertia.value) == ("README", pytest.approx(4.4e-3))
+    assert (found.file, found.inertia and found.inertia.value) == (
+        "README",
+        pytest.approx(4.4e-3),
+    )
 
 
 @pytest.mark.parametrize(("answer", "is_read"), [("1.44e-3", True), ("4.33e-3", False)])
-def test_turns_that_are_not_stated_are_one_if_the_answer_agrees(tmp_path: Path, answer: str, is_read: bool) -> None:
+def test_turns_that_are_not_stated_are_one_if_the_answer_agrees(
+    tmp_path: Path, answer: str, is_read: bool
+) -> None:
     log = LOG.replace(",turns", "").replace(",1/3", "")
-    files = {"ann/lab.csv": log, "ann/answer.txt": f"I_zz = ({answer} ± 0.05e-3) kg m^2"}
+    files = {
+        "ann/lab.csv": log,
+        "ann/answer.txt": f"I_zz = ({answer} ± 0.05e-3) kg m^2",
+    }
     (item,) = find_submissions(make_folder(tmp_path / "class", files)).items
     found = item.read()[0]
     assert found.ok == is_read
-    assert any("one whole turn agrees" in one.message for one in found.diagnostics) == is_read
+    assert (
+        any("one whole turn agrees" in one.message for one in found.diagnostics)
+        == is_read
+    )
 
 
 def test_workbook_and_a_text_that_says_what_it_lacks_are_read(tmp_path: Path) -> None:
     book, out = openpyxl.Workbook(), io.BytesIO()
-    for row in (["mass [g]", "spin [rpm]", "time [s]"], [20.1, 400, 41.1], [40.3, 400, 20.5], [40.3, 200, 10.3]):
+    for row in (
+        ["mass [g]", "spin [rpm]", "time [s]"],
+        [20.1, 400, 41.1],
+        [40.3, 400, 20.5],
+        [40.3, 200, 10.3],
+    ):
         book.worksheets[0].append(row)
     book.save(out)
     said = "The mass stays at r = 14.8 cm from the centre of the ball. All times are for one full turn.\n"
-    folder = make_folder(tmp_path / "class", {"ann/lab.xlsx": out.getvalue(), "ann/notes.txt": said})
+    folder = make_folder(
+        tmp_path / "class", {"ann/lab.xlsx": out.getvalue(), "ann/notes.txt": said}
+    )
     (item,) = find_submissions(folder).items
     assert (item.log_file, item.read()[0].ok) == ("lab.xlsx", True)
 
 
-def test_text_field_of_a_platform_with_a_table_or_lines_is_a_log(tmp_path: Path) -> None:
+def test_text_field_of_a_platform_with_a_table_or_lines_is_a_log(
+    tmp_path: Path,
+) -> None:
     rows = LOG.strip().splitlines()
-    table = "".join(f"<tr><td>{row.replace(',', '</td><td>')}</td></tr>" for row in rows)
-    for number, page in enumerate((f"<p>Our log</p><table>{table}</table>", "".join(f"<p>{row}</p>" for row in rows))):
+    table = "".join(
+        f"<tr><td>{row.replace(',', '</td><td>')}</td></tr>" for row in rows
+    )
+    for number, page in enumerate(
+        (
+            f"<p>Our log</p><table>{table}</table>",
+            "".join(f"<p>{row}</p>" for row in rows),
+        )
+    ):
         name = "Ann Lee_1234567_assignsubmission_onlinetext_/onlinetext.html"
-        folder = make_folder(tmp_path / str(number), {name: f"{page}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"})
+        folder = make_folder(
+            tmp_path / str(number), {name: f"{page}<p>I_zz = (4.4 ± 0.1)e-3 kg m^2</p>"}
+        )
         (item,) = find_submissions(folder).items
         log, answers = item.read()
-        assert (log.ok, len(log.runs), answers.inertia and answers.inertia.value) == (True, 2, 4.4e-3)
+        assert (log.ok, len(log.runs), answers.inertia and answers.inertia.value) == (
+            True,
+            2,
+            4.4e-3,
+        )
 
 
 def test_titles_beside_the_runs_are_not_titles_of_the_runs() -> None:
-    table = (
-        "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
-    )
+    table = "n,m,t,\n1,20.1,78.3,,I_zz (kg m^2),u(I_zz) (kg m^2)\n2,20.1,54.2,,0.00440,5e-05\n3,20.1,27.9\n4,40.2,39.1\n"
     found = read_answers(None, [("a.csv", table.encode())]).inertia
     assert (found and found.value, found and found.u) == (0.0044, 5e-5)
 
@@ -275,16 +416,23 @@ def test_origin_in_another_text_is_used(tmp_path: Path) -> None:
     # Without the diameter the log is refused rather than read as if the positions counted from the centre.
     files["ann/notes.txt"] = "The position is measured from the surface of the ball."
     (item,) = find_submissions(make_folder(tmp_path / "other", files)).items
-    assert [one.code for one in item.read()[0].diagnostics if one.severity == "error"] == ["G340"]
+    assert [
+        one.code for one in item.read()[0].diagnostics if one.severity == "error"
+    ] == ["G340"]
 
 
 def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None:
     code = 'df = pd.DataFrame({"mass_g": [20, 20, 40], "position_cm": [15, 15, 15], "spin_rpm": [200, 400, 400], '
     code += '"time_s": [20.5, 41.1, 20.6]})'
-    cells = [("code", code), ("markdown", "Each time is for one complete revolution of the rod.")]
+    cells = [
+        ("code", code),
+        ("markdown", "Each time is for one complete revolution of the rod."),
+    ]
     for kept in (cells, cells[:1]):
         told = [{"cell_type": kind, "source": [source]} for kind, source in kept]
-        folder = make_folder(tmp_path / str(len(kept)), {"ann/lab.ipynb": json.dumps({"cells": told})})
+        folder = make_folder(
+            tmp_path / str(len(kept)), {"ann/lab.ipynb": json.dumps({"cells": told})}
+        )
         (item,) = find_submissions(folder).items
         assert (item.problem, [one.code for one in item.read()[0].diagnostics if one.severity == "error"]) == (
             None, [] if len(kept) == 2 else ["G301"])  # fmt: skip
@@ -293,18 +441,41 @@ def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:
     full = room.grade()["p1"]["total"]
     make_folder(room.out, {"mended.csv": a_log(5)})
-    lines = ["Dev Patel,total,12", "p1@uni.example,bonus,2.5", "Ann Lee,bonus,-1", "Lee Ann,late,3"]
+    lines = [
+        "Dev Patel,total,12",
+        "p1@uni.example,bonus,2.5",
+        "Ann Lee,bonus,-1",
+        "Lee Ann,late,3",
+    ]
     lines += ["p3,log,mended.csv", "Sara Ahmed,excuse,"]
     rows = room.grade("\n".join(["student,what,value", *lines]))
-    assert [rows[key]["total"] for key in ("p1", "p2", "p3")] == ["14.50", f"{float(full) - 4:.2f}", full]
-    assert (rows["p9"]["status"], rows["p9"]["name"], rows["p3"]["flags"]) == ("excused", "Ahmed, Sara", "")
-    assert room.grade("student,what,value\nSara Ahmed,total,11")["p9"]["total"] == "11.00"
-    hints = {"p1,total,+2": "write bonus,2", "p1,log,no.csv": "write the corrected log there", "p1,late,99": "or 0"}
+    assert [rows[key]["total"] for key in ("p1", "p2", "p3")] == [
+        "14.50",
+        f"{float(full) - 4:.2f}",
+        full,
+    ]
+    assert (rows["p9"]["status"], rows["p9"]["name"], rows["p3"]["flags"]) == (
+        "excused",
+        "Ahmed, Sara",
+        "",
+    )
+    assert (
+        room.grade("student,what,value\nSara Ahmed,total,11")["p9"]["total"] == "11.00"
+    )
+    hints = {
+        "p1,total,+2": "write bonus,2",
+        "p1,log,no.csv": "write the corrected log there",
+        "p1,late,99": "or 0",
+    }
     for line, hint in hints.items():
         room.grade(f"student,what,value\n{line}", code=2)
         assert hint in room.told
     words = gyro("explain", "desk").stdout
-    assert [word for word in ("bonus", "late", "log", "hold", "excuse", "partner", "flag") if word not in words] == []
+    assert [
+        word
+        for word in ("bonus", "late", "log", "hold", "excuse", "partner", "flag")
+        if word not in words
+    ] == []
 
 
 def test_sheet_with_a_column_for_each_decision_is_read(room: Room) -> None:

@@ -26,12 +26,12 @@ OFF = reported_line(1.17 * OWN, 0.012 * OWN)
 ROWS = STUDENT.log().splitlines()[2:]
 WRONG = "I_zz = 5.20e-3 ± 0.06e-3 kg m^2"
 RIGHT = f"Final result: I_zz = {STUDENT.answer()[0]:.6f} ± 0.00006 kg m^2"
-FLAT = (
-    '<office:document-content xmlns:office="o" xmlns:text="t" xmlns:style="s" xmlns:fo="f">{}</office:document-content>'
-)
+FLAT = '<office:document-content xmlns:office="o" xmlns:text="t" xmlns:style="s" xmlns:fo="f">{}</office:document-content>'
 
 
-def alone(report: str, content: str | bytes, log: str = STUDENT.log()) -> dict[str, Any]:
+def alone(
+    report: str, content: str | bytes, log: str = STUDENT.log()
+) -> dict[str, Any]:
     """Grade one student who hands in a log and a report."""
     files: Mapping[str, str | bytes] = {"ann/lab.csv": log, f"ann/{report}": content}
     return dict(grade(files, "--lms", "folder")["students"]["ann"])
@@ -47,7 +47,9 @@ def packed(**parts: str) -> bytes:
 
 def word(properties: str, around: str = "{}") -> bytes:
     run = f"<w:r><w:rPr>{properties}</w:rPr><w:t>{RIGHT}</w:t></w:r>"
-    body = f"<w:p><w:r><w:t>{WRONG}</w:t></w:r></w:p>{around.format(f'<w:p>{run}</w:p>')}"
+    body = (
+        f"<w:p><w:r><w:t>{WRONG}</w:t></w:r></w:p>{around.format(f'<w:p>{run}</w:p>')}"
+    )
     document = f'<?xml version="1.0"?><w:document xmlns:w="w"><w:body>{body}</w:body></w:document>'
     return packed(word__document_xml=document)
 
@@ -55,7 +57,11 @@ def word(properties: str, around: str = "{}") -> bytes:
 def open_text(properties: str, element: str = "text:span") -> bytes:
     style = f'<style:style style:name="T1"><style:text-properties {properties}/></style:style>'
     hidden = f'<{element} text:style-name="T1">{RIGHT}</{element}>'
-    return packed(content_xml=FLAT.format(f"{style}<text:p>{WRONG}</text:p><text:p>{hidden}</text:p>"))
+    return packed(
+        content_xml=FLAT.format(
+            f"{style}<text:p>{WRONG}</text:p><text:p>{hidden}</text:p>"
+        )
+    )
 
 
 def workbook(state: str) -> bytes:
@@ -74,7 +80,10 @@ def notebook(kind: str, source: str, **metadata: object) -> str:
         {"cell_type": "markdown", "source": [WRONG], "metadata": {}},
         {"cell_type": kind, "source": [source], "metadata": metadata, "outputs": []},
     ]
-    return json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5}, ensure_ascii=False)
+    return json.dumps(
+        {"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5},
+        ensure_ascii=False,
+    )
 
 
 def page(hidden: str, head: str = "") -> str:
@@ -88,7 +97,10 @@ STYLES = (
 )  # fmt: skip
 PAGES = {
     **{style: page(f'<span style="{style}">{RIGHT}</span>') for style in STYLES},
-    **{name: page(f"<{name}>{RIGHT}</{name}>") for name in ("template", "script", "style", "noscript", "dialog")},
+    **{
+        name: page(f"<{name}>{RIGHT}</{name}>")
+        for name in ("template", "script", "style", "noscript", "dialog")
+    },
     "title": page("", f"<title>{RIGHT}</title>"),
     "hidden": page(f"<div hidden><div><b>{RIGHT}</b></div></div>"),
     "font": page(f'<font color="#ffffff">{RIGHT}</font>'),
@@ -97,7 +109,10 @@ PAGES = {
     "open comment": page(f"<!-- {RIGHT}"),
 }
 LATEX = {
-    **{name: f"{WRONG}\n\n\\{name}{{{RIGHT}}}\n" for name in ("phantom", "hphantom", "vphantom", "textcolor{white}")},
+    **{
+        name: f"{WRONG}\n\n\\{name}{{{RIGHT}}}\n"
+        for name in ("phantom", "hphantom", "vphantom", "textcolor{white}")
+    },
     "end": f"\\begin{{document}}\n{WRONG}\n\\end{{document}}\n{RIGHT}\n",
 }
 MARKDOWN = {
@@ -120,9 +135,15 @@ UNSEEN: dict[str, tuple[str, str | bytes]] = {
     **{f"docx, {name}": ("report.docx", text) for name, text in WORDS.items()},
     **{f"odt, {one}": ("report.odt", open_text(one)) for one in OPEN},
     "odt, tracked": ("report.odt", open_text("", "text:tracked-changes")),
-    **{f"xlsx, {state}": ("report.xlsx", workbook(state)) for state in ("hidden", "veryHidden")},
+    **{
+        f"xlsx, {state}": ("report.xlsx", workbook(state))
+        for state in ("hidden", "veryHidden")
+    },
     "ipynb, raw": ("report.ipynb", notebook("raw", RIGHT)),
-    "ipynb, source": ("report.ipynb", notebook("code", f"# {RIGHT}", jupyter={"source_hidden": True})),
+    "ipynb, source": (
+        "report.ipynb",
+        notebook("code", f"# {RIGHT}", jupyter={"source_hidden": True}),
+    ),
     "ipynb, element": ("report.ipynb", notebook("markdown", f"<i hidden>{RIGHT}</i>")),
     "txt, blanks": ("report.txt", f"{WRONG}\n{' ' * 900}{RIGHT}\n"),
     "txt, behind": ("report.txt", f"{WRONG}{' ' * 900}{RIGHT}\n"),
@@ -133,12 +154,21 @@ UNSEEN: dict[str, tuple[str, str | bytes]] = {
 @pytest.fixture(scope="module")
 def hidden() -> dict[str, Any]:
     """Everybody's grade in a class with each way to hide the answer, beside a wrong one and, if it is text, alone."""
-    files: dict[str, str | bytes] = {"wrong/lab.csv": STUDENT.log(), "wrong/report.txt": WRONG}
+    files: dict[str, str | bytes] = {
+        "wrong/lab.csv": STUDENT.log(),
+        "wrong/report.txt": WRONG,
+    }
     for number, (name, content) in enumerate(UNSEEN.values()):
-        files |= {f"beside{number}/lab.csv": STUDENT.log(), f"beside{number}/{name}": content}
+        files |= {
+            f"beside{number}/lab.csv": STUDENT.log(),
+            f"beside{number}/{name}": content,
+        }
         if isinstance(content, str):
             alone = content.replace(WRONG, "Our report.")
-            files |= {f"alone{number}/lab.csv": STUDENT.log(), f"alone{number}/{name}": alone}
+            files |= {
+                f"alone{number}/lab.csv": STUDENT.log(),
+                f"alone{number}/{name}": alone,
+            }
     return dict(grade(files, "--lms", "folder")["students"])
 
 
@@ -177,22 +207,49 @@ def test_unseen_answer_in_the_log_is_none() -> None:
 
 
 SEEN = {
-    "white on black": ("report.html", page(f'<p style="background:#111"><b style="color:white">{RIGHT}</b></p>')),
-    "white on a picture": ("report.html", page(f'<p style="background:url(a.png);color:#fff">{RIGHT}</p>')),
-    "white on red": ("report.html", page(f'<div style="background:#f44336;color:white">{RIGHT}</div>')),
+    "white on black": (
+        "report.html",
+        page(f'<p style="background:#111"><b style="color:white">{RIGHT}</b></p>'),
+    ),
+    "white on a picture": (
+        "report.html",
+        page(f'<p style="background:url(a.png);color:#fff">{RIGHT}</p>'),
+    ),
+    "white on red": (
+        "report.html",
+        page(f'<div style="background:#f44336;color:white">{RIGHT}</div>'),
+    ),
     "white on a dark page": (
         "report.html",
-        page(f'<h1 style="color:#fff">{RIGHT}</h1>', "<style>body { background: #222 }</style>"),
+        page(
+            f'<h1 style="color:#fff">{RIGHT}</h1>',
+            "<style>body { background: #222 }</style>",
+        ),
     ),
     "white in a dark cell": (
         "report.docx",
-        word('<w:color w:val="FFFFFF"/>', '<w:tc><w:tcPr><w:shd w:fill="1F3864"/></w:tcPr>{}</w:tc>'),
+        word(
+            '<w:color w:val="FFFFFF"/>',
+            '<w:tc><w:tcPr><w:shd w:fill="1F3864"/></w:tcPr>{}</w:tc>',
+        ),
     ),
-    "white in a box": ("report.tex", f"\\colorbox{{blue}}{{\\textcolor{{white}}{{{RIGHT}}}}}\n"),
-    "style for printers": ("report.html", page(RIGHT, "<style>@media print { p, body { display: none } }</style>")),
-    "other class": ("report.html", page(f"<p class='b'>{RIGHT}</p>", "<style>p.a { display: none }</style>")),
+    "white in a box": (
+        "report.tex",
+        f"\\colorbox{{blue}}{{\\textcolor{{white}}{{{RIGHT}}}}}\n",
+    ),
+    "style for printers": (
+        "report.html",
+        page(RIGHT, "<style>@media print { p, body { display: none } }</style>"),
+    ),
+    "other class": (
+        "report.html",
+        page(f"<p class='b'>{RIGHT}</p>", "<style>p.a { display: none }</style>"),
+    ),
     "hidden before": ("report.html", page(f"<p hidden>no<p>{RIGHT}</p>")),
-    "word, white on a shade": ("report.docx", word('<w:color w:val="FFFFFF"/><w:shd w:fill="000000"/>')),
+    "word, white on a shade": (
+        "report.docx",
+        word('<w:color w:val="FFFFFF"/><w:shd w:fill="000000"/>'),
+    ),
     "word, vanish off": ("report.docx", word('<w:vanish w:val="0"/>')),
     "black": ("report.tex", f"\\textcolor{{blue}}{{{RIGHT}}}\n"),
     "link that is none": ("report.md", f"[note]: {RIGHT}\n"),
@@ -203,31 +260,51 @@ SEEN = {
 @pytest.mark.parametrize("way", SEEN)
 def test_text_that_a_person_sees_is_read(way: str) -> None:
     name, content = SEEN[way]
-    content = content.replace(WRONG, "Our report.") if isinstance(content, str) else content
+    content = (
+        content.replace(WRONG, "Our report.") if isinstance(content, str) else content
+    )
     assert alone(name, content)["reported"]["text"] in RIGHT
 
 
 TWICE: dict[str, Callable[[], dict[str, Any]]] = {
     "text": lambda: alone("report.txt", f"{WRONG}\n{RIGHT}\n"),
     "html": lambda: alone("report.html", page(f"<p>{RIGHT}</p>")),
-    "two files": lambda: grade_with({"ann/a.txt": WRONG, "ann/b.md": RIGHT}, STUDENT.log()),
-    "log and text": lambda: alone("report.txt", WRONG, STUDENT.log(f"# reported_inertia: {RIGHT.split('= ')[1]}")),
-    "two lines": lambda: alone("a.png", "", STUDENT.log(f"# {WRONG}", f"# reported_inertia: {RIGHT.split('= ')[1]}")),
-    "below": lambda: alone(
-        "a.png", "", STUDENT.log(f"# reported_inertia: {RIGHT.split('= ')[1]}", foot=f"# {WRONG}\n")
+    "two files": lambda: grade_with(
+        {"ann/a.txt": WRONG, "ann/b.md": RIGHT}, STUDENT.log()
     ),
-    "without u": lambda: alone("report.txt", f"{WRONG.replace(' ± 0.06e-3', '')}\n{RIGHT}\n"),
-    "final": lambda: grade_with({"ann/report.txt": WRONG, "ann/final_v99.txt": RIGHT}, STUDENT.log()),
+    "log and text": lambda: alone(
+        "report.txt", WRONG, STUDENT.log(f"# reported_inertia: {RIGHT.split('= ')[1]}")
+    ),
+    "two lines": lambda: alone(
+        "a.png",
+        "",
+        STUDENT.log(f"# {WRONG}", f"# reported_inertia: {RIGHT.split('= ')[1]}"),
+    ),
+    "below": lambda: alone(
+        "a.png",
+        "",
+        STUDENT.log(f"# reported_inertia: {RIGHT.split('= ')[1]}", foot=f"# {WRONG}\n"),
+    ),
+    "without u": lambda: alone(
+        "report.txt", f"{WRONG.replace(' ± 0.06e-3', '')}\n{RIGHT}\n"
+    ),
+    "final": lambda: grade_with(
+        {"ann/report.txt": WRONG, "ann/final_v99.txt": RIGHT}, STUDENT.log()
+    ),
 }
 
 
 def grade_with(files: Mapping[str, str], log: str) -> dict[str, Any]:
-    return dict(grade({"ann/lab.csv": log, **files}, "--lms", "folder")["students"]["ann"])
+    return dict(
+        grade({"ann/lab.csv": log, **files}, "--lms", "folder")["students"]["ann"]
+    )
 
 
 @pytest.mark.parametrize("place", TWICE)
 def test_two_answers_that_differ_are_a_question(place: str) -> None:
-    (look,) = (look for look in TWICE[place]()["look"] if look.startswith("two answers"))
+    (look,) = (
+        look for look in TWICE[place]()["look"] if look.startswith("two answers")
+    )
     assert "5.20e-3" in look
 
 
@@ -242,7 +319,9 @@ def test_answers_that_agree_are_no_question() -> None:
 
 def with_columns(titles: str, cells: Callable[[list[str]], list[str]]) -> str:
     """Write the log of the student with other columns."""
-    return "\n".join([titles, *(",".join(cells(row.split(","))) for row in ROWS)]) + "\n"
+    return (
+        "\n".join([titles, *(",".join(cells(row.split(","))) for row in ROWS)]) + "\n"
+    )
 
 
 def newton(grams: str) -> float:
@@ -255,20 +334,34 @@ BY_SOURCE = {
         lambda c: [*c[:3], f"{6.2831853 * float(Fraction(c[4])) / float(c[3]):.4f}"],
     ),
     "force": with_columns(
-        "force [N],position [cm],spin [rpm],time [s],turns", lambda c: [f"{newton(c[0]):.4f}", *c[1:]]
+        "force [N],position [cm],spin [rpm],time [s],turns",
+        lambda c: [f"{newton(c[0]):.4f}", *c[1:]],
     ),
     "torque": with_columns(
-        "torque [N m],spin [rpm],time [s],turns", lambda c: [f"{newton(c[0]) * float(c[1]) / 100:.6f}", *c[2:]]
+        "torque [N m],spin [rpm],time [s],turns",
+        lambda c: [f"{newton(c[0]) * float(c[1]) / 100:.6f}", *c[2:]],
     ),
     "decay_exponent": with_columns(
         "mass [g],position [cm],spin_start [rpm],spin_end [rpm],time [s],turns",
-        lambda c: [*c[:2], f"{1.3 * float(c[2]):.0f}", f"{float(c[2]) / 1.3:.0f}", *c[3:]],
+        lambda c: [
+            *c[:2],
+            f"{1.3 * float(c[2]):.0f}",
+            f"{float(c[2]) / 1.3:.0f}",
+            *c[3:],
+        ],
     ),
-    "pitch": with_columns("pitch [deg],mass [g],position [cm],spin [rpm],time [s],turns", lambda c: ["1", *c]),
+    "pitch": with_columns(
+        "pitch [deg],mass [g],position [cm],spin [rpm],time [s],turns",
+        lambda c: ["1", *c],
+    ),
     "transverse_inertia": "# transverse_inertia: 6e-3 kg m^2\n"
-    + with_columns("pitch [deg],mass [g],position [cm],spin [rpm],time [s],turns", lambda c: ["25", *c]),
+    + with_columns(
+        "pitch [deg],mass [g],position [cm],spin [rpm],time [s],turns",
+        lambda c: ["25", *c],
+    ),
     "weight_diameter": with_columns(
-        "weight_diameter [mm],mass [g],position [cm],spin [rpm],time [s],turns", lambda c: ["40", *c]
+        "weight_diameter [mm],mass [g],position [cm],spin [rpm],time [s],turns",
+        lambda c: ["40", *c],
     ),
 }
 """A log for each source of error that the usual one does not have."""
@@ -294,31 +387,45 @@ def stated() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("key", SOURCES)
-def test_no_statement_makes_a_wrong_answer_right(key: str, stated: dict[str, Any]) -> None:
+def test_no_statement_makes_a_wrong_answer_right(
+    key: str, stated: dict[str, Any]
+) -> None:
     plain, wide = stated[f"{key}-plain"], stated[f"{key}-wide"]
     assert plain["status"] == wide["status"] == "graded"
     assert wide["points"] <= plain["points"]
-    assert any(f"u_{key} " in look and "far over the usual" in look for look in wide["look"])
+    assert any(
+        f"u_{key} " in look and "far over the usual" in look for look in wide["look"]
+    )
     assert any("no common mistake explains it" in look for look in wide["look"])
     assert not any("far over the usual" in look for look in plain["look"])
 
 
 CELLS = {
     "column": with_columns(
-        "mass [g],position [cm],spin [rpm],time [s],u_time [s],turns", lambda c: [*c[:4], "5", c[4]]
+        "mass [g],position [cm],spin [rpm],time [s],u_time [s],turns",
+        lambda c: [*c[:4], "5", c[4]],
     ),
-    "cell": with_columns("mass [g],position [cm],spin [rpm],time [s],turns", lambda c: [f"{c[0]} ± 10", *c[1:]]),
-    "header": with_columns("mass [g],position [cm] ± 4,spin [rpm],time [s],turns", list),
+    "cell": with_columns(
+        "mass [g],position [cm],spin [rpm],time [s],turns",
+        lambda c: [f"{c[0]} ± 10", *c[1:]],
+    ),
+    "header": with_columns(
+        "mass [g],position [cm] ± 4,spin [rpm],time [s],turns", list
+    ),
     "origin": "# position_from: surface\n# ball_diameter: 10.16 ± 5 cm\n"
     + with_columns(
-        "mass [g],position [cm],spin [rpm],time [s],turns", lambda c: [c[0], f"{float(c[1]) - 5.08:.2f}", *c[2:]]
+        "mass [g],position [cm],spin [rpm],time [s],turns",
+        lambda c: [c[0], f"{float(c[1]) - 5.08:.2f}", *c[2:]],
     ),
 }
 
 
 @pytest.mark.parametrize("place", CELLS)
 def test_wide_uncertainty_is_found_wherever_it_is_stated(place: str) -> None:
-    files = {"plain/lab.csv": f"{OFF}\n{STUDENT.log()}", "wide/lab.csv": f"{OFF}\n{CELLS[place]}"}
+    files = {
+        "plain/lab.csv": f"{OFF}\n{STUDENT.log()}",
+        "wide/lab.csv": f"{OFF}\n{CELLS[place]}",
+    }
     students = grade(files, "--lms", "folder")["students"]
     assert students["wide"]["points"] <= students["plain"]["points"]
     assert any("far over the usual" in look for look in students["wide"]["look"])
@@ -332,25 +439,44 @@ def test_refusal_is_not_switched_off() -> None:
     ]
     log = "\n".join(["mass [g],position [cm],spin [rpm],time [s],turns", *bent]) + "\n"
     answer = reported_line(OWN, 0.012 * OWN)
-    files = {"a/lab.csv": f"{answer}\n{log}", "b/lab.csv": f"# u_time: 20 s\n{answer}\n{log}"}
+    files = {
+        "a/lab.csv": f"{answer}\n{log}",
+        "b/lab.csv": f"# u_time: 20 s\n{answer}\n{log}",
+    }
     plain, wide = grade(files, "--lms", "folder")["students"].values()
     assert wide["status"] == plain["status"]
     assert "u_time 20 s" in str((wide["why"], wide["look"]))
-    constancy = [mark["points"] for one in (plain, wide) for mark in one["marks"] if mark["check"] == "constancy"]
+    constancy = [
+        mark["points"]
+        for one in (plain, wide)
+        for mark in one["marks"]
+        if mark["check"] == "constancy"
+    ]
     assert constancy[0] == constancy[1]
 
 
 @pytest.mark.parametrize(
     ("bench", "stated_u", "asks"),
-    [("", "0.5 s", False), ("", "0.9 s", True), ("0.5 s", "0.9 s", False), ("0.5 s", "1.1 s", True)],
+    [
+        ("", "0.5 s", False),
+        ("", "0.9 s", True),
+        ("0.5 s", "0.9 s", False),
+        ("0.5 s", "1.1 s", True),
+    ],
 )
-def test_usual_uncertainty_is_that_of_the_bench(bench: str, stated_u: str, asks: bool, tmp_path: Path) -> None:
+def test_usual_uncertainty_is_that_of_the_bench(
+    bench: str, stated_u: str, asks: bool, tmp_path: Path
+) -> None:
     rubric = default_rubric_text()
     if bench:
-        rubric = rubric.replace('[bench]\nfrom = "class"', f'[bench]\nu_time = "{bench}"')
+        rubric = rubric.replace(
+            '[bench]\nfrom = "class"', f'[bench]\nu_time = "{bench}"'
+        )
     (tmp_path / "rubric.toml").write_text(rubric, encoding="utf-8")
     log = STUDENT.log(f"# u_time: {stated_u}", reported_line(*STUDENT.answer()))
-    (student,) = grade({"ann/lab.csv": log}, "--rubric", tmp_path / "rubric.toml")["students"].values()
+    (student,) = grade({"ann/lab.csv": log}, "--rubric", tmp_path / "rubric.toml")[
+        "students"
+    ].values()
     assert any("u_time" in look for look in student["look"]) == asks
 
 
@@ -359,17 +485,37 @@ def test_usual_uncertainty_is_that_of_the_bench(bench: str, stated_u: str, asks:
 
 def simulated() -> str:
     spins = "200,400,600rpm"
-    return gyro("simulate", "--weights", "20g,40g,60g", "--position", "15cm", "--spins", spins, "--seed", "4").stdout
+    return gyro(
+        "simulate",
+        "--weights",
+        "20g,40g,60g",
+        "--position",
+        "15cm",
+        "--spins",
+        spins,
+        "--seed",
+        "4",
+    ).stdout
 
 
 def flags_of(log: str | bytes, *others: str) -> list[tuple[str, list[str]]]:
-    files = {"zoe/lab.csv": log, **{f"s{i}/lab.csv": one for i, one in enumerate(others)}}
+    files = {
+        "zoe/lab.csv": log,
+        **{f"s{i}/lab.csv": one for i, one in enumerate(others)},
+    }
     flags = grade(files, "--lms", "folder")["flags"]
-    return [(flag["kind"], flag["previous"]) for flag in flags if "zoe" in flag["students"]]
+    return [
+        (flag["kind"], flag["previous"]) for flag in flags if "zoe" in flag["students"]
+    ]
 
 
 @pytest.mark.parametrize(
-    "wrap", [str, lambda text: text.replace("# Simulated", "#SIMULATED "), lambda text: f"# a: b\n{text}"]
+    "wrap",
+    [
+        str,
+        lambda text: text.replace("# Simulated", "#SIMULATED "),
+        lambda text: f"# a: b\n{text}",
+    ],
 )
 def test_simulated_log_is_flagged(wrap: Callable[[str], str]) -> None:
     assert ("simulated", []) in flags_of(wrap(simulated()))
@@ -383,7 +529,11 @@ def test_fingerprints_are_those_of_the_examples() -> None:
     assert make_examples.TARGET.read_text(encoding="utf-8") == make_examples.make()
 
 
-SAMPLES = [name for name in json.loads(make_examples.TARGET.read_bytes()) if name.startswith("sample_data")]
+SAMPLES = [
+    name
+    for name in json.loads(make_examples.TARGET.read_bytes())
+    if name.startswith("sample_data")
+]
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -397,8 +547,12 @@ def test_copy_of_an_example_is_flagged(name: str) -> None:
 
 def test_honest_classes_do_not_look_like_examples() -> None:
     for step in (1, 5, 10):
-        students = [draw(i, 31, replace(USUAL, rpm_step=step, decimals=1)) for i in range(40)]
-        flags = grade({f"s{one.number}/lab.csv": one.log() for one in students}, "--lms", "folder")["flags"]
+        students = [
+            draw(i, 31, replace(USUAL, rpm_step=step, decimals=1)) for i in range(40)
+        ]
+        flags = grade(
+            {f"s{one.number}/lab.csv": one.log() for one in students}, "--lms", "folder"
+        )["flags"]
         assert [flag for flag in flags if flag["previous"]] == []
 
 
@@ -410,7 +564,10 @@ def points(student: Mapping[str, Any]) -> dict[str, float]:
 
 
 def answered(*texts: str) -> list[dict[str, Any]]:
-    files = {f"s{i:03d}/lab.csv": f"# reported_inertia: {text} kg m^2\n{STUDENT.log()}" for i, text in enumerate(texts)}
+    files = {
+        f"s{i:03d}/lab.csv": f"# reported_inertia: {text} kg m^2\n{STUDENT.log()}"
+        for i, text in enumerate(texts)
+    }
     return list(grade(files, "--lms", "folder")["students"].values())
 
 
@@ -420,7 +577,10 @@ def test_fewer_digits_never_give_more_points(factor: float) -> None:
     rows = replace(STUDENT.rows, mass=STUDENT.rows.mass * 0.005 / OWN / factor)
     student = replace(STUDENT, rows=replace(rows, mass=rows.mass.round(2)))
     texts = ["5.00e-3 ± 0.06e-3", "0.005 ± 0.001", "0.005", "5e-3 ± 1e-3"]
-    files = {f"s{i}/lab.csv": f"# reported_inertia: {text} kg m^2\n{student.log()}" for i, text in enumerate(texts)}
+    files = {
+        f"s{i}/lab.csv": f"# reported_inertia: {text} kg m^2\n{student.log()}"
+        for i, text in enumerate(texts)
+    }
     fine, *coarse = grade(files, "--lms", "folder")["students"].values()
     for one in coarse:
         assert points(one)["own_data"] <= points(fine)["own_data"]
@@ -439,7 +599,9 @@ def test_rounded_answers_keep_all_points() -> None:
 
 def test_mistake_without_a_name_costs_points_once() -> None:
     """The log is right, so that only the arithmetic costs points; a person is asked."""
-    for student in answered(*(f"{factor * OWN:.6f} ± 0.00006" for factor in (0.83, 0.9, 1.1, 1.3))):
+    for student in answered(
+        *(f"{factor * OWN:.6f} ± 0.00006" for factor in (0.83, 0.9, 1.1, 1.3))
+    ):
         found = points(student)
         assert (found["own_data"], found["reference"]) == (0, 3)
         assert any("no common mistake explains it" in look for look in student["look"])
@@ -449,17 +611,24 @@ def test_answers_at_random_get_no_points_without_a_question() -> None:
     random, texts = np.random.default_rng(8), []
     for value in 10 ** random.uniform(-6, 2, 120):
         power = int(np.floor(np.log10(value)))
-        texts.append(f"{value / 10.0**power:.2f}e{power} ± {0.0135 * value / 10.0**power:.2f}e{power}")
+        texts.append(
+            f"{value / 10.0**power:.2f}e{power} ± {0.0135 * value / 10.0**power:.2f}e{power}"
+        )
     graded = zip(texts, answered(*texts), strict=True)
     silent = [text for text, one in graded if one["points"] >= 16 and not one["look"]]
     # An answer that is nearly right by chance is no mistake.
-    assert len([text for text in silent if abs(float(text.split()[0]) / OWN - 1) > 0.1]) <= 1
+    assert (
+        len([text for text in silent if abs(float(text.split()[0]) / OWN - 1) > 0.1])
+        <= 1
+    )
 
 
 @pytest.mark.parametrize("fit", FITS)
 def test_common_mistake_in_exact_arithmetic_is_no_question(fit: str) -> None:
     value, u = STUDENT.answer(fit=fit)
-    line = reported_line(100 * value, 100 * u)[len("# reported_inertia: ") : -len(" kg m^2")]
+    line = reported_line(100 * value, 100 * u)[
+        len("# reported_inertia: ") : -len(" kg m^2")
+    ]
     exact, near = answered(line, f"{99 * value:.4f} ± {100 * u:.4f}")
     assert [one["slips"][0]["kind"] for one in (exact, near)] == ["cm_as_m"] * 2
     assert exact["look"] == []

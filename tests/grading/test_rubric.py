@@ -19,9 +19,21 @@ from gyrodata.grading.submissions import Submission
 from gyrodata.grading.yardsticks import class_references
 
 HEAD = 'schema = 1\npoints = 4\n[[criterion]]\nid = "izz"\ncheck = "own_data"\npoints = 4\n'
-TABLE = tomllib.loads((Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads(
+    (Path(__file__).parent / "data" / "lateness.toml").read_text(encoding="utf-8")
+)
 RULES: dict[str, str] = TABLE["rules"]
-CHECKS = ("log", "procedure", "own_data", "reference", "uncertainty", "units", "constancy", "files", "manual")
+CHECKS = (
+    "log",
+    "procedure",
+    "own_data",
+    "reference",
+    "uncertainty",
+    "units",
+    "constancy",
+    "files",
+    "manual",
+)
 STATION = "[reference.3]\ninertia = '4e-3 kg m^2'\nu = '1 %'\n"
 
 
@@ -35,24 +47,36 @@ def unfit(text: str) -> list[str]:
     """What the schema has against a rubric; a time is a text, as editors of TOML take it."""
     values = json.loads(json.dumps(tomllib.loads(text), default=str))
     return [
-        error.message for error in jsonschema.Draft202012Validator(schema.json_schema("rubric")).iter_errors(values)
+        error.message
+        for error in jsonschema.Draft202012Validator(
+            schema.json_schema("rubric")
+        ).iter_errors(values)
     ]
 
 
 def test_parts_shown_commented_out_can_be_switched_on() -> None:
     head, late = default_rubric_text().split("# Being late.")
     on = re.sub(r"(?m)^# (?=[\[a-z])", "", late.split("\n", 1)[1])
-    head = head.replace('[reference]\nfrom = "class"\n', "").replace('[bench]\nfrom = "class"\n', "[bench]\n")
-    rubric = read_rubric((re.sub(r"# (?=\[ref|inertia =|u = |u_)", "", head) + on).encode())
+    head = head.replace('[reference]\nfrom = "class"\n', "").replace(
+        '[bench]\nfrom = "class"\n', "[bench]\n"
+    )
+    rubric = read_rubric(
+        (re.sub(r"# (?=\[ref|inertia =|u = |u_)", "", head) + on).encode()
+    )
     assert rubric.references["3"].inertia == pytest.approx(4.44e-3)
     assert set(rubric.bench) == {"u_time", "u_spin"}
     assert rubric.late is not None
-    late = [Submission("a", "a", {}, Path(), late=True, late_seconds=86400.0 * days) for days in (1, 3)]
+    late = [
+        Submission("a", "a", {}, Path(), late=True, late_seconds=86400.0 * days)
+        for days in (1, 3)
+    ]
     costs = [judge_lateness(rubric.late, one, 20.0).deduct for one in late]
     assert costs == pytest.approx([2.0, 6.0])
 
 
-@pytest.mark.parametrize("code", sorted(code for code in explanations() if code.startswith("G72")))
+@pytest.mark.parametrize(
+    "code", sorted(code for code in explanations() if code.startswith("G72"))
+)
 def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
     (told,) = faults(explanations()[code].example)
     assert f"error {code}: " in told
@@ -76,7 +100,10 @@ def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
 
 
 def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
-    each = "".join(f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n' for check in CHECKS)
+    each = "".join(
+        f'[[criterion]]\nid = "{check}"\ncheck = "{check}"\npoints = 1\n'
+        for check in CHECKS
+    )
     every = f'schema = 1\npoints = {len(CHECKS)}\naccept = ["recommended"]\n{each}{STATION}{RULES["MARKED"]}'
     assert read_rubric(every.encode()).late
     printed = [default_rubric_text(kind) for kind in ("simple", "full", "manual")]
@@ -85,20 +112,36 @@ def test_printed_rubrics_and_one_of_every_part_fit_the_schema() -> None:
 
 @pytest.mark.parametrize("row", TABLE["rows"])
 def test_lateness_follows_from_marks_counts_and_stamps(row: list[Any]) -> None:
-    rule, student, late, seconds, submitted, *expected = (None if cell == "None" else cell for cell in row)
+    rule, student, late, seconds, submitted, *expected = (
+        None if cell == "None" else cell for cell in row
+    )
     read = read_rubric((HEAD + RULES[rule]).encode()).late if rule else None
-    one = Submission("", "", {"id": student}, Path(), late=late, late_seconds=seconds, submitted=submitted)
+    one = Submission(
+        "",
+        "",
+        {"id": student},
+        Path(),
+        late=late,
+        late_seconds=seconds,
+        submitted=submitted,
+    )
     assert astuple(judge_lateness(read, one, 4.0)) == pytest.approx(tuple(expected))
 
 
 def test_station_with_few_logs_has_the_class_as_reference() -> None:
     values = (4.40e-3, 4.43e-3, 4.47e-3, 4.50e-3, 4.60e-3)
-    logs = [("a", value, 2e-5) for value in values] + [("b", 4.2e-3, 8e-5)] * 4 + [(None, 4.44e-3, 5e-5)]
+    logs = (
+        [("a", value, 2e-5) for value in values]
+        + [("b", 4.2e-3, 8e-5)] * 4
+        + [(None, 4.44e-3, 5e-5)]
+    )
     found = class_references(logs)
     assert {key: (one.source, one.inertia) for key, one in found.items()} == {
         "a": ("the median of the 5 logs of station a", 4.47e-3),
         "all": ("the median of all 10 logs", pytest.approx(4.415e-3)),
     }
     # 1.4826 is the scatter of normal values over their median absolute deviation, 1.2533 as their median is worse.
-    assert found["a"].u == pytest.approx(1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4)
+    assert found["a"].u == pytest.approx(
+        1.2533 * 1.4826 * 4e-5 / math.sqrt(5), rel=1e-4
+    )
     assert class_references([(None, 4.4e-3, 5e-5)])["all"].source == "this log alone"

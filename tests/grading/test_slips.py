@@ -20,11 +20,18 @@ def analyzed(text: str) -> Analysis:
 
 def kinds(analysis: Analysis, *values: float, step: float) -> list[str]:
     own = own_runs(analysis, ACCEPTED)
-    found = [find_slips(one, step, own, analysis.readings, analysis.measurements) for one in values]
+    found = [
+        find_slips(one, step, own, analysis.readings, analysis.measurements)
+        for one in values
+    ]
     return [slip.kind for slips in found for slip in slips]
 
 
 def test_own_fits_agree_with_least_squares_by_numpy() -> None:
-    own = {value.name: value for value in own_runs(analyzed(ROWS.log()), ACCEPTED).values}
+    own = {
+        value.name: value for value in own_runs(analyzed(ROWS.log()), ACCEPTED).values
+    }
     for fit in TEXTBOOK:
-        assert (own[fit].value, own[fit].u) == pytest.approx(RIGHT.inertia(ROWS, fit), rel=1e-9)
+        assert (own[fit].value, own[fit].u) == pytest.approx(
+            RIGHT.inertia(ROWS, fit), rel=1e-9
+        )

@@ -11,8 +11,15 @@ from grading.classes import LOG, make_folder, make_zip
 from gyrodata.grading.submissions import Submission, find_submissions
 
 Class = dict[str, Any]
-CLASSES: dict[str, Class] = tomllib.loads((Path(__file__).parent / "data" / "platforms.toml").read_text("utf-8"))
-TEX = r"\begin{tabular}{ccccc}" + "\n" + LOG.replace(",", " & ").replace("\n", " \\\\\n") + r"\end{tabular}"
+CLASSES: dict[str, Class] = tomllib.loads(
+    (Path(__file__).parent / "data" / "platforms.toml").read_text("utf-8")
+)
+TEX = (
+    r"\begin{tabular}{ccccc}"  # noqa: ISC003
+    + "\n"
+    + LOG.replace(",", " & ").replace("\n", " \\\\\n")
+    + r"\end{tabular}"
+)
 STEM = "Gyro lab_1_{}_attempt_2026-03-{:02d}-14-05-59"
 
 
@@ -22,21 +29,36 @@ def files_of(found: Class) -> dict[str, str]:
 
 def stored(value: object) -> object:
     """Give a value as the table has it."""
-    return "None" if value is None else list(value) if isinstance(value, tuple) else value
+    return (
+        "None" if value is None else list(value) if isinstance(value, tuple) else value
+    )
 
 
 @pytest.mark.parametrize(
-    ("name", "make"), [*((name, make_folder) for name in CLASSES), *((name, make_zip) for name in list(CLASSES)[:-1])]
+    ("name", "make"),
+    [
+        *((name, make_folder) for name in CLASSES),
+        *((name, make_zip) for name in list(CLASSES)[:-1]),
+    ],
 )  # An autograder runs in a folder only.
-def test_files_of_a_platform_are_given_to_their_students(name: str, make, tmp_path: Path) -> None:
+def test_files_of_a_platform_are_given_to_their_students(
+    name: str, make, tmp_path: Path
+) -> None:
     known = CLASSES[name]
     found = find_submissions(make(tmp_path / "class.zip", files_of(known)))
-    assert (found.lms, [one.code for one in found.diagnostics]) == (known["lms"], known["codes"])
+    assert (found.lms, [one.code for one in found.diagnostics]) == (
+        known["lms"],
+        known["codes"],
+    )
     people = {one.student: one for one in found.items}
     assert list(people) == list(known["people"])
     for key, person in known["people"].items():
         assert {name: stored(getattr(people[key], name)) for name in person} == person
-    assert [one.student for one in found.items if one.problem is None and LOG.encode() not in one.log()] == []
+    assert [
+        one.student
+        for one in found.items
+        if one.problem is None and LOG.encode() not in one.log()
+    ] == []
 
 
 def one_of(tmp_path: Path, files: Mapping[str, str], **options: str) -> Submission:
@@ -44,7 +66,11 @@ def one_of(tmp_path: Path, files: Mapping[str, str], **options: str) -> Submissi
 
 
 def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None:
-    jane = {name: data for name, data in files_of(CLASSES["Blackboard"]).items() if "j_doe" in name}
+    jane = {
+        name: data
+        for name, data in files_of(CLASSES["Blackboard"]).items()
+        if "j_doe" in name
+    }
     oldest = one_of(tmp_path, jane, attempts="oldest")
     assert (oldest.submitted, oldest.log_file) == ("2026-03-09T14:05:59", "lab.csv")
 
@@ -72,7 +98,11 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
 def test_log_among_several_files_is_found_or_its_lack_told(
     files: dict[str, str], log: str | None, problem: str | None, tmp_path: Path
 ) -> None:
-    one = one_of(tmp_path, {f"ann/{name}": content for name, content in files.items()}, lms="folder")
+    one = one_of(
+        tmp_path,
+        {f"ann/{name}": content for name, content in files.items()},
+        lms="folder",
+    )
     assert (one.log_name, one.problem) == (log and f"ann/{log}", problem)
 
 
@@ -83,5 +113,7 @@ def test_log_among_several_files_is_found_or_its_lack_told(
     ("submission_7/lab.csv", "submission_7/feedback.html"),
     ("jdoe.csv", "jdoe/feedback.html"),
 ])  # fmt: skip
-def test_feedback_has_the_name_that_the_platform_takes_back(file: str, feedback: str, tmp_path: Path) -> None:
+def test_feedback_has_the_name_that_the_platform_takes_back(
+    file: str, feedback: str, tmp_path: Path
+) -> None:
     assert f"{one_of(tmp_path, {file: LOG}).feedback_name}.html" == feedback

@@ -31,9 +31,13 @@ def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> 
 def test_drag_is_a_torque_against_the_whole_rotation() -> None:
     axis, momentum = np.array([0.6, 0.0, 0.8]), np.array([0.02, 0.04, 0.3])
     about_rod = axis @ momentum
-    rotation = (momentum - about_rod * axis) / (1.3 * INERTIA) + about_rod / INERTIA * axis
+    rotation = (momentum - about_rod * axis) / (
+        1.3 * INERTIA
+    ) + about_rod / INERTIA * axis
     expected = TOP.torque * np.array([-axis[1], axis[0], 0.0]) - 1e-4 * rotation
-    assert vector_rates(TOP, 1e-4)(*axis, *momentum)[3:] == pytest.approx(tuple(expected), rel=1e-14)
+    assert vector_rates(TOP, 1e-4)(*axis, *momentum)[3:] == pytest.approx(
+        tuple(expected), rel=1e-14
+    )
 
 
 def test_times_that_do_not_rise_are_refused() -> None:

@@ -25,7 +25,11 @@ def integrated(top: Top, spin: float, pitch: float) -> Nutation:
         theta, fall, *_sums = state
         cos, sin = math.cos(theta), math.sin(theta)
         rate = (upwards - own * cos) / (top.transverse_inertia * sin**2)
-        pull = (top.torque - own * rate + top.transverse_inertia * rate**2 * cos) * sin / top.transverse_inertia
+        pull = (
+            (top.torque - own * rate + top.transverse_inertia * rate**2 * cos)
+            * sin
+            / top.transverse_inertia
+        )
         return [fall, pull, rate, theta - start, rate * sin]
 
     def turns(_: float, state: NDArray[np.float64]) -> float:
@@ -44,12 +48,21 @@ def integrated(top: Top, spin: float, pitch: float) -> Nutation:
 def test_forty_random_tilted_rods() -> None:
     draw = np.random.default_rng(40)
     for _ in range(40):
-        spin = draw.choice([-1, 1]) * RPM * math.exp(draw.uniform(math.log(30), math.log(600)))
+        spin = (
+            draw.choice([-1, 1])
+            * RPM
+            * math.exp(draw.uniform(math.log(30), math.log(600)))
+        )
         torque = draw.choice([-1, 1]) * draw.uniform(0.02, 0.12)
-        top, pitch = Top(INERTIA, INERTIA * draw.uniform(0.6, 2), torque), math.radians(draw.uniform(-85, 85))
+        top, pitch = (
+            Top(INERTIA, INERTIA * draw.uniform(0.6, 2), torque),
+            math.radians(draw.uniform(-85, 85)),
+        )
         found, expected = nutation(top, spin, pitch), integrated(top, spin, pitch)
         for name in ("period", "mean_sag", "greatest_sag", "sideways"):
-            assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-8), (name, top, spin, pitch)
+            assert getattr(found, name) == pytest.approx(
+                getattr(expected, name), rel=1e-8
+            ), (name, top, spin, pitch)
         # As near as a grid of 2000 comes to a largest value.
         assert found.lead == pytest.approx(expected.lead, rel=2e-6)
 
@@ -63,7 +76,9 @@ def test_the_greatest_sag_is_that_of_the_energy(pitch: float, torque: float) -> 
         up, load = mpmath.sin(mpmath.mpf(angle)), 2 * mpmath.mpf(across) * torque
         linear = (mpmath.mpf(INERTIA) * spin) ** 2 / load - 2 * up
         root = mpmath.sqrt(linear**2 + 4 * (1 - up**2))
-        expected = mpmath.mpf(angle) - mpmath.asin(up - (root * mpmath.sign(load) - linear) / 2)
+        expected = mpmath.mpf(angle) - mpmath.asin(
+            up - (root * mpmath.sign(load) - linear) / 2
+        )
     assert found == pytest.approx(float(expected), rel=1e-13)
 
 
@@ -74,20 +89,30 @@ def test_a_small_one_has_the_closed_forms(pitch: float) -> None:
     delta = across * torque / (INERTIA * spin) ** 2
     rate = physics.precession_rate(torque, spin, INERTIA, across, pitch)
     along = rate * math.sin(pitch)
-    small = math.hypot(INERTIA * (spin + along) / across - 2 * along, rate * math.cos(pitch))
+    small = math.hypot(
+        INERTIA * (spin + along) / across - 2 * along, rate * math.cos(pitch)
+    )
     click = physics.click_error(spin, INERTIA, across)
     sag, sideways = delta * math.cos(pitch), rate * math.cos(pitch)
     expected = (2 * math.pi / small, sag, 2 * sag, sideways, click)
     names = ("period", "mean_sag", "greatest_sag", "sideways", "lead")
-    assert [getattr(found, name) for name in names] == pytest.approx(expected, rel=10 * delta)
+    assert [getattr(found, name) for name in names] == pytest.approx(
+        expected, rel=10 * delta
+    )
 
 
-@pytest.mark.parametrize("short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6])
+@pytest.mark.parametrize(
+    "short", [3.0, 1.0, 0.6, 0.3, 0.15, 0.07, 0.03, 1e-2, 3e-3, 1e-3, 1e-4, 1e-6]
+)
 def test_the_period_of_a_pendulum_near_upright_is_k_of_jacobi(short: float) -> None:
     # K of 1 − m = sin²(short/2), which a start so near the upright still tells; from 1e-5 on the start is rounded.
     pitch = math.pi / 2 - short
     with mpmath.workdps(40):
         away = mpmath.pi / 2 - mpmath.mpf(pitch)
-        period = 2 * mpmath.ellipk(mpmath.cos(away / 2) ** 2) * mpmath.sqrt(mpmath.mpf(6e-3) / mpmath.mpf(0.05))
+        period = (
+            2
+            * mpmath.ellipk(mpmath.cos(away / 2) ** 2)
+            * mpmath.sqrt(mpmath.mpf(6e-3) / mpmath.mpf(0.05))
+        )
     found = nutation(Top(INERTIA, 6e-3, 0.05), 0.0, pitch).period
     assert found == pytest.approx(float(period), rel=2e-15 + 2e-17 / short)

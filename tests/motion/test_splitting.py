@@ -25,9 +25,15 @@ def energy(top: Top, state: State) -> float:
     return float(kinetic / 2 + top.torque * state.axis[2])
 
 
-@pytest.mark.parametrize(("method", "order", "steps"), [("strang", 2, 200), ("aba84", 4, 100)])
-def test_a_method_has_the_order_that_it_is_known_for(method: str, order: int, steps: int) -> None:
-    assert np.log2(far(TOP, steps, method) / far(TOP, 2 * steps, method)) == pytest.approx(order, abs=0.1)
+@pytest.mark.parametrize(
+    ("method", "order", "steps"), [("strang", 2, 200), ("aba84", 4, 100)]
+)
+def test_a_method_has_the_order_that_it_is_known_for(
+    method: str, order: int, steps: int
+) -> None:
+    assert np.log2(
+        far(TOP, steps, method) / far(TOP, 2 * steps, method)
+    ) == pytest.approx(order, abs=0.1)
 
 
 def test_a_weak_torque_brings_out_the_eighth_order() -> None:
@@ -44,8 +50,12 @@ def test_conserved_quantities_stay_and_the_energy_is_bounded(method: str) -> Non
         end = split(TOP, state, time, int(100 * time), method)
         assert end.momentum[2] == state.momentum[2]
         assert np.linalg.norm(end.axis) == pytest.approx(1, abs=1e-13)
-        assert end.axis @ end.momentum == pytest.approx(state.axis @ state.momentum, rel=1e-13)
+        assert end.axis @ end.momentum == pytest.approx(
+            state.axis @ state.momentum, rel=1e-13
+        )
         path = [split(TOP, end, step / 100, step, method) for step in range(1, 60)]
-        worst.append(max(abs(energy(TOP, place) - energy(TOP, state)) for place in path))
+        worst.append(
+            max(abs(energy(TOP, place) - energy(TOP, state)) for place in path)
+        )
     # Ten times as long, no more energy lost.
     assert worst[1] < 1.2 * worst[0] + 1e-13 * TORQUE

@@ -36,10 +36,22 @@ import pytest
 
 ROOT = Path(__file__).parent.parent.parent
 ROOMS = {
-    "measurements": ("measurements", "measurements slips analysis model hints guard check simulate readings"),
-    "fitting": ("fitting", "fitting lines selfcheck model guard hints analysis stability"),
-    "readings": ("readings", "readings hints quantities check units options_hints misread_values wrong_cells"),
-    "physics": ("physics.py motion", "physics motion predict model comparisons simulate stability"),
+    "measurements": (
+        "measurements",
+        "measurements slips analysis model hints guard check simulate readings",
+    ),
+    "fitting": (
+        "fitting",
+        "fitting lines selfcheck model guard hints analysis stability",
+    ),
+    "readings": (
+        "readings",
+        "readings hints quantities check units options_hints misread_values wrong_cells",
+    ),
+    "physics": (
+        "physics.py motion",
+        "physics motion predict model comparisons simulate stability",
+    ),
     "grading": ("grading", "grading grade_cli"),
 }
 """What of the package a room is, and its tests: files and folders."""
@@ -49,9 +61,25 @@ PAIRS = [
     (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or),
 ]  # fmt: skip
 SWAPS: dict[Any, Any] = {ast.Pow: ast.Mult, **dict(PAIRS), **{b: a for a, b in PAIRS}}
-OPTIONS = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-o", "addopts=--import-mode=importlib", "--capture=sys"]
+OPTIONS = [
+    "-q",
+    "-p",
+    "no:cacheprovider",
+    "-p",
+    "no:xdist",
+    "-o",
+    "addopts=--import-mode=importlib",
+    "--capture=sys",
+]
 """Of every run: in one process, without the options of the project."""
-OUTSIDE = ("mutants", "gates", "faults", "test_faults.py", "test_packaging.py", "test_page_in_browser.py")
+OUTSIDE = (
+    "mutants",
+    "gates",
+    "faults",
+    "test_faults.py",
+    "test_packaging.py",
+    "test_page_in_browser.py",
+)
 """What is not run on a mutant: it starts processes of its own, or comes later."""
 MOST_FAILED = 5
 """If more tests than this fail without a mutant, nothing is tried."""
@@ -104,7 +132,9 @@ def mutants(room: str) -> Iterator[Mutant]:
 
     def within(parent: ast.AST, module: str, outside: bool) -> Iterator[Mutant]:
         for name, value in ast.iter_fields(parent):
-            at_import = outside and not (isinstance(parent, ast.FunctionDef | ast.Lambda) and name == "body")
+            at_import = outside and not (
+                isinstance(parent, ast.FunctionDef | ast.Lambda) and name == "body"
+            )
             for node in value if isinstance(value, list) else [value]:
                 # Annotations, decorators and what a class is declared as ("frozen=True") change nothing either.
                 declares = name in ("annotation", "returns", "decorator_list")
@@ -113,22 +143,39 @@ def mutants(room: str) -> Iterator[Mutant]:
                     continue
                 if not is_quiet(node):
                     if other := changed(node):
-                        yield Mutant(module, at_import, node, ast.unparse(ast.fix_missing_locations(other)))
+                        yield Mutant(
+                            module,
+                            at_import,
+                            node,
+                            ast.unparse(ast.fix_missing_locations(other)),
+                        )
                     yield from within(node, module, at_import)
 
     base = ROOT / "gyrodata"
     for part in ROOMS[room][0].split():
-        for path in [base / part] if part.endswith(".py") else sorted((base / part).rglob("*.py")):
-            yield from within(ast.parse(path.read_text(encoding="utf-8")), str(path.relative_to(base)), True)
+        for path in (
+            [base / part]
+            if part.endswith(".py")
+            else sorted((base / part).rglob("*.py"))
+        ):
+            yield from within(
+                ast.parse(path.read_text(encoding="utf-8")),
+                str(path.relative_to(base)),
+                True,
+            )
 
 
 def written(path: Path, mutant: Mutant, at: int) -> None:
     """Write a module with one node in the place of another, and with a time of its own: its byte code is not kept."""
     whole, node = path.read_bytes(), mutant.node
     lines = whole.splitlines(keepends=True)
-    start, end = (sum(map(len, lines[: line - 1])) for line in (node.lineno, node.end_lineno))
+    start, end = (
+        sum(map(len, lines[: line - 1])) for line in (node.lineno, node.end_lineno)
+    )
     new = f"({mutant.other})".encode()
-    path.write_bytes(whole[: start + node.col_offset] + new + whole[end + node.end_col_offset :])
+    path.write_bytes(
+        whole[: start + node.col_offset] + new + whole[end + node.end_col_offset :]
+    )
     os.utime(path, (at, at))
 
 
@@ -175,7 +222,9 @@ def forked(work: Callable[[], bool], limit: float) -> bool:
         good = False
         with contextlib.suppress(BaseException):
             for name, module in list(sys.modules.items()):
-                if str(getattr(module, "__file__", None) or "").startswith(str(Path.cwd())):
+                if str(getattr(module, "__file__", None) or "").startswith(
+                    str(Path.cwd())
+                ):
                     del sys.modules[name]
             good = work()
         os._exit(0 if good else 1)
@@ -189,13 +238,21 @@ def forked(work: Callable[[], bool], limit: float) -> bool:
 def of_room(mutant: Mutant, test: str) -> bool:
     """Whether a test belongs to a room of which the mutant's module is a part."""
     file = test.partition("::")[0]
-    rooms = (words.split() for part, words in ROOMS.values() if any(map(mutant.module.startswith, part.split())))
+    rooms = (
+        words.split()
+        for part, words in ROOMS.values()
+        if any(map(mutant.module.startswith, part.split()))
+    )
     return any(
-        file == f"tests/test_{word}.py" or file.startswith(f"tests/{word}/") for words in rooms for word in words
+        file == f"tests/test_{word}.py" or file.startswith(f"tests/{word}/")
+        for words in rooms
+        for word in words
     )
 
 
-def reached(drawn: Sequence[Mutant], tests: Sequence[str]) -> list[list[tuple[float, str]]]:
+def reached(
+    drawn: Sequence[Mutant], tests: Sequence[str]
+) -> list[list[tuple[float, str]]]:
     """Run all tests once: which of them reach each mutant, with their times."""
 
     def traced() -> bool:
@@ -204,22 +261,46 @@ def reached(drawn: Sequence[Mutant], tests: Sequence[str]) -> list[list[tuple[fl
         pytest.main([*OPTIONS, *tests], plugins=[plugin])
         plugin.seen.stop()
         # A test that measures time may fail because of the tracing: it is left out.
-        found, of = [], {name: spent for name, spent in plugin.seconds.items() if name not in plugin.failed}
+        found, of = (
+            [],
+            {
+                name: spent
+                for name, spent in plugin.seconds.items()
+                if name not in plugin.failed
+            },
+        )
         for one in drawn:
-            known = plugin.seen.get_data().contexts_by_lineno(str(Path("gyrodata", one.module).absolute()))
-            lines = known if one.at_import else range(one.node.lineno, one.node.end_lineno + 1)
+            known = plugin.seen.get_data().contexts_by_lineno(
+                str(Path("gyrodata", one.module).absolute())
+            )
+            lines = (
+                known
+                if one.at_import
+                else range(one.node.lineno, one.node.end_lineno + 1)
+            )
             names = {name for line in lines for name in known.get(line, ())} & set(of)
             # Where no test meets a module after it is loaded, any test may notice.
             met = names or of if one.at_import else names
             found.append(
-                [(of[name], name) for name in sorted(met, key=lambda name: (not of_room(one, name), of[name]))]
+                [
+                    (of[name], name)
+                    for name in sorted(
+                        met, key=lambda name: (not of_room(one, name), of[name])
+                    )
+                ]
             )
         Path("found.json").write_text(json.dumps([found, sorted(plugin.failed)]))
         return len(plugin.failed) <= MOST_FAILED
 
     done, text = forked(traced, 86400.0), Path("found.json").read_text()
     found, failed = json.loads(text)
-    print("".join(f"left out, because it fails without a mutant: {name}\n" for name in failed), end="", flush=True)
+    print(
+        "".join(
+            f"left out, because it fails without a mutant: {name}\n" for name in failed
+        ),
+        end="",
+        flush=True,
+    )
     if not done:
         sys.exit("too many tests fail without a mutant")
     return found  # type: ignore[no-any-return]
@@ -236,24 +317,41 @@ def pass_gates() -> bool:
 def survives(mutant: Mutant, at: int, tests: Sequence[tuple[float, str]]) -> bool:
     """Try a mutant on the tests that reach it, in the working directory."""
     spent = itertools.accumulate(seconds + 0.005 for seconds, _ in tests)
-    chosen = [test for test, so_far in zip(tests, spent, strict=True) if so_far < BUDGET]
+    chosen = [
+        test for test, so_far in zip(tests, spent, strict=True) if so_far < BUDGET
+    ]
     path, names = Path("gyrodata", mutant.module), Chosen(name for _, name in chosen)
     written(path, mutant, at)
     line = [*OPTIONS, "-x", *dict.fromkeys(name.partition("::")[0] for name in names)]
     try:
-        passed = not names or forked(lambda: pytest.main(line, plugins=[names]) == 0, 60 + 5 * BUDGET)
-        return passed and (not Path("tests", "gates").exists() or forked(pass_gates, 600.0))
+        passed = not names or forked(
+            lambda: pytest.main(line, plugins=[names]) == 0, 60 + 5 * BUDGET
+        )
+        return passed and (
+            not Path("tests", "gates").exists() or forked(pass_gates, 600.0)
+        )
     finally:
         shutil.copy2(ROOT / path, path)
 
 
 def main() -> None:
     """Try mutants, and print which of them survive."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--room", action="append", choices=ROOMS, help="several times; all if none is given")
-    parser.add_argument("--count", type=int, default=100, help="mutants of all these rooms together")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--room",
+        action="append",
+        choices=ROOMS,
+        help="several times; all if none is given",
+    )
+    parser.add_argument(
+        "--count", type=int, default=100, help="mutants of all these rooms together"
+    )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--least", type=float, default=0.0, help="share that must be killed, 0 to 1")
+    parser.add_argument(
+        "--least", type=float, default=0.0, help="share that must be killed, 0 to 1"
+    )
     options = parser.parse_args()
     rooms: list[str] = options.room or list(ROOMS)
     every = [mutant for room in rooms for mutant in mutants(room)]
@@ -261,10 +359,19 @@ def main() -> None:
     killed = 0
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder).resolve() / "work"
-        shutil.copytree(ROOT, work, ignore=shutil.ignore_patterns(".git", ".venv", ".*_cache"))
+        shutil.copytree(
+            ROOT, work, ignore=shutil.ignore_patterns(".git", ".venv", ".*_cache")
+        )
         os.chdir(work)
         os.environ |= {"PYTHONPATH": str(work), "HYPOTHESIS_SEED": "0"}
-        sys.path[:] = [str(work), *(path for path in sys.path if Path(path).resolve() not in (ROOT, ROOT / "tests"))]
+        sys.path[:] = [
+            str(work),
+            *(
+                path
+                for path in sys.path
+                if Path(path).resolve() not in (ROOT, ROOT / "tests")
+            ),
+        ]
         tests = ["tests", *(f"--ignore=tests/{name}" for name in OUTSIDE)]
         # Loads all libraries.
         with contextlib.redirect_stdout(io.StringIO()):

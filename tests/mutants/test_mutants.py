@@ -10,9 +10,7 @@ from pathlib import Path
 
 import pytest
 
-PACKAGE = (
-    "STEP = 2\ndef area(r):\n    return 3 * r * r\ndef never(r):\n    return r + 1\ndef near(r):\n    return r < STEP\n"
-)
+PACKAGE = "STEP = 2\ndef area(r):\n    return 3 * r * r\ndef never(r):\n    return r + 1\ndef near(r):\n    return r < STEP\n"
 TESTS = """\
 from gyrodata import physics
 def test_area():
@@ -31,10 +29,16 @@ def test_a_mutant_that_is_noticed_is_killed(tmp_path: Path) -> None:
     (tmp_path / "gyrodata" / "physics.py").write_text(PACKAGE)
     rooms = "rooms.clear(); rooms['physics'] = ('physics.py', 'test_area.py')"
     code = f"from mutants.__main__ import ROOMS as rooms, main; {rooms}; main()"
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST")}
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith("PYTEST")
+    }
     environment["PYTHONPATH"] = str(tmp_path / "tests")
     line = [sys.executable, "-c", code, "--count", "99"]
-    done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    )
     *told, share = done.stdout.splitlines()
     assert share == "seed 1: 71.4% of 7 mutants killed, of 7 that there are"
     assert {tuple(one.split(maxsplit=1)) for one in told} == {

@@ -27,7 +27,9 @@ def spun(time: float) -> float:
     return 5 * time + 0.5 * time**2
 
 
-def change(what: Callable[[float], Floats | float], time: float, step: float = 1e-4) -> Floats:
+def change(
+    what: Callable[[float], Floats | float], time: float, step: float = 1e-4
+) -> Floats:
     """Derivative by differences of fourth order."""
     far, near = (np.subtract(what(time + d), what(time - d)) for d in (2 * step, step))
     return np.asarray((8 * near - far) / (12 * step))
@@ -38,7 +40,9 @@ def axes(time: float) -> Floats:
 
 
 def frame(time: float) -> Floats:
-    return kinematics.frame_rotation(float(change(theta, time)), float(change(azimuth, time)), theta(time))
+    return kinematics.frame_rotation(
+        float(change(theta, time)), float(change(azimuth, time)), theta(time)
+    )
 
 
 def body(time: float) -> Floats:
@@ -49,7 +53,9 @@ def body(time: float) -> Floats:
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
 def test_the_frame_turns_by_equation_one(time: float) -> None:
     rotation = frame(time) @ axes(time)
-    np.testing.assert_allclose(change(axes, time), np.cross(rotation, axes(time)), atol=1e-9)
+    np.testing.assert_allclose(
+        change(axes, time), np.cross(rotation, axes(time)), atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("time", [0.0, 0.7, 1.9])
@@ -57,7 +63,9 @@ def test_equations_3_to_5_are_the_change_of_the_fixed_vector(time: float) -> Non
     def momentum(now: float) -> Floats:
         return kinematics.angular_momentum(body(now), INERTIA, TRANSVERSE) @ axes(now)
 
-    parts = kinematics.momentum_change(body(time), change(body, time), frame(time), INERTIA, TRANSVERSE)
+    parts = kinematics.momentum_change(
+        body(time), change(body, time), frame(time), INERTIA, TRANSVERSE
+    )
     np.testing.assert_allclose(parts @ axes(time), change(momentum, time), atol=1e-8)
 
 
@@ -68,6 +76,13 @@ def test_steady_precession_balances_the_torque(pitch: float) -> None:
         rate = root(TORQUE, SPIN, INERTIA, TRANSVERSE, pitch)
         if math.isinf(rate):
             continue
-        own, turning = kinematics.body_rotation(0.0, rate, SPIN, tilt), kinematics.frame_rotation(0.0, rate, tilt)
-        found = kinematics.momentum_change(own, np.zeros(3), turning, INERTIA, TRANSVERSE)
-        np.testing.assert_allclose(found, [TORQUE * math.sin(tilt), 0, 0], rtol=1e-9, atol=1e-15)
+        own, turning = (
+            kinematics.body_rotation(0.0, rate, SPIN, tilt),
+            kinematics.frame_rotation(0.0, rate, tilt),
+        )
+        found = kinematics.momentum_change(
+            own, np.zeros(3), turning, INERTIA, TRANSVERSE
+        )
+        np.testing.assert_allclose(
+            found, [TORQUE * math.sin(tilt), 0, 0], rtol=1e-9, atol=1e-15
+        )

@@ -25,7 +25,11 @@ class Nutation(NamedTuple):
 
     def period(self, what: str = "1") -> mpmath.mpf:
         """Integral over a nutation of 1, φ̇ or φ̇ cosθ: u = u1 cos²x takes the singular ends away."""
-        own, across, torque = mpmath.mpf(INERTIA) * self.spin, mpmath.mpf(self.across), mpmath.mpf(self.torque)
+        own, across, torque = (
+            mpmath.mpf(INERTIA) * self.spin,
+            mpmath.mpf(self.across),
+            mpmath.mpf(self.torque),
+        )
         linear = own**2 / (2 * across * torque)
         # Where the energy leaves nothing for θ̇, cosθ.
         low = (linear - mpmath.sqrt(linear**2 + 4)) / 2
@@ -54,10 +58,16 @@ def lab(grams: float, rpm: float, ratio: float) -> Nutation:
 
 @pytest.mark.parametrize(
     ("top", "exact", "closed"),
-    [(lab(20, 200, 1.39), 0.0879, 0.0881), (lab(60, 200, 1.6), 1.02, 1.05), (lab(120, 200, 1.9), 5.16, 5.93)],
+    [
+        (lab(20, 200, 1.39), 0.0879, 0.0881),
+        (lab(60, 200, 1.6), 1.02, 1.05),
+        (lab(120, 200, 1.9), 5.16, 5.93),
+    ],
 )
 def test_release_bias_in_digits(top: Nutation, exact: float, closed: float) -> None:
-    assert 100 * (top.torque / (INERTIA * top.spin) / top.mean() - 1) == pytest.approx(exact, rel=6e-3)
+    assert 100 * (top.torque / (INERTIA * top.spin) / top.mean() - 1) == pytest.approx(
+        exact, rel=6e-3
+    )
     bias = 100 * physics.release_bias(top.torque, top.spin, INERTIA, top.across)
     assert bias == pytest.approx(closed, rel=6e-3)
 
@@ -74,6 +84,15 @@ def test_click_error_is_the_wave_on_the_azimuth() -> None:
         return [state[1], fall, rate]
 
     period = float(top.period())
-    found = solve_ivp(motion, (0, period), [math.pi / 2, 0, 0], rtol=1e-10, atol=1e-12, max_step=period / 200)
+    found = solve_ivp(
+        motion,
+        (0, period),
+        [math.pi / 2, 0, 0],
+        rtol=1e-10,
+        atol=1e-12,
+        max_step=period / 200,
+    )
     lag = found.t - found.y[2] / (found.y[2][-1] / period)
-    assert max(abs(lag)) == pytest.approx(physics.click_error(top.spin, INERTIA, top.across), rel=2e-3)
+    assert max(abs(lag)) == pytest.approx(
+        physics.click_error(top.spin, INERTIA, top.across), rel=2e-3
+    )

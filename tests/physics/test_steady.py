@@ -22,7 +22,9 @@ def exact_roots(
 ) -> tuple[mpmath.mpf, mpmath.mpf]:
     """Slow and fast root of eq. (8) by the plain formula, in digits enough for what it loses."""
     with mpmath.workdps(250):
-        a = (mpmath.mpf(inertia) - mpmath.mpf(transverse)) * mpmath.sin(mpmath.mpf(pitch))
+        a = (mpmath.mpf(inertia) - mpmath.mpf(transverse)) * mpmath.sin(
+            mpmath.mpf(pitch)
+        )
         b, c = mpmath.mpf(inertia) * mpmath.mpf(spin), -mpmath.mpf(torque)
         if a == 0:
             return -c / b, mpmath.inf
@@ -53,7 +55,9 @@ def test_any_top_to_what_its_condition_allows(
         assert np.isnan(slow)
         assert np.isnan(physics.fast_precession_rate(*numbers))
         return
-    spread = (b * b + 4 * abs(a * torque)) / (2 * math.sqrt(root) * (abs(b) + math.sqrt(root)))
+    spread = (b * b + 4 * abs(a * torque)) / (
+        2 * math.sqrt(root) * (abs(b) + math.sqrt(root))
+    )
     expected, fast = exact_roots(*numbers)
     assert abs(slow / expected - 1) <= 8 * EPSILON * (1 + spread)
     if a != 0:
@@ -68,13 +72,19 @@ def test_without_a_torque_the_fast_root_is_free_precession() -> None:
     pitch, total = 0.5, 40.0
     spin = total * (1 - INERTIA / TRANSVERSE)
     rate = physics.fast_precession_rate(0.0, spin, INERTIA, TRANSVERSE, pitch)
-    assert rate == pytest.approx(INERTIA * total / (TRANSVERSE * math.sin(pitch)), rel=1e-14)
+    assert rate == pytest.approx(
+        INERTIA * total / (TRANSVERSE * math.sin(pitch)), rel=1e-14
+    )
 
 
 def test_no_steady_precession_is_not_a_number() -> None:
     assert np.isnan(physics.precession_rate(0.09, 2.0, INERTIA, 0.02, np.radians(60)))
-    assert np.isnan(physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.3))  # up, no spin
-    assert np.isnan(physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.0))  # level, no spin
+    assert np.isnan(
+        physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.3)
+    )  # up, no spin
+    assert np.isnan(
+        physics.precession_rate(TORQUE, 0.0, INERTIA, TRANSVERSE, 0.0)
+    )  # level, no spin
     assert np.isnan(physics.horizontal_precession_rate(TORQUE, 0.0, INERTIA))
 
 
@@ -90,7 +100,9 @@ def test_the_least_spin_of_the_lab() -> None:
     # 60 g at 150 mm, 60° up: 42.8 rpm, or 61 rpm with the weight in I.
     pitch, torque = math.radians(60), 0.06 * 9.8031 * 0.15
     for across, rpm in ((TRANSVERSE, 42.8), (TRANSVERSE + 0.06 * 0.15**2, 61)):
-        assert physics.least_spin(torque, INERTIA, across, pitch) / RPM == pytest.approx(rpm, rel=0.005)
+        assert physics.least_spin(
+            torque, INERTIA, across, pitch
+        ) / RPM == pytest.approx(rpm, rel=0.005)
     # A rod that hangs or is level, a weight that lifts, a flat body with I < I_zz.
     for numbers in (
         (TORQUE, INERTIA, TRANSVERSE, -0.5), (TORQUE, INERTIA, TRANSVERSE, 0.0), (-TORQUE, INERTIA, TRANSVERSE, 0.5),
@@ -101,12 +113,16 @@ def test_the_least_spin_of_the_lab() -> None:
 
 def test_sleeping_spins_of_the_lab() -> None:
     torque = physics.torque(np.array([0.02, 0.04, 0.06]), 0.15, 9.8031)
-    np.testing.assert_allclose(physics.sleeping_spin(torque, INERTIA, TRANSVERSE) / RPM, [56, 79, 97], atol=0.5)
+    np.testing.assert_allclose(
+        physics.sleeping_spin(torque, INERTIA, TRANSVERSE) / RPM, [56, 79, 97], atol=0.5
+    )
     assert physics.sleeping_spin(-TORQUE, INERTIA, TRANSVERSE) == 0
     # 40 g, the weight in I, 5 % below: 0.93 in a second.
     across = 1.494 * INERTIA
     total = 0.95 * physics.sleeping_spin(TORQUE, INERTIA, across)
-    assert physics.sleeping_growth(TORQUE, total, INERTIA, across) == pytest.approx(0.93, abs=0.005)
+    assert physics.sleeping_growth(TORQUE, total, INERTIA, across) == pytest.approx(
+        0.93, abs=0.005
+    )
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 0.95, 1.05, 3.0])

@@ -25,7 +25,10 @@ HEAD = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
 
 
 def table(
-    sign: str = ",", rows: Sequence[Sequence[str]] = ROWS, head: Sequence[str] = HEAD, frame: str = "{}\n"
+    sign: str = ",",
+    rows: Sequence[Sequence[str]] = ROWS,
+    head: Sequence[str] = HEAD,
+    frame: str = "{}\n",
 ) -> str:
     return "".join(frame.format(sign.join(row)) for row in (head, *rows))
 
@@ -75,16 +78,33 @@ def test_headers_in_many_languages_and_styles(header: str) -> None:
     assert is_right(G_LINE + table(";", head=header.split(";")))
 
 
-TEX = ("$m$ [\\si{\\gram}]", "$x$ [\\si{\\centi\\metre}]", "$f$ [rpm]", "$t$ [s]", "$N$")
+TEX = (
+    "$m$ [\\si{\\gram}]",
+    "$x$ [\\si{\\centi\\metre}]",
+    "$f$ [rpm]",
+    "$t$ [s]",
+    "$N$",
+)
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
 CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
          for row in ROWS]  # fmt: skip
-DISK = [[*row[:2], "10", f"{597 / float(row[2]):.2f}", f"{603 / float(row[2]):.2f}", *row[3:]] for row in ROWS]
+DISK = [
+    [
+        *row[:2],
+        "10",
+        f"{597 / float(row[2]):.2f}",
+        f"{603 / float(row[2]):.2f}",
+        *row[3:],
+    ]
+    for row in ROWS
+]
 COLUMNS = list(zip(*ROWS, strict=True))
 THIRDS = [[*row[:3], f"{float(row[3]) / 3:.2f}", "1/3"] for row in ROWS]
 WITHOUT_ARM = [[row[0], *row[2:4]] for row in ROWS]
 TITLED = "".join(
-    f"m = {mass} g\n" + table(rows=[row[2:4] for row in ROWS if row[0] == mass], head=HEAD[2:4]) + "\n"
+    f"m = {mass} g\n"
+    + table(rows=[row[2:4] for row in ROWS if row[0] == mass], head=HEAD[2:4])
+    + "\n"
     for mass in ("20.1", "40.3", "60.2")
 )
 PAIRS = [[*row[:2], f"{int(row[2]) + 6} - {int(row[2]) - 6}", *row[3:]] for row in ROWS]
@@ -186,7 +206,11 @@ def test_forms_of_tables_and_cells(form: str) -> None:
 
 @pytest.mark.parametrize("encoding", ["cp932", "gb18030", "cp949"])
 def test_what_excel_saves_in_japan_china_and_korea(encoding: str) -> None:
-    header = next(one for one in HEADERS if one.startswith({"cp932": "お", "gb18030": "质", "cp949": "추"}[encoding]))
+    header = next(
+        one
+        for one in HEADERS
+        if one.startswith({"cp932": "お", "gb18030": "质", "cp949": "추"}[encoding])
+    )
     assert is_right(table(";", head=header.split(";")).encode(encoding))
 
 
@@ -212,8 +236,14 @@ WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
     ("The weight is 2.0 cm long.", "position"),
     ("Position 15,5 cm", "position"),
 ])  # fmt: skip
-def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str, missing: str) -> None:
-    elsewhere = (f"# {line}\n{WITHOUT[missing]}", f"{WITHOUT[missing]}{line}\n") if missing == "turns" else ()
+def test_a_remark_about_something_else_gives_no_turns_and_no_position(
+    line: str, missing: str
+) -> None:
+    elsewhere = (
+        (f"# {line}\n{WITHOUT[missing]}", f"{WITHOUT[missing]}{line}\n")
+        if missing == "turns"
+        else ()
+    )
     for text in (f"{line}\n{WITHOUT[missing]}", *elsewhere):
         with pytest.raises(LogError, match=f"{missing} is missing"):
             analyze(text)
@@ -227,13 +257,24 @@ def test_a_remark_about_something_else_gives_no_turns_and_no_position(line: str,
         f"{WITHOUT['turns']}t is for 1 full precession\n",
         f"### x = {ARM} cm\n{WITHOUT['position']}",
         f"# x = {ARM} cm from centre\n{WITHOUT['position']}",
-        "\n".join(f"{m} g at {x} cm, {f} rpm: one turn took {t} s" for m, x, f, t, _ in ROWS),
+        "\n".join(
+            f"{m} g at {x} cm, {f} rpm: one turn took {t} s" for m, x, f, t, _ in ROWS
+        ),
         table().translate(str.maketrans("0123456789", "٠١٢٣٤٥٦٧٨٩")),
         table("|", rows=[[*row[:3], f"**{row[3]}**", row[4]] for row in ROWS]),
-        table(rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]),
-        table(";", head=["Ağırlık (g)", "Merkezden uzaklık (cm)", "Hız (dev/dk)", "Süre (s)", "Tur sayısı"]).encode(
-            "cp1254"
+        table(
+            rows=[[*row[:4], "2pi"] for row in ROWS], head=[*HEAD[:4], "angle [rad]"]
         ),
+        table(
+            ";",
+            head=[
+                "Ağırlık (g)",
+                "Merkezden uzaklık (cm)",
+                "Hız (dev/dk)",
+                "Süre (s)",
+                "Tur sayısı",
+            ],
+        ).encode("cp1254"),
     ],
 )
 def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
@@ -246,21 +287,31 @@ def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
     [("T/2 (s)", "G301"), ("ball diameter (cm)", "G301"), ("ruler (cm)", "G340"),
      ("position from the end (cm)", "G340"), ("thirds of a turn", "G301")],
 )  # fmt: skip
-def test_a_header_that_may_mean_something_else_is_asked_about(header: str, code: str) -> None:
+def test_a_header_that_may_mean_something_else_is_asked_about(
+    header: str, code: str
+) -> None:
     at = 1 if "cm" in header else 3 if "(s)" in header else 4
     with pytest.raises(LogError, match=code):
-        analyze(table(rows=[[*row[:4], "3"] for row in ROWS], head=[*HEAD[:at], header, *HEAD[at + 1 :]]))
+        analyze(
+            table(
+                rows=[[*row[:4], "3"] for row in ROWS],
+                head=[*HEAD[:at], header, *HEAD[at + 1 :]],
+            )
+        )
 
 
 @pytest.mark.parametrize(
     "log",
     [
         table(head=["mass of one weight (g)", *HEAD[1:]]),
-        table(head=[*HEAD[:3], "T (s)", "run"]) + "T is the time from one mark to the next; there are three marks\n",
+        table(head=[*HEAD[:3], "T (s)", "run"])
+        + "T is the time from one mark to the next; there are three marks\n",
         table(head=["mass without hanger", *HEAD[1:]]) + "the hanger weighs 5.2 g\n",
         table(rows=[["20·3", *row[1:]] for row in ROWS]),
-        "turns: 5\n" + table(rows=[row[:4] for row in ROWS], head=[*HEAD[:3], "period (s)"]),
-        "Zeiten für 5 Umläufe\n" + table(rows=[row[:4] for row in ROWS], head=[*HEAD[:3], "T (s)"]),
+        "turns: 5\n"
+        + table(rows=[row[:4] for row in ROWS], head=[*HEAD[:3], "period (s)"]),
+        "Zeiten für 5 Umläufe\n"
+        + table(rows=[row[:4] for row in ROWS], head=[*HEAD[:3], "T (s)"]),
     ],
 )
 def test_what_is_said_beside_the_numbers_is_asked_about(log: str) -> None:
@@ -268,10 +319,15 @@ def test_what_is_said_beside_the_numbers_is_asked_about(log: str) -> None:
         analyze(log)
 
 
-@pytest.mark.parametrize("header", ["θ (deg)", "inclination angle (deg)", "angle of rod (deg)", "zur Vertikalen (°)"])
+@pytest.mark.parametrize(
+    "header",
+    ["θ (deg)", "inclination angle (deg)", "angle of rod (deg)", "zur Vertikalen (°)"],
+)
 def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
     with pytest.raises(LogError, match="turns is missing"):
-        analyze(table(rows=[[*row[:4], "90"] for row in ROWS], head=[*HEAD[:4], header]))
+        analyze(
+            table(rows=[[*row[:4], "90"] for row in ROWS], head=[*HEAD[:4], header])
+        )
 
 
 @pytest.mark.parametrize(
@@ -286,12 +342,22 @@ def test_angle_of_a_level_rod_is_not_the_swept_angle(header: str) -> None:
     ],
 )
 @pytest.mark.parametrize("frame", ["{0}\n{1}", "# {0}\n{1}", "{1}{0}\n"])
-def test_note_that_positions_count_from_the_surface_is_followed(line: str, frame: str) -> None:
-    log = frame.format(line, G_LINE + table(rows=[[row[0], "9.72", *row[2:]] for row in ROWS]))
+def test_note_that_positions_count_from_the_surface_is_followed(
+    line: str, frame: str
+) -> None:
+    log = frame.format(
+        line, G_LINE + table(rows=[[row[0], "9.72", *row[2:]] for row in ROWS])
+    )
     with pytest.raises(LogError, match="positions count from the surface"):
         analyze(log)
     assert is_right(f"# ball_diameter: 10.16 cm\n{log}")
-    assert abs(analyze(f"# position_from: centre\n{log}").inertia.value / TRUTH - 9.72 / 14.8) < 0.02
+    assert (
+        abs(
+            analyze(f"# position_from: centre\n{log}").inertia.value / TRUTH
+            - 9.72 / 14.8
+        )
+        < 0.02
+    )
 
 
 def test_minutes_and_seconds_of_excel_are_not_hours_and_minutes() -> None:
@@ -300,28 +366,58 @@ def test_minutes_and_seconds_of_excel_are_not_hours_and_minutes() -> None:
     book, data = Workbook(), io.BytesIO()
     book.active.append([*HEAD[:3], "time (min:sec)", "turns"])
     for mass, arm, spin, time, _ in ROWS:
-        book.active.append([*map(float, (mass, arm, spin)), datetime.time(*divmod(round(3 * float(time)), 60)), 3])
+        book.active.append(
+            [
+                *map(float, (mass, arm, spin)),
+                datetime.time(*divmod(round(3 * float(time)), 60)),
+                3,
+            ]
+        )
     book.save(data)
     assert abs(analyze(data.getvalue()).inertia.value / TRUTH - 1) < 0.02
 
 
-@pytest.mark.parametrize("legend", ["A = 20.1 g + 5 g", "A = 20.1 g without the hanger", "A = 20.1 g\nA = 25.1 g"])
+@pytest.mark.parametrize(
+    "legend",
+    ["A = 20.1 g + 5 g", "A = 20.1 g without the hanger", "A = 20.1 g\nA = 25.1 g"],
+)
 def test_legend_that_says_more_than_one_quantity_is_asked_about(legend: str) -> None:
     with pytest.raises(LogError, match="name of a weight"):
-        analyze(f"# {legend.replace(chr(10), chr(10) + '# ')}\n" + table(rows=[["A", *row[1:]] for row in ROWS[:3]]))
+        analyze(
+            f"# {legend.replace(chr(10), chr(10) + '# ')}\n"
+            + table(rows=[["A", *row[1:]] for row in ROWS[:3]])
+        )
 
 
 @pytest.mark.parametrize(
     ("head", "row", "said"),
     [
         # The time is there already, so that nobody needs to know what "T" is.
-        ("mass [g],position [cm],spin [rpm],time [s],turns,ω [rad/s]", "40.3,14.8,407,9.2,1,42.6", "is only compared"),
-        ("mass [g],position [cm],spin [rpm],T [s]", "40.3,14.8,407,9.2", "is read as the time of one whole turn"),
-        ("mass [g],position [cm],T [s],frequency [Hz]", "40.3,14.8,9.2,6.78", "is read as the time of one whole turn"),
-        ("mass [g],position [cm],spin [rpm],T [s],turns", "40.3,14.8,407,9.2,1/3", "fits time and precession_period"),
+        (
+            "mass [g],position [cm],spin [rpm],time [s],turns,ω [rad/s]",
+            "40.3,14.8,407,9.2,1,42.6",
+            "is only compared",
+        ),
+        (
+            "mass [g],position [cm],spin [rpm],T [s]",
+            "40.3,14.8,407,9.2",
+            "is read as the time of one whole turn",
+        ),
+        (
+            "mass [g],position [cm],T [s],frequency [Hz]",
+            "40.3,14.8,9.2,6.78",
+            "is read as the time of one whole turn",
+        ),
+        (
+            "mass [g],position [cm],spin [rpm],T [s],turns",
+            "40.3,14.8,407,9.2,1/3",
+            "fits time and precession_period",
+        ),
     ],
 )
-def test_header_of_two_meanings_is_decided_by_what_else_is_there(head: str, row: str, said: str) -> None:
+def test_header_of_two_meanings_is_decided_by_what_else_is_there(
+    head: str, row: str, said: str
+) -> None:
     log = f"{G_LINE}{head}\n{row}\n"
     try:
         found = analyze(log).diagnostics

@@ -24,7 +24,11 @@ from gyrodata import LogError
 TRUTH = 4.4e-3
 MASSES, SPINS = (20.1, 40.3, 60.2), (206, 394, 604)
 RUNS = [
-    (mass, spin, 2 * math.pi * TRUTH * spin * math.pi / 30 / (mass * 1e-3 * 9.80665 * 0.148))
+    (
+        mass,
+        spin,
+        2 * math.pi * TRUTH * spin * math.pi / 30 / (mass * 1e-3 * 9.80665 * 0.148),
+    )
     for mass in MASSES
     for spin in SPINS
 ]
@@ -43,7 +47,9 @@ def plain(mass: float, spin: int, time: float) -> str:
 GOOD = log(HEAD, plain)
 
 
-def analyze(text: str | bytes, **given: Any) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
+def analyze(
+    text: str | bytes, **given: Any
+) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
     """Give the result and what is said of a log."""
     try:
         answer = analyze_briefly(text, **given).to_dict()
@@ -72,21 +78,34 @@ def gives_truth(text: str, **given: Any) -> bool:
 
 @pytest.mark.parametrize("name", ["ΔT", "σ_T"])
 def test_delta_t_is_the_uncertainty_of_t(name: str) -> None:
-    text = log(f"m (g),x (cm),f (rpm),T (s),{name} (s)", lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2")
+    text = log(
+        f"m (g),x (cm),f (rpm),T (s),{name} (s)",
+        lambda m, s, t: f"{m},14.8,{s},{t:.2f},0.2",
+    )
     assert gives_truth(text)
-    results = (analyze(text.replace(",0.2\n", f",{stated}\n"))[0] for stated in (0.2, 2))
+    results = (
+        analyze(text.replace(",0.2\n", f",{stated}\n"))[0] for stated in (0.2, 2)
+    )
     u = [result["inertia"]["u"] for result in results if result]
     assert u[1] > 1.4 * u[0]
 
 
 def test_blanks_between_the_columns_under_a_title_with_a_comma() -> None:
     title = "Mass {} g at 14.8 cm, time for 1/3 turn\nspin rpm    time s\n{}"
-    parts = (title.format(m, "".join(f"{s}    {t / 3:.2f}\n" for mass, s, t in RUNS if mass == m)) for m in MASSES)
+    parts = (
+        title.format(
+            m, "".join(f"{s}    {t / 3:.2f}\n" for mass, s, t in RUNS if mass == m)
+        )
+        for m in MASSES
+    )
     assert gives_truth("\n".join(parts))
 
 
 def test_a_radius_beside_the_arm() -> None:
-    text = log("m (g),r (cm),d (cm),f (rpm),time (s),turns", lambda m, s, t: f"{m},5.08,14.8,{s},{t:.2f},1")
+    text = log(
+        "m (g),r (cm),d (cm),f (rpm),time (s),turns",
+        lambda m, s, t: f"{m},5.08,14.8,{s},{t:.2f},1",
+    )
     ways = re.findall('--map position="([^"]+)"', hint_of(text, "G237"))
     assert sorted(ways) == ["d (cm)", "r (cm)"]
     assert gives_truth(text, mapping={"position": "d (cm)"})
@@ -101,7 +120,13 @@ def notes_in(text: str) -> list[str]:
     return [one["message"] for one in analyze(text)[1] if one["code"] == "G240"]
 
 
-@pytest.mark.parametrize("note", ["2 reflective strips, twice the real rpm!!", "# tachometer shows double the speed"])
+@pytest.mark.parametrize(
+    "note",
+    [
+        "2 reflective strips, twice the real rpm!!",
+        "# tachometer shows double the speed",
+    ],
+)
 def test_a_note_about_the_spin_is_followed(note: str) -> None:
     result, said = analyze(f"{TWICE}{note}\n")
     told = next(one for one in said if one["code"] == "G240")
@@ -109,7 +134,9 @@ def test_a_note_about_the_spin_is_followed(note: str) -> None:
     assert note.strip("# ") in told["message"]
     assert result
     assert result["inertia"]["value"] == pytest.approx(TRUTH / 2, rel=0.02)
-    done = f"# corrected: {note.strip('# ')}" if note[0] == "#" else f"corrected: {note}"
+    done = (
+        f"# corrected: {note.strip('# ')}" if note[0] == "#" else f"corrected: {note}"
+    )
     for corrected in (GOOD, f"{GOOD}{done}\n"):
         assert gives_truth(corrected)
         assert notes_in(corrected) == []
@@ -149,21 +176,33 @@ def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
 # Cells and names that are missing or wrong ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("advice", ["write the spin that was read", "put # before the line"])
+@pytest.mark.parametrize(
+    "advice", ["write the spin that was read", "put # before the line"]
+)
 def test_run_with_a_spin_of_zero_is_corrected_or_left_out(advice: str) -> None:
     row = plain(*RUNS[1])
     text = GOOD.replace(row, row.replace(",394,", ",0,"))
     assert advice in hint_of(text, "G215")
-    assert gives_truth(GOOD if advice.startswith("write") else GOOD.replace(row, f"# {row}"))
+    assert gives_truth(
+        GOOD if advice.startswith("write") else GOOD.replace(row, f"# {row}")
+    )
 
 
-@pytest.mark.parametrize(("name", "at"), [("position [cm]", 2), ("spin [rpm]", 3), ("mass [g]", 1)])
-def test_column_without_a_name_gets_the_name_that_the_hint_says(name: str, at: int) -> None:
+@pytest.mark.parametrize(
+    ("name", "at"), [("position [cm]", 2), ("spin [rpm]", 3), ("mass [g]", 1)]
+)
+def test_column_without_a_name_gets_the_name_that_the_hint_says(
+    name: str, at: int
+) -> None:
     nameless = GOOD.replace(name, "", 1)
     hint = hint_of(nameless, "G301")
     assert f"is it column {at}, without a name?" in hint
     assert gives_truth(
-        nameless.replace(nameless.splitlines()[0], HEAD.replace(name, found('Write "([^"]+)"', hint)), 1)
+        nameless.replace(
+            nameless.splitlines()[0],
+            HEAD.replace(name, found('Write "([^"]+)"', hint)),
+            1,
+        )
     )
 
 
@@ -171,7 +210,12 @@ def test_decimal_sign_that_is_missing_in_a_column_is_written_as_the_hint_says() 
     text = GOOD.replace(",14.8,", ",148,")
     assert "Is a decimal sign missing" in hint_of(text, "G440")
     assert gives_truth(text.replace(",148,", ",14.8,"))
-    assert gives_truth(text.replace("position [cm]", found('write the header as "([^"]+)"', hint_of(text, "G440"))))
+    assert gives_truth(
+        text.replace(
+            "position [cm]",
+            found('write the header as "([^"]+)"', hint_of(text, "G440")),
+        )
+    )
 
 
 def test_times_that_a_spreadsheet_took_for_hours_are_written_in_seconds() -> None:
@@ -186,11 +230,18 @@ def test_times_that_a_spreadsheet_took_for_hours_are_written_in_seconds() -> Non
     book.save(data)
     result, said = analyze(data.getvalue())
     assert result is None
-    assert [one for one in said if "write every time of this column in s" in one["hint"]]
-    assert gives_truth(log(HEAD, lambda mass, spin, time: f"{mass},14.8,{spin},{time / 3:.2f},1/3"))
+    assert [
+        one for one in said if "write every time of this column in s" in one["hint"]
+    ]
+    assert gives_truth(
+        log(HEAD, lambda mass, spin, time: f"{mass},14.8,{spin},{time / 3:.2f},1/3")
+    )
 
 
-@pytest.mark.parametrize(("name", "typed"), [("spin [rpm]", "spim"), ("mass [g]", "wieght"), ("turns", "trns")])
+@pytest.mark.parametrize(
+    ("name", "typed"),
+    [("spin [rpm]", "spim"), ("mass [g]", "wieght"), ("turns", "trns")],
+)
 def test_misspelt_name_is_replaced_as_the_hint_says(name: str, typed: str) -> None:
     text = GOOD.replace(name, typed, 1)
     hint = hint_of(text, "G301")
@@ -210,7 +261,9 @@ def doubts_of(text: str) -> list[str]:
     ["weight always at x = 10.0 cm from centre", "moved the weight 4 cm outwards", "x bis Außenkante Gewicht gemessen",
      "flyttade vikten utåt 4,0 cm"],
 )  # fmt: skip
-def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(note: str) -> None:
+def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(
+    note: str,
+) -> None:
     for text in (f"{note}\n{GOOD}", f"{GOOD}\n{note}\n"):
         assert doubts_of(text) == ["note"]
         assert doubts_of(text.replace(note, f"corrected: {note}")) == []
@@ -223,13 +276,22 @@ def test_position_that_a_text_repeats_is_not_a_contradiction() -> None:
 def test_ball_of_a_metre_is_not_safe_to_quote() -> None:
     surface = GOOD.replace(",14.8,", ",9.72,")
     for size, kinds in (("1016 mm", ["size"]), ("101.6 mm", [])):
-        assert doubts_of(f"# ball_diameter: {size}\n# position_from: surface\n{surface}") == kinds
+        assert (
+            doubts_of(f"# ball_diameter: {size}\n# position_from: surface\n{surface}")
+            == kinds
+        )
 
 
-@pytest.mark.parametrize(("unit", "pattern"), [("ms", "write ([0-9]+) or"), ("s", "or ([0-9.]+) ")])
-def test_time_with_a_mark_that_may_separate_thousands_is_written_as_the_hint_says(unit: str, pattern: str) -> None:
+@pytest.mark.parametrize(
+    ("unit", "pattern"), [("ms", "write ([0-9]+) or"), ("s", "or ([0-9.]+) ")]
+)
+def test_time_with_a_mark_that_may_separate_thousands_is_written_as_the_hint_says(
+    unit: str, pattern: str
+) -> None:
     head = HEAD.replace(",", ";").replace("time [s]", f"time [{unit}]")
-    text = log(head, lambda m, s, t: f"{m:.1f};14.8;{s};".replace(".", ",") + f"{t:.3f};1")
+    text = log(
+        head, lambda m, s, t: f"{m:.1f};14.8;{s};".replace(".", ",") + f"{t:.3f};1"
+    )
     result, said = analyze(text)
     assert result is None
     hints = [one["hint"] for one in said if one["code"] == "G203"]
@@ -240,7 +302,9 @@ def test_time_with_a_mark_that_may_separate_thousands_is_written_as_the_hint_say
 
 def test_colons_in_a_column_without_a_unit_are_points_if_a_row_shows_it() -> None:
     head = "mass (g);r (cm);rpm;turns;time"
-    text = log(head, lambda m, s, t: f"{m};14.8;{s};1/3;" + f"{t / 3:05.2f}".replace(".", ":"))
+    text = log(
+        head, lambda m, s, t: f"{m};14.8;{s};1/3;" + f"{t / 3:05.2f}".replace(".", ":")
+    )
     header = found('write the header as "([^"]+)"', hint_of(text, "G206"))
     assert gives_truth(text.replace("time\n", f"{header}\n"))
 
@@ -250,12 +314,17 @@ def test_digit_of_another_alphabet_is_corrected_as_the_hint_says() -> None:
     assert "did you mean 40.3?" in hint
 
 
-@pytest.mark.parametrize("name", ["x/cm from centre", "r / cm from the centre", "distance / cm (from centre)"])
+@pytest.mark.parametrize(
+    "name",
+    ["x/cm from centre", "r / cm from the centre", "distance / cm (from centre)"],
+)
 def test_words_may_follow_the_unit_of_a_header(name: str) -> None:
     assert gives_truth(GOOD.replace("position [cm]", name))
 
 
-@pytest.mark.parametrize("title", ["tid for en omdreining i s", "Zeit für einen Umlauf in s"])
+@pytest.mark.parametrize(
+    "title", ["tid for en omdreining i s", "Zeit für einen Umlauf in s"]
+)
 def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> None:
     cells = {(m, s): f"{t:.2f}" for m, s, t in RUNS}
     rows = "".join(f"{s} rpm;{';'.join(cells[m, s] for m in MASSES)}\n" for s in SPINS)
@@ -269,7 +338,12 @@ def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> N
      "temps pour un tour de précession ; x mesuré depuis le centre de la bille", "1 turn per run; rod horizontal"],
 )  # fmt: skip
 def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
-    assert gives_truth(log(f"{line}\nmass (g);x (cm);rpm;time (s)", lambda m, s, t: f"{m};14.8;{s};{t:.2f}"))
+    assert gives_truth(
+        log(
+            f"{line}\nmass (g);x (cm);rpm;time (s)",
+            lambda m, s, t: f"{m};14.8;{s};{t:.2f}",
+        )
+    )
 
 
 @pytest.mark.parametrize(
@@ -280,13 +354,18 @@ def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
      "r is the distance between the surface of the ball and the weight; ball diameter 101.6 mm"],
 )  # fmt: skip
 def test_distance_between_the_surface_and_the_weight_is_understood(line: str) -> None:
-    runs = log("mass (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+    runs = log(
+        "mass (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}"
+    )
     assert gives_truth(f"{line}\n\n{runs}")
 
 
 def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> None:
     line = "Correction: r is from the surface of the ball to the weight, not from its centre. Ball diameter 101.6 mm."
-    text = log("mass (g);r from centre (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+    text = log(
+        "mass (g);r from centre (cm);rpm;turns;time (s)",
+        lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}",
+    )
     assert hint_of(f"{text}\n{line}\n", "G340")
 
 
@@ -309,25 +388,39 @@ def test_angles_in_a_column_of_turns_are_asked_about_and_mended_in_both_ways() -
 
 
 def test_objects_of_json_in_lines_are_runs() -> None:
-    rows = [{"mass_g": m, "x_from_centre_cm": 14.8, "spin_rpm": s, "turns": 1, "t_s": round(t, 2)} for m, s, t in RUNS]
+    rows = [
+        {
+            "mass_g": m,
+            "x_from_centre_cm": 14.8,
+            "spin_rpm": s,
+            "turns": 1,
+            "t_s": round(t, 2),
+        }
+        for m, s, t in RUNS
+    ]
     rows[3]["comment"] = "slight wobble"  # type: ignore[assignment]
     assert gives_truth("\n".join(map(json.dumps, rows)) + "\n")
 
 
 def test_cells_of_turns_below_the_word_precession_are_read() -> None:
-    assert gives_truth(GOOD.replace("turns\n", "precession\n").replace(",1\n", ",1 turn\n"))
+    assert gives_truth(
+        GOOD.replace("turns\n", "precession\n").replace(",1\n", ",1 turn\n")
+    )
 
 
 def test_name_without_a_unit_that_is_left_over_is_proposed() -> None:
     hint = hint_of(GOOD.replace("spin [rpm]", "вращение"), "G301")
-    assert gives_truth(GOOD.replace("spin [rpm]", found('is it "вращение"[?] Write "([^"]+)"', hint)))
+    assert gives_truth(
+        GOOD.replace("spin [rpm]", found('is it "вращение"[?] Write "([^"]+)"', hint))
+    )
 
 
 def test_names_that_differ_in_their_case_are_two_columns_of_one_run() -> None:
     head = "m (g),x (cm),spin (rpm),turns,t (s),Omega (rad/s),omega (rad/s)"
     rates = [(2 * math.pi / t, s * math.pi / 30) for _, s, t in RUNS]
     rows = [
-        f"{m},14.8,{s},1,{t:.2f},{slow:.4f},{fast:.2f}" for (m, s, t), (slow, fast) in zip(RUNS, rates, strict=True)
+        f"{m},14.8,{s},1,{t:.2f},{slow:.4f},{fast:.2f}"
+        for (m, s, t), (slow, fast) in zip(RUNS, rates, strict=True)
     ]
     assert gives_truth("\n".join([head, *rows]) + "\n")
 
@@ -336,7 +429,9 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
     names = {20.1: "A", 40.3: "B", 60.2: "C", 60.4: "A + B"}
     runs = [*RUNS, *((60.4, s, t * 60.2 / 60.4) for m, s, t in RUNS if m == 60.2)]
     rows = "".join(f"{names[m]};14.8;{s};{t:.2f};1\n" for m, s, t in runs)
-    assert gives_truth(f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin [rpm];time [s];turns\n{rows}")
+    assert gives_truth(
+        f"A = 20.1 g, B = 40.3 g, C = 60.2 g\n\nweights;position [cm];spin [rpm];time [s];turns\n{rows}"
+    )
 
 
 @pytest.mark.parametrize(
@@ -352,39 +447,60 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
      "距離は球の表面から測った", "距离从球的表面量起", "거리는 공의 표면에서 잰 것이다",
      "Udaljenost je mjerena od površine kugle"],
 )  # fmt: skip
-def test_positions_from_the_surface_in_a_sentence_lack_the_diameter(sentence: str) -> None:
-    text = log("m (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}")
+def test_positions_from_the_surface_in_a_sentence_lack_the_diameter(
+    sentence: str,
+) -> None:
+    text = log(
+        "m (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}"
+    )
     assert "ball_diameter" in hint_of(f"{sentence}.\n\n{text}", "G340")
     assert gives_truth(f"# ball_diameter: 101.6 mm\n{sentence}.\n\n{text}")
 
 
 def test_name_that_is_too_many_in_the_header_is_deleted_as_the_hint_says() -> None:
-    text = log("run,mass (g),x (cm),rpm,turns,time (s)", lambda m, s, t: f"{m},14.8,{s},1,{t:.2f}")
-    assert "one name more than the rows have cells, delete that name" in hint_of(text, "G202")
+    text = log(
+        "run,mass (g),x (cm),rpm,turns,time (s)",
+        lambda m, s, t: f"{m},14.8,{s},1,{t:.2f}",
+    )
+    assert "one name more than the rows have cells, delete that name" in hint_of(
+        text, "G202"
+    )
     assert gives_truth(text.replace("run,", ""))
 
 
 def test_number_that_is_split_at_its_comma_is_written_as_the_hint_says() -> None:
     row = plain(*RUNS[4])
-    text = GOOD.replace(row, "40.3,14.8,394," + f"{RUNS[4][2]:.2f}".replace(".", ",") + ",1")
-    assert "write it with a point (13.06 for 13,06) or in quotes" in hint_of(text, "G209")
+    text = GOOD.replace(
+        row, "40.3,14.8,394," + f"{RUNS[4][2]:.2f}".replace(".", ",") + ",1"
+    )
+    assert "write it with a point (13.06 for 13,06) or in quotes" in hint_of(
+        text, "G209"
+    )
     assert gives_truth(GOOD)
-    quoted = f'40.3,14.8,394,"{RUNS[4][2]:.2f}",1'.replace(f"{RUNS[4][2]:.2f}", f"{RUNS[4][2]:.2f}".replace(".", ","))
+    quoted = f'40.3,14.8,394,"{RUNS[4][2]:.2f}",1'.replace(
+        f"{RUNS[4][2]:.2f}", f"{RUNS[4][2]:.2f}".replace(".", ",")
+    )
     assert gives_truth(GOOD.replace(row, quoted))
 
 
 def test_times_of_a_running_clock_keep_their_last_column_as_the_hint_says() -> None:
     text = log(
-        "mass (g);r (cm);rpm;t1 (s);t2 (s);t3 (s)", lambda m, s, t: f"{m};14.8;{s};{t:.2f};{2 * t:.2f};{3 * t:.2f}"
+        "mass (g);r (cm);rpm;t1 (s);t2 (s);t3 (s)",
+        lambda m, s, t: f"{m};14.8;{s};{t:.2f};{2 * t:.2f};{3 * t:.2f}",
     )
-    turns = found('"(# turns: [0-9]+)" if the first time covers one turn', hint_of(text, "G303"))
-    kept = log("mass (g);r (cm);rpm;t3 (s)", lambda m, s, t: f"{m};14.8;{s};{3 * t:.2f}")
+    turns = found(
+        '"(# turns: [0-9]+)" if the first time covers one turn', hint_of(text, "G303")
+    )
+    kept = log(
+        "mass (g);r (cm);rpm;t3 (s)", lambda m, s, t: f"{m};14.8;{s};{3 * t:.2f}"
+    )
     assert gives_truth(f"{turns}\n{kept}")
 
 
 def test_period_of_the_ball_is_named_as_the_hint_says() -> None:
     text = log(
-        "mass [g],r [cm],period (s),it took (sec),turns", lambda m, s, t: f"{m},14.8,{60 / s:.4f},{t / 3:.2f},1/3"
+        "mass [g],r [cm],period (s),it took (sec),turns",
+        lambda m, s, t: f"{m},14.8,{60 / s:.4f},{t / 3:.2f},1/3",
     )
     name = found('--map spin_period="([^"]+)"', hint_of(text, "G230"))
     assert gives_truth(text, mapping={"spin_period": name})

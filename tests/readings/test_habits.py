@@ -20,7 +20,9 @@ from gyrodata.readings import read_log
 
 TRUTH = 4.4e-3
 G = 9.803
-CELLS = tomllib.loads((Path(__file__).parent / "cells.toml").read_text(encoding="utf-8"))
+CELLS = tomllib.loads(
+    (Path(__file__).parent / "cells.toml").read_text(encoding="utf-8")
+)
 
 
 def log(template: str, turns: float = 1.0, slower: float = 1.0) -> bytes:
@@ -28,26 +30,40 @@ def log(template: str, turns: float = 1.0, slower: float = 1.0) -> bytes:
     random = np.random.default_rng(5)
     head, star, row = template.partition("\n*")
     lines = [f"# g: {G} m/s^2", head]
-    for number, (mass, spin) in enumerate(itertools.product((20.1, 40.3, 60.2), (212, 398, 604)) if star else (), 1):
+    for number, (mass, spin) in enumerate(
+        itertools.product((20.1, 40.3, 60.2), (212, 398, 604)) if star else (), 1
+    ):
         one = 2 * math.pi * TRUTH * spin * math.pi / 30 / (mass * 1e-3 * G * 0.148)
         time = slower * turns * one + 0.05 * random.standard_normal()
         told = {"number": number, "mass": mass, "spin": spin, "time": time}
-        lines.append(row.format_map(told | {"minutes": time // 60, "seconds": time % 60}))
+        lines.append(
+            row.format_map(told | {"minutes": time // 60, "seconds": time % 60})
+        )
     return ("\n".join(lines) + "\n").encode()
 
 
-@pytest.mark.parametrize("case", CELLS["meant"], ids=lambda case: case["log"].partition("\n*")[0])
+@pytest.mark.parametrize(
+    "case", CELLS["meant"], ids=lambda case: case["log"].partition("\n*")[0]
+)
 def test_it_is_read_as_it_is_meant(case: dict[str, Any]) -> None:
     analysis = analyze(log(case["log"], case["turns"]))
-    assert analysis.inertia.value == pytest.approx(TRUTH, abs=3 * (analysis.inertia.u or 0.0))
+    assert analysis.inertia.value == pytest.approx(
+        TRUTH, abs=3 * (analysis.inertia.u or 0.0)
+    )
     assert 0 < (analysis.inertia.u or 0.0) < 0.03 * TRUTH
-    assert [run.turns for run in analysis.run_table] == pytest.approx([case["turns"]] * 9)
+    assert [run.turns for run in analysis.run_table] == pytest.approx(
+        [case["turns"]] * 9
+    )
 
 
 @pytest.mark.parametrize("case", CELLS["asked"], ids=lambda case: case["says"])
 def test_what_may_mean_two_things_is_asked_about(case: dict[str, str]) -> None:
     told = read_log(log(case["log"])).diagnostics
-    assert any(case["says"] in one.message + one.hint for one in told if one.code == case["code"])
+    assert any(
+        case["says"] in one.message + one.hint
+        for one in told
+        if one.code == case["code"]
+    )
 
 
 def test_a_time_given_as_an_option_does_not_take_the_turns_of_the_header() -> None:
@@ -63,15 +79,23 @@ ONCE = log(PLAIN).decode()
 
 def test_a_position_between_the_runs_is_that_of_the_runs_below() -> None:
     below = log(PLAIN, slower=14.8 / 10.0).decode().split("\n", 2)[2]
-    analysis = analyze(f"{ONCE}moved the weight to 10.0 cm\n{below.replace(',14.8,', ',,')}".encode())
-    assert [run.position for run in analysis.run_table] == pytest.approx([0.148] * 9 + [0.1] * 9)
+    analysis = analyze(
+        f"{ONCE}moved the weight to 10.0 cm\n{below.replace(',14.8,', ',,')}".encode()
+    )
+    assert [run.position for run in analysis.run_table] == pytest.approx(
+        [0.148] * 9 + [0.1] * 9
+    )
     assert analysis.inertia.value == pytest.approx(TRUTH, rel=0.03)
 
 
 def test_runs_copied_below_with_a_column_more_are_refused() -> None:
     head, *rows = ONCE.splitlines()[1:]
-    copy = "\n".join([f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)])
-    with pytest.raises(LogError, match="the table with line 14 repeats runs of a table above"):
+    copy = "\n".join(
+        [f"{head},period [s]", *(f"{row},{row.split(',')[3]}" for row in rows)]
+    )
+    with pytest.raises(
+        LogError, match="the table with line 14 repeats runs of a table above"
+    ):
         analyze(f"{ONCE}\n{copy}\n".encode())
 
 
@@ -85,7 +109,12 @@ def test_a_line_that_every_run_overrules_is_named() -> None:
 def test_a_time_of_a_phone_as_it_is_asked_for_is_the_time_itself() -> None:
     with pytest.raises(LogError, match=r"00:20:13"):
         analyze(f"{HEAD}turns\n20.1,14.8,212,00:20:13,1\n".encode())
-    for unit, time, seconds in (("[s]", "00:20.13", 20.13), ("[h:min:s]", "00:20:13", 1213.0)):
+    for unit, time, seconds in (
+        ("[s]", "00:20.13", 20.13),
+        ("[h:min:s]", "00:20:13", 1213.0),
+    ):
         head = HEAD.replace("time [s]", f"time {unit}")
-        column = read_log(f"{head}turns\n20.1,14.8,212,{time},1\n".encode()).columns["time"]
+        column = read_log(f"{head}turns\n20.1,14.8,212,{time},1\n".encode()).columns[
+            "time"
+        ]
         assert column.values == (pytest.approx(seconds, rel=1e-12),)

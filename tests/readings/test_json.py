@@ -22,16 +22,25 @@ LOG = {
 
 
 def as_csv() -> str:
-    return "\n".join(",".join(row) for row in (LOG, *zip(*LOG.values(), strict=True))) + "\n"
+    return (
+        "\n".join(",".join(row) for row in (LOG, *zip(*LOG.values(), strict=True)))
+        + "\n"
+    )
 
 
 def typed(log: dict[str, list[str]]) -> str:
     """Write columns as JSON with the numbers as they were typed."""
-    return "{" + ", ".join(f'"{name}": [{", ".join(cells)}]' for name, cells in log.items()) + "}"
+    return (
+        "{"
+        + ", ".join(f'"{name}": [{", ".join(cells)}]' for name, cells in log.items())
+        + "}"
+    )
 
 
 def frame() -> pd.DataFrame:
-    return pd.DataFrame({name: [float(cell) for cell in cells] for name, cells in LOG.items()})
+    return pd.DataFrame(
+        {name: [float(cell) for cell in cells] for name, cells in LOG.items()}
+    )
 
 
 def records() -> str:
@@ -39,7 +48,12 @@ def records() -> str:
     return (
         "["
         + ",\n ".join(
-            "{" + ", ".join(f'"{name}": {cell}' for name, cell in zip(LOG, row, strict=True)) + "}" for row in rows
+            "{"
+            + ", ".join(
+                f'"{name}": {cell}' for name, cell in zip(LOG, row, strict=True)
+            )
+            + "}"
+            for row in rows
         )
         + "]"
     )
@@ -57,11 +71,16 @@ EXACT = {
 
 @pytest.mark.parametrize("text", EXACT.values(), ids=list(EXACT))
 def test_json_gives_the_same_answer_as_csv(text: str) -> None:
-    expected, inertia = analyze_briefly(as_csv()).inertia, analyze_briefly(text.encode()).inertia
+    expected, inertia = (
+        analyze_briefly(as_csv()).inertia,
+        analyze_briefly(text.encode()).inertia,
+    )
     assert (inertia.value, inertia.u) == (expected.value, expected.u)
 
 
-@pytest.mark.parametrize("orient", ["list", "dict", "records", "index of pandas", "table"])
+@pytest.mark.parametrize(
+    "orient", ["list", "dict", "records", "index of pandas", "table"]
+)
 def test_json_of_pandas_is_read(orient: str) -> None:
     text = {
         "list": lambda: json.dumps(frame().to_dict("list")),
@@ -76,7 +95,9 @@ def test_json_of_pandas_is_read(orient: str) -> None:
 
 
 def test_constants_and_blank_cells_of_json_are_read() -> None:
-    log: dict[str, Any] = {name: [float(cell) for cell in cells] for name, cells in LOG.items()}
+    log: dict[str, Any] = {
+        name: [float(cell) for cell in cells] for name, cells in LOG.items()
+    }
     log["note"] = [None, "door", float("nan"), "a\tb", ""]
     readings = read_log(json.dumps({"g": "9.803 m/s^2", **log}).encode())
     assert readings.constants == {"g": 9.803}
@@ -93,7 +114,10 @@ DEEP = {
     "lists": "[" * 2000 + "]" * 2000,
     "objects": '{"a":' * 2000 + "1" + "}" * 2000,
     "inside of a table": typed(LOG)[:-1] + ', "b": ' + "[" * 2000 + "]" * 2000 + "}",
-    "inside of a notebook": '{"cells": [{"cell_type": "code", "source": ["x"], "m": ' + "[" * 5000 + "]" * 5000 + "}]}",
+    "inside of a notebook": '{"cells": [{"cell_type": "code", "source": ["x"], "m": '
+    + "[" * 5000
+    + "]" * 5000
+    + "}]}",
     "never closed": '{"a":' * 5000,
 }
 
@@ -127,14 +151,20 @@ def test_key_that_json_contains_twice_is_an_error(text: str) -> None:
 
 
 def test_lists_of_different_lengths_are_refused() -> None:
-    assert "its lists have different lengths, 4, 5" in refusal(typed(LOG | {"turns": ["1"] * 4}))
+    assert "its lists have different lengths, 4, 5" in refusal(
+        typed(LOG | {"turns": ["1"] * 4})
+    )
 
 
 def test_two_tables_in_one_object_are_refused() -> None:
     table = json.loads(records())
-    assert "several tables, practice, runs: keep one" in refusal(json.dumps({"practice": table, "runs": table}))
+    assert "several tables, practice, runs: keep one" in refusal(
+        json.dumps({"practice": table, "runs": table})
+    )
 
 
 def test_half_of_a_sign_in_a_name_is_read() -> None:
     table = [{**run, "\ud800": 1} for run in json.loads(records())]
-    assert write_log(read_log(json.dumps(table).encode(), name="log.json")).encode("utf-8")
+    assert write_log(read_log(json.dumps(table).encode(), name="log.json")).encode(
+        "utf-8"
+    )

@@ -23,9 +23,12 @@ HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 ROW = "20,15.0,406,13.06,1/3\n"
 LOG = HEAD + ROW
 SPACES = " ".join(
-    f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"' for name in ("office", "table", "text")
+    f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"'
+    for name in ("office", "table", "text")
 )
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="limits of a process are another thing there")
+pytestmark = pytest.mark.skipif(
+    os.name == "nt", reason="limits of a process are another thing there"
+)
 
 
 def packed(name: str, text: str) -> bytes:
@@ -62,15 +65,30 @@ def xlsx(part: str, at: str, text: str) -> bytes:
         book.active.append(line.split(","))
     book.save(saved := io.BytesIO())
     stream = io.BytesIO()
-    with zipfile.ZipFile(saved) as old, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new:
+    with (
+        zipfile.ZipFile(saved) as old,
+        zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new,
+    ):
         for name in old.namelist():
             content = old.read(name)
-            new.writestr(name, content.replace(at.encode(), (text + at).encode()) if name == part else content)
+            new.writestr(
+                name,
+                content.replace(at.encode(), (text + at).encode())
+                if name == part
+                else content,
+            )
     return stream.getvalue()
 
 
 def nested_paragraphs() -> bytes:
-    return ods(ods_row("<table:table-cell>" + "<text:p>a" * 3000 + "</text:p>" * 3000 + "</table:table-cell>"))
+    return ods(
+        ods_row(
+            "<table:table-cell>"
+            + "<text:p>a" * 3000
+            + "</text:p>" * 3000
+            + "</table:table-cell>"
+        )
+    )
 
 
 SHEET, END = "xl/worksheets/sheet1.xml", "</sheetData>"
@@ -101,8 +119,13 @@ WORKBOOKS: dict[str, tuple[str, Callable[[], bytes], str]] = {
 
 def shared_strings() -> bytes:
     """Write a workbook whose part of texts is large."""
-    texts = '<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">' + "<si><t>a</t></si>" * 300_000
-    kind = "application/vnd.openxmlformats-officedocument.spreadsheetml.sharedStrings+xml"
+    texts = (
+        '<sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+        + "<si><t>a</t></si>" * 300_000
+    )
+    kind = (
+        "application/vnd.openxmlformats-officedocument.spreadsheetml.sharedStrings+xml"
+    )
     part = f'<Override PartName="/xl/texts.bin" ContentType="{kind}"/>'
     data = io.BytesIO(xlsx("[Content_Types].xml", "</Types>", part))
     with zipfile.ZipFile(data, "a", zipfile.ZIP_DEFLATED) as archive:
@@ -110,7 +133,11 @@ def shared_strings() -> bytes:
     return data.getvalue()
 
 
-WORKBOOKS["shared texts"] = ("a.xlsx", shared_strings, "xl/texts.bin unpacks to 5.1 MB; at most 1 MB")
+WORKBOOKS["shared texts"] = (
+    "a.xlsx",
+    shared_strings,
+    "xl/texts.bin unpacks to 5.1 MB; at most 1 MB",
+)
 
 TEXTS: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "a line of #": ("a.csv", lambda: ("#" * 3_000_000 + "\n" + LOG).encode(), "a line with # of more than 2000"),
@@ -140,17 +167,32 @@ def limited(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
     ours = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "gyrodata", *words]
-    return subprocess.run(command, cwd=folder, env=ours, preexec_fn=limit, capture_output=True, text=True, check=False)
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env=ours,
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
-COMMANDS = [("analyze", name) for name in HOSTILE] + [("check", "styles"), ("check", "a line of #")]
+COMMANDS = [("analyze", name) for name in HOSTILE] + [
+    ("check", "styles"),
+    ("check", "a line of #"),
+]
 
 
 @pytest.mark.parametrize(("command", "name"), COMMANDS)
-def test_file_over_a_limit_is_refused_in_words(command: str, name: str, tmp_path: Path) -> None:
+def test_file_over_a_limit_is_refused_in_words(
+    command: str, name: str, tmp_path: Path
+) -> None:
     file, make, words = HOSTILE[name]
     (tmp_path / file).write_bytes(make())
-    done = limited(tmp_path, command, file, *(["--no-report"] if command == "analyze" else []))
+    done = limited(
+        tmp_path, command, file, *(["--no-report"] if command == "analyze" else [])
+    )
     said = done.stdout + done.stderr
     assert done.returncode in (1, 2), said[-300:]
     assert re.search(rf"{re.escape(file)}.*error G", said)
@@ -171,18 +213,36 @@ def test_paragraphs_inside_of_paragraphs_are_read_once() -> None:
 def test_remark_of_a_cell_is_not_its_text() -> None:
     remark = "<office:annotation><text:p>check!</text:p></office:annotation>"
     cells = "".join(
-        f"<table:table-cell>{remark}<text:p>{text}</text:p></table:table-cell>" for text in ROW[:-1].split(",")
+        f"<table:table-cell>{remark}<text:p>{text}</text:p></table:table-cell>"
+        for text in ROW[:-1].split(",")
     )
     readings = read_log(ods_log(ods_row(cells)))
     assert (readings.ok, len(readings.runs)) == (True, 2)
 
 
-PIECES = ["(", "]", "9", "a", "'", ";", "+-", " ", "= ", "%", "<p", "1.", "20 g ", "x = 1 cm "]
+PIECES = [
+    "(",
+    "]",
+    "9",
+    "a",
+    "'",
+    ";",
+    "+-",
+    " ",
+    "= ",
+    "%",
+    "<p",
+    "1.",
+    "20 g ",
+    "x = 1 cm ",
+]
 ENTRIES: dict[str, Callable[[str], str]] = {
     "header": lambda text: HEAD.replace("\n", f',"{text}"\n') + ROW,
     "unit": lambda text: HEAD.replace("[g]", f"[{text}]") + ROW,
     "cell": lambda text: HEAD + ROW.replace("406", f'"406{text}"'),
-    "note in a cell": lambda text: HEAD.replace("\n", ",note\n") + ROW.replace("\n", f',"{text}"\n'),
+    "note in a cell": lambda text: (
+        HEAD.replace("\n", ",note\n") + ROW.replace("\n", f',"{text}"\n')
+    ),
     "caption": lambda text: f'"{text}"\n{LOG}',
     "key": lambda text: f"# g{text[:1900]}: 9.81 m/s^2\n{LOG}",
     "value": lambda text: f"# u_time: 0.1{text[:1900]}\n{LOG}",
@@ -195,7 +255,11 @@ ENTRIES: dict[str, Callable[[str], str]] = {
 @functools.cache
 def all_entries() -> bytes:
     """Write a program that reads each entry with 9,000 characters of each piece."""
-    logs = [make(piece * (9000 // len(piece))) for make in ENTRIES.values() for piece in PIECES]
+    logs = [
+        make(piece * (9000 // len(piece)))
+        for make in ENTRIES.values()
+        for piece in PIECES
+    ]
     return repr(logs).encode()
 
 
@@ -213,6 +277,11 @@ def test_long_texts_of_every_entry_take_little_time(tmp_path: Path) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (120, 120))
 
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=ours, preexec_fn=limit, capture_output=True, text=True
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=ours,
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
     )
     assert done.stdout == "all read\n", done.stderr[-500:]

@@ -14,21 +14,29 @@ RUNS = [
 ]  # fmt: skip
 CSV = "\n".join(map(",".join, [HEAD, *RUNS])) + "\n"
 SPACES = " ".join(
-    f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"' for name in ("office", "table", "text")
+    f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"'
+    for name in ("office", "table", "text")
 )
 
 
 def cell(text: str) -> str:
     """Write a cell: a number as the program that shows it with a decimal comma stores it."""
     number = text.replace(".", "").isdigit()
-    value = f' office:value-type="float" office:value="{float(text)!r}"' if number else ""
+    value = (
+        f' office:value-type="float" office:value="{float(text)!r}"' if number else ""
+    )
     return f"<table:table-cell{value}><text:p>{text.replace('.', ',') if number else text}</text:p></table:table-cell>"
 
 
 def opendocument(rows: list[list[str]], above: str = "") -> bytes:
     end = '<table:table-cell table:number-columns-repeated="16380"/>'
-    lines = "".join(f"<table:table-row>{''.join(map(cell, row))}{end}</table:table-row>" for row in rows)
-    blank = f'<table:table-row table:number-rows-repeated="1048000">{end}</table:table-row>'
+    lines = "".join(
+        f"<table:table-row>{''.join(map(cell, row))}{end}</table:table-row>"
+        for row in rows
+    )
+    blank = (
+        f'<table:table-row table:number-rows-repeated="1048000">{end}</table:table-row>'
+    )
     sheet = f'<table:table table:name="Sheet1">{lines}{blank}</table:table>'
     content = f'<?xml version="1.0"?>{above}<office:document-content {SPACES}>{sheet}</office:document-content>'
     packed = io.BytesIO()
@@ -40,15 +48,24 @@ def opendocument(rows: list[list[str]], above: str = "") -> bytes:
 
 def test_other_table_gives_the_answer_of_the_csv() -> None:
     other, usual = gyrodata.analyze(opendocument([HEAD, *RUNS])), gyrodata.analyze(CSV)
-    assert (other.inertia.value, other.inertia.u) == (usual.inertia.value, usual.inertia.u)
+    assert (other.inertia.value, other.inertia.u) == (
+        usual.inertia.value,
+        usual.inertia.u,
+    )
 
 
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (opendocument([HEAD, *RUNS], "<!DOCTYPE x [<!ENTITY a 'aaa'>]>"), "cannot be read"),
+        (
+            opendocument([HEAD, *RUNS], "<!DOCTYPE x [<!ENTITY a 'aaa'>]>"),
+            "cannot be read",
+        ),
         (opendocument([]), "is empty"),
-        (b"<!DOCTYPE html><html><p>no table</p></html>", "this is a web page, not a table"),
+        (
+            b"<!DOCTYPE html><html><p>no table</p></html>",
+            "this is a web page, not a table",
+        ),
     ],
 )
 def test_file_without_a_table_is_refused(data: bytes, said: str) -> None:

@@ -40,7 +40,10 @@ def test_each_key_has_its_names_and_its_kind_of_quantity():
 @pytest.mark.parametrize(
     ("lines", "codes"),
     [
-        ("# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2\n# reported_exponent: 0.98 ± 0.02", []),
+        (
+            "# reported_inertia: 4.4e-3 ± 0.1e-3 kg m^2\n# reported_exponent: 0.98 ± 0.02",
+            [],
+        ),
         ("# reported_inertia: 4.4e-3", ["G308"]),
         ("# reported_inertai: 4.4 g m^2", ["G305"]),
     ],
@@ -65,4 +68,8 @@ def test_answer_in_a_line_of_a_report_is_found(line, read, tmp_path):
     (tmp_path / "log.csv").write_text(LOG)
     (tmp_path / "report.txt").write_text(f"Lab 4\n{line}\n")
     said = CliRunner().invoke(app, ["check", "--hand-in", str(tmp_path)]).output
-    assert ("G719" in said) if not read else (f"I_zz = {read}, read from report.txt, line 2" in said), said
+    assert (
+        ("G719" in said)
+        if not read
+        else (f"I_zz = {read}, read from report.txt, line 2" in said)
+    ), said

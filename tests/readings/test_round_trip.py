@@ -116,7 +116,9 @@ def test_fixed_log_has_the_same_answer_and_the_column(header, tmp_path):
     text = io.StringIO()
     rows = [row.split(";") for row in FIVE.splitlines()]
     writer = csv.writer(text, delimiter=";", lineterminator="\n")
-    writer.writerows([*row, cell] for row, cell in zip(rows, [header, *cells], strict=True))
+    writer.writerows(
+        [*row, cell] for row, cell in zip(rows, [header, *cells], strict=True)
+    )
     log, fixed = tmp_path / "log.csv", tmp_path / "log-fixed.csv"
     log.write_text(text.getvalue(), encoding="utf-8")
     done = CliRunner().invoke(app, ["check", "--fix", str(log)])
@@ -124,4 +126,7 @@ def test_fixed_log_has_the_same_answer_and_the_column(header, tmp_path):
     written = cells_of(fixed.read_text(encoding="utf-8"))
     assert written["note" if header == "comment" else header] == cells
     before, after = gyrodata.analyze(log), gyrodata.analyze(fixed)
-    assert (after.inertia.value, after.inertia.u) == (before.inertia.value, before.inertia.u)
+    assert (after.inertia.value, after.inertia.u) == (
+        before.inertia.value,
+        before.inertia.u,
+    )

@@ -32,35 +32,66 @@ def runs(row: str, turns: float = 1.0, masses: Sequence[str] = MASSES) -> str:
     """Write a row for each run; {d} is the mass, or blank below the same mass; {c} is the time in min:s."""
     each = [(m, s, t(m, s, turns)) for m in masses for s in SPINS]
     of_runs = (
-        {"m": m, "s": s, "t": time, "d": m if s == 206 else "", "c": f"0:{float(time):05.2f}"} for m, s, time in each
+        {
+            "m": m,
+            "s": s,
+            "t": time,
+            "d": m if s == 206 else "",
+            "c": f"0:{float(time):05.2f}",
+        }
+        for m, s, time in each
     )
     return "".join(row.format_map(run) for run in of_runs)
 
 
 def crossed(label: str = "{s}", masses: Sequence[str] = MASSES) -> str:
-    return "".join(f"{label.format(s=s)},{','.join(t(m, s) for m in masses)}\n" for s in SPINS)
+    return "".join(
+        f"{label.format(s=s)},{','.join(t(m, s) for m in masses)}\n" for s in SPINS
+    )
 
 
 def sheet(mass: str) -> list[list[str]]:
-    head = [["Mass (g)", mass], ["r (cm)", "14.8"], ["Turns", "1"], ["Spin (rpm)", "Time (s)"]]
+    head = [
+        ["Mass (g)", mass],
+        ["r (cm)", "14.8"],
+        ["Turns", "1"],
+        ["Spin (rpm)", "Time (s)"],
+    ]
     return [*head, *([str(s), t(mass, s)] for s in SPINS)]
 
 
 def program(list_of: str) -> str:
     """Write each quantity as a list of a program, with its unit in a comment."""
-    columns = (("m", "{m}", "g"), ("rpm", "{s}", ""), ("turns", "1", ""), ("t", "{t}", "s"))
-    cells = {name: ", ".join(runs(cell + ";").split(";")[:-1]) for name, cell, _ in columns}
-    return "".join(f"{name} = {list_of.format(cells[name])}  # {unit}\n" for name, _, unit in columns)
+    columns = (
+        ("m", "{m}", "g"),
+        ("rpm", "{s}", ""),
+        ("turns", "1", ""),
+        ("t", "{t}", "s"),
+    )
+    cells = {
+        name: ", ".join(runs(cell + ";").split(";")[:-1]) for name, cell, _ in columns
+    }
+    return "".join(
+        f"{name} = {list_of.format(cells[name])}  # {unit}\n"
+        for name, _, unit in columns
+    )
 
 
 def notebook(sources: Sequence[str]) -> str:
     """Write cells as a notebook of Jupyter."""
     return json.dumps(
-        {"cells": [{"cell_type": "code", "source": [source]} for source in sources], "nbformat": 4}, indent=1
+        {
+            "cells": [{"cell_type": "code", "source": [source]} for source in sources],
+            "nbformat": 4,
+        },
+        indent=1,
     )
 
 
-SURFACE, FROM_SURFACE = "{m};9.72;{s};{t};1\n", "r is measured from the surface of the ball"
+SURFACE, FROM_SURFACE = (
+    "{m};9.72;{s};{t};1\n",
+    "r is measured from the surface of the ball",
+)
 READ = {
     "weights at the top": "One turn, r = 14.8 cm\nTime (s)\nSpin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(),
     "times with weights": "r = 14.8 cm, one turn\nspin (rpm)" + "".join(f",time (s) with {m} g" for m in MASSES) + "\n"
@@ -287,8 +318,13 @@ def test_each_run_is_read_as_it_is_meant(name: str) -> None:
 def test_runs_of_a_crossed_table_have_the_places_of_their_cells() -> None:
     log = read_log(READ["weights at the top"].encode())
     assert log.lines == (4, 4, 4, 5, 5, 5, 6, 6, 6)
-    assert log.columns["mass"].values[:4] == pytest.approx((0.0201, 0.0403, 0.0602, 0.0201))
-    assert (log.columns["time"].place(1).line, log.columns["time"].place(1).column) == (4, 11)
+    assert log.columns["mass"].values[:4] == pytest.approx(
+        (0.0201, 0.0403, 0.0602, 0.0201)
+    )
+    assert (log.columns["time"].place(1).line, log.columns["time"].place(1).column) == (
+        4,
+        11,
+    )
 
 
 TURNS_IN_WORDS = {
@@ -303,8 +339,12 @@ TURNS_IN_WORDS = {
 
 
 @pytest.mark.parametrize("words", TURNS_IN_WORDS)
-def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(words: str) -> None:
-    log = read_log(f"# r: 14.8 cm\n{PLAIN[0].replace('time (s)', f'{words} (s)')}{runs(PLAIN[1])}")
+def test_turns_in_words_of_many_languages_are_read_in_the_header_of_a_time(
+    words: str,
+) -> None:
+    log = read_log(
+        f"# r: 14.8 cm\n{PLAIN[0].replace('time (s)', f'{words} (s)')}{runs(PLAIN[1])}"
+    )
     assert log.columns["turns"].values == pytest.approx([TURNS_IN_WORDS[words]] * 9)
 
 
@@ -319,7 +359,10 @@ BEFORE_AND_AFTER = (
 
 @pytest.mark.parametrize("pair", BEFORE_AND_AFTER.split("; "))
 def test_spin_before_and_after_is_read_in_many_languages(pair: str) -> None:
-    log = read_log(HEAD.replace("spin (rpm)", pair.replace(", ", ";")) + runs(ROW.replace("{s}", "{s};{s}")))
+    log = read_log(
+        HEAD.replace("spin (rpm)", pair.replace(", ", ";"))
+        + runs(ROW.replace("{s}", "{s};{s}"))
+    )
     assert {"spin_start", "spin_end"} <= log.columns.keys()
 
 
@@ -335,12 +378,18 @@ PARTS = {
 @pytest.mark.parametrize("words", PARTS)
 def test_part_of_a_turn_is_read_in_a_header_and_in_a_line(words: str) -> None:
     heads = [PLAIN[0].replace("time (s)", f"{words} (s)"), f"{words}\n{PLAIN[0]}"]
-    for head in heads if words[-2] not in "/_" else [PLAIN[0].replace("time (s)", words)]:
+    for head in (
+        heads if words[-2] not in "/_" else [PLAIN[0].replace("time (s)", words)]
+    ):
         log = read_log(f"# r: 14.8 cm\n{head}{runs(PLAIN[1], PARTS[words])}")
         assert log.columns["turns"].values == pytest.approx([PARTS[words]] * 9)
 
 
-HALF = "All times are for one full turn.\n" + HEAD.replace("time (s);turns", "half a turn (s)") + runs(SHORT, 0.5)
+HALF = (
+    "All times are for one full turn.\n"
+    + HEAD.replace("time (s);turns", "half a turn (s)")
+    + runs(SHORT, 0.5)
+)
 ORIGINS = "The position is measured from the centre of the ball\n"
 FULL = "Time for one full revolution of the rod, weight 14.8 cm from the centre\n"
 ASKED = [
@@ -355,18 +404,26 @@ ASKED = [
 
 
 @pytest.mark.parametrize(("log", "code", "words"), ASKED)
-def test_what_contradicts_itself_is_asked_about(log: str, code: str, words: str) -> None:
+def test_what_contradicts_itself_is_asked_about(
+    log: str, code: str, words: str
+) -> None:
     with pytest.raises(LogError, match=f"(?s){code}.*{words}"):
         analyze(log)
 
 
 def test_option_decides_which_turns_are_right() -> None:
-    found = [analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")]
+    found = [
+        analyze(HALF, settings={"turns": turns}).inertia.value for turns in ("1/2", "1")
+    ]
     assert found == pytest.approx([TRUTH, TRUTH / 2], rel=0.02)
 
 
 HINTS = {
-    "two times": (ROW.replace("{t}", "{t} and {t}"), "write the one that is right", ROW),
+    "two times": (
+        ROW.replace("{t}", "{t} and {t}"),
+        "write the one that is right",
+        ROW,
+    ),
     "no mass": (ROW.replace("{m}", ""), "write it there", ROW),
 }
 
@@ -392,7 +449,9 @@ def test_spin_that_is_read_only_before_the_runs_gives_the_truth(tau: float) -> N
     for mass in (20.0, 40.0, 60.0):
         for rpm in (200, 400, 600):
             torque = 1e-3 * mass * 9.80665 * 0.15
-            time = tau * math.log1p(6 * math.pi * inertia * rpm * math.pi / 30 / (torque * tau))
+            time = tau * math.log1p(
+                6 * math.pi * inertia * rpm * math.pi / 30 / (torque * tau)
+            )
             log += f"{mass:.2f},15.0,{rpm},{time + random.normal(0, 0.1):.2f},3\n"
     found = analyze(log).inertia
     assert found.interval_95 is not None
@@ -416,16 +475,23 @@ def test_period_of_one_turn_is_asked_about_if_a_note_counts_more(note: str) -> N
 
 
 def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
-    log = HEAD + runs(ROW) + "u(r) = 1 mm, u(t) = 0.15 s, u(m) = 0.1 g, combined in quadrature\n"
+    log = (
+        HEAD
+        + runs(ROW)
+        + "u(r) = 1 mm, u(t) = 0.15 s, u(m) = 0.1 g, combined in quadrature\n"
+    )
     assert is_right(log)
 
 
 def test_column_that_was_taken_as_the_number_of_the_run_can_be_named_by_map() -> None:
     log = HEAD.replace("turns", "N") + "".join(
-        f"{row};{n}\n" for n, row in enumerate(runs("{m};14.8;{s};{t}\n").splitlines(), 1)
+        f"{row};{n}\n"
+        for n, row in enumerate(runs("{m};14.8;{s};{t}\n").splitlines(), 1)
     )
     assert "turns" not in read_log(log).columns
-    assert read_log(log, mapping={"turns": "N"}).columns["turns"].values == tuple(map(float, range(1, 10)))
+    assert read_log(log, mapping={"turns": "N"}).columns["turns"].values == tuple(
+        map(float, range(1, 10))
+    )
 
 
 def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
@@ -434,16 +500,25 @@ def test_number_of_a_hole_can_be_explained_as_the_hint_says() -> None:
     assert is_right("# hole no. 1: 14.8 cm\n" + log)
     weights = HEAD.replace("mass (g)", "Weight") + runs(ROW)
     for number, mass in enumerate(MASSES, 1):
-        weights = f"# Weight {number}: {mass} g\n" + weights.replace(f"\n{mass};", f"\n{number};")
+        weights = f"# Weight {number}: {mass} g\n" + weights.replace(
+            f"\n{mass};", f"\n{number};"
+        )
     assert is_right(weights)
     assert "nothing is read from it" not in str(read_log(weights).diagnostics)
 
 
-@pytest.mark.parametrize("thing", ["the ball", "the rod", "the sphere", "the ball and the rod"])
+@pytest.mark.parametrize(
+    "thing", ["the ball", "the rod", "the sphere", "the ball and the rod"]
+)
 def test_unit_of_another_thing_is_not_the_unit_of_a_column(thing: str) -> None:
     bare = "mass;r (cm);spin (rpm);time (s);turns\n" + runs(ROW)
     assert is_right(f"masses in g\n{bare}")
-    for line in (f"mass of {thing} in kg", f"{thing} in kg", f"Units: mass of {thing} in kg", "hook: 5 g"):
+    for line in (
+        f"mass of {thing} in kg",
+        f"{thing} in kg",
+        f"Units: mass of {thing} in kg",
+        "hook: 5 g",
+    ):
         told = read_log(f"# {line}\n{bare}").diagnostics
         assert [one.code for one in told if one.severity == "error"] == ["G206"], line
 
@@ -461,21 +536,45 @@ def test_first_of_the_repeats_below_a_title_is_a_time_and_no_mean_is() -> None:
 
 
 def test_turns_of_each_row_can_be_written_as_the_hint_says() -> None:
-    rows = [(m, arm, 5 if m == "30.1" else 1) for m in ("30.1", "60.2") for arm in ("12.0", "16.0", "20.0", "24.0")]
+    rows = [
+        (m, arm, 5 if m == "30.1" else 1)
+        for m in ("30.1", "60.2")
+        for arm in ("12.0", "16.0", "20.0", "24.0")
+    ]
     typed = [f"{m};{arm};407;{t(m, 407, turns, arm)}" for m, arm, turns in rows]
-    with pytest.raises(LogError, match=r"G420(?s:.*)in a column turns, and no turns in the header of the time"):
-        analyze(HEAD.replace("time (s);turns", "time for 5 turns (s)") + "\n".join(typed) + "\n")
-    assert is_right(HEAD + "".join(f"{row};{turns}\n" for row, (_, _, turns) in zip(typed, rows, strict=True)))
+    with pytest.raises(
+        LogError,
+        match=r"G420(?s:.*)in a column turns, and no turns in the header of the time",
+    ):
+        analyze(
+            HEAD.replace("time (s);turns", "time for 5 turns (s)")
+            + "\n".join(typed)
+            + "\n"
+        )
+    assert is_right(
+        HEAD
+        + "".join(
+            f"{row};{turns}\n" for row, (_, _, turns) in zip(typed, rows, strict=True)
+        )
+    )
 
 
 def test_angle_among_numbers_of_turns_is_asked_about() -> None:
-    typed = runs("{m};14.8;{s};{t};1/4\n", 0.25).replace(f"{t('60.2', 598, 0.25)};1/4", f"{t('60.2', 598, 0.25)};90")
-    with pytest.raises(LogError, match=r'turns "90" looks like an angle(?s:.*)write 1/4'):
+    typed = runs("{m};14.8;{s};{t};1/4\n", 0.25).replace(
+        f"{t('60.2', 598, 0.25)};1/4", f"{t('60.2', 598, 0.25)};90"
+    )
+    with pytest.raises(
+        LogError, match=r'turns "90" looks like an angle(?s:.*)write 1/4'
+    ):
         analyze(HEAD + typed)
 
 
 def test_weight_in_newtons_can_be_written_as_the_hint_says() -> None:
-    newtons = "".join(f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    newtons = "".join(
+        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n"
+        for m in MASSES
+        for s in SPINS
+    )
     log = HEAD.replace("mass (g)", "poids") + newtons
     assert "N for a weight" in str(read_log(log).diagnostics)
     assert is_right(log.replace("poids", "poids [N]"))
@@ -488,14 +587,20 @@ def test_cell_that_is_missing_in_a_row_can_be_written_as_the_hint_says() -> None
 
 
 def test_rounding_of_a_position_is_printed_as_it_was_typed() -> None:
-    rows = "".join(f"{m};10;{s};{t(m, s, arm='15.08')};1\n" for m in MASSES for s in SPINS)
-    found = analyze("# ball_diameter: 101.6 mm\n# position_from: surface\n" + HEAD + rows)
+    rows = "".join(
+        f"{m};10;{s};{t(m, s, arm='15.08')};1\n" for m in MASSES for s in SPINS
+    )
+    found = analyze(
+        "# ball_diameter: 101.6 mm\n# position_from: surface\n" + HEAD + rows
+    )
     hints = [one.hint for one in found.diagnostics if one.code == "G407"]
     assert [hint for hint in hints if "such as 10.0" in hint] == hints != []
 
 
 def test_warning_about_a_run_marks_the_cell_that_may_be_wrong() -> None:
-    log = HEAD + runs(ROW).replace(f"40.3;14.8;407;{t('40.3', 407)}", f"40.3;148;407;{t('40.3', 407)}")
+    log = HEAD + runs(ROW).replace(
+        f"40.3;14.8;407;{t('40.3', 407)}", f"40.3;148;407;{t('40.3', 407)}"
+    )
     (found,) = [one for one in analyze(log).diagnostics if one.code == "G410"]
     assert (found.line, found.column) == (6, 6)
     assert [one.code for one in analyze(log).diagnostics if one.code == "G441"] == []
@@ -503,7 +608,9 @@ def test_warning_about_a_run_marks_the_cell_that_may_be_wrong() -> None:
 
 def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
     two = HEAD.replace("spin (rpm)", "spin (rpm);spin (rpm)")
-    assert "write spin_start [rpm] over" in str(read_log(two + runs("{m};14.8;{s};{s};{t};1\n")).diagnostics)
+    assert "write spin_start [rpm] over" in str(
+        read_log(two + runs("{m};14.8;{s};{s};{t};1\n")).diagnostics
+    )
     named = two.replace("spin (rpm);spin (rpm)", "spin_start [rpm];spin_end [rpm]")
     assert is_right(named + runs("{m};14.8;{s};{s};{t};1\n"))
 
@@ -511,7 +618,10 @@ def test_columns_of_one_name_get_the_names_that_the_hint_says() -> None:
 def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
     row = "{m};14.8;{s};{t};2\n"
     bare = "m;d;n;T;turns\n" + runs(row, 2)
-    with pytest.raises(LogError, match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)"n" \(spin\) has no unit'):
+    with pytest.raises(
+        LogError,
+        match=r'"T" fits(?s:.*)"precession_period \[s\]"(?s:.*)"n" \(spin\) has no unit',
+    ):
         analyze(bare)
     assert is_right("m [g];d [cm];n [rpm];time [s];turns\n" + runs(row, 2))
 
@@ -519,18 +629,32 @@ def test_headers_of_two_roles_can_be_written_as_the_hint_says() -> None:
 def test_exchanged_columns_of_mass_and_position_are_named() -> None:
     exchanged = HEAD.replace("mass (g);r (cm)", "r (cm);mass (g)")
     rows = runs("{m};14.8;{s};{t};1\n", masses=("20.1", "40.3", "120.2"))
-    (found,) = [one for one in analyze(exchanged + rows).diagnostics if one.code == "G441"]
-    assert 'write "position [cm]" over the first and "mass [g]" over the second' in found.hint
-    assert [one for one in analyze(HEAD + rows).diagnostics if one.code in ("G440", "G441")] == []
+    (found,) = [
+        one for one in analyze(exchanged + rows).diagnostics if one.code == "G441"
+    ]
+    assert (
+        'write "position [cm]" over the first and "mass [g]" over the second'
+        in found.hint
+    )
+    assert [
+        one for one in analyze(HEAD + rows).diagnostics if one.code in ("G440", "G441")
+    ] == []
 
 
 def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> None:
     typed = HEAD + runs("{m};14.8;{s};{t} / {t};1\n")
     assert "write them in two columns" in str(read_log(typed).diagnostics)
-    assert is_right(HEAD.replace("time (s)", "time 1 (s);time 2 (s)") + runs("{m};14.8;{s};{t};{t};1\n"))
-    hertz = "".join(f"{m};14.8;{s};{s / 60:.3f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    assert is_right(
+        HEAD.replace("time (s)", "time 1 (s);time 2 (s)")
+        + runs("{m};14.8;{s};{t};{t};1\n")
+    )
+    hertz = "".join(
+        f"{m};14.8;{s};{s / 60:.3f};{t(m, s)};1\n" for m in MASSES for s in SPINS
+    )
     header = HEAD.replace("spin (rpm)", "spin before (rpm);spin after")
-    assert 'write the header as "spin after [rpm]"' in str(read_log(header + hertz).diagnostics)
+    assert 'write the header as "spin after [rpm]"' in str(
+        read_log(header + hertz).diagnostics
+    )
     with pytest.raises(LogError):
         analyze(header + hertz)
     assert is_right(header.replace("spin after", "spin after (Hz)") + hertz)
@@ -554,7 +678,9 @@ def test_what_students_write_for_times_turns_and_distances_is_read(case: str) ->
 
 
 def test_all_blank_cells_of_turns_are_named_at_once() -> None:
-    full, blank = (runs(row).splitlines(keepends=True) for row in (ROW, ROW.replace(";1\n", ";\n")))
+    full, blank = (
+        runs(row).splitlines(keepends=True) for row in (ROW, ROW.replace(";1\n", ";\n"))
+    )
     log = HEAD + "".join(blank[i] if i in (0, 1, 4, 6) else full[i] for i in range(9))
     assert "turns is blank in lines 2-3, 6, 8" in str(read_log(log).diagnostics)
 
@@ -565,7 +691,9 @@ def test_doubtful_time_can_be_written_as_the_hint_says() -> None:
 
 
 def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
-    log = HEAD.replace("turns", "turns;torque [mN m]") + runs("{m};14.8;{s};{t};1;{m}\n").replace("14.8", "0", 1)
+    log = HEAD.replace("turns", "turns;torque [mN m]") + runs(
+        "{m};14.8;{s};{t};1;{m}\n"
+    ).replace("14.8", "0", 1)
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         analyze(log)
@@ -579,15 +707,27 @@ def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
      (HEAD.replace("r (cm)", "centre to inner face of the weight (cm)") + runs(ROW), "note"),
      (HEAD.replace("r (cm)", "r (mm)") + runs(ROW), "size")],
 )  # fmt: skip
-def test_answer_that_the_log_contradicts_is_not_safe_to_quote(log: str, kind: str) -> None:
+def test_answer_that_the_log_contradicts_is_not_safe_to_quote(
+    log: str, kind: str
+) -> None:
     assert [doubt.kind for doubt in gyrodata.analyze(log).doubts] == [kind]
     assert gyrodata.analyze(HEAD + runs(ROW)).doubts == ()
 
 
 def test_times_of_a_running_stopwatch_are_asked_about() -> None:
-    head, row = HEAD.replace("time (s);turns", "lap 1 (s);lap 2 (s);lap 3 (s)"), "{m};14.8;{s};{t};{t2};{t3}\n"
-    log = head + "".join(row.format(m=m, s=s, t=t(m, s), t2=t(m, s, 2), t3=t(m, s, 3)) for m in MASSES for s in SPINS)
-    assert 'keep only the column "lap 3 (s)", and write how many turns it covers' in str(read_log(log).diagnostics)
+    head, row = (
+        HEAD.replace("time (s);turns", "lap 1 (s);lap 2 (s);lap 3 (s)"),
+        "{m};14.8;{s};{t};{t2};{t3}\n",
+    )
+    log = head + "".join(
+        row.format(m=m, s=s, t=t(m, s), t2=t(m, s, 2), t3=t(m, s, 3))
+        for m in MASSES
+        for s in SPINS
+    )
+    assert (
+        'keep only the column "lap 3 (s)", and write how many turns it covers'
+        in str(read_log(log).diagnostics)
+    )
     last = HEAD.replace("time (s);turns", "lap 3 (s)")
     rows = "".join(f"{m};14.8;{s};{t(m, s, 3)}\n" for m in MASSES for s in SPINS)
     assert is_right("# turns: 3\n" + last + rows)
@@ -600,11 +740,17 @@ def test_header_with_other_delimiters_than_the_rows_is_split() -> None:
 
 
 def test_frames_of_a_video_are_not_times() -> None:
-    log = HEAD.replace("time (s)", "first frame;last frame") + runs("{m};14.8;{s};100;{s};1\n")
+    log = HEAD.replace("time (s)", "first frame;last frame") + runs(
+        "{m};14.8;{s};100;{s};1\n"
+    )
     assert "time is missing" in str(read_log(log).diagnostics)
 
 
-TITLES = ["Steel ball gyroscope: time of ONE precession turn", "Monday - 1 turn per measurement", "# t_s: one turn"]
+TITLES = [
+    "Steel ball gyroscope: time of ONE precession turn",
+    "Monday - 1 turn per measurement",
+    "# t_s: one turn",
+]
 
 
 @pytest.mark.parametrize("title", TITLES)
@@ -613,13 +759,19 @@ def test_turns_in_a_title_are_valid_for_all_runs(title: str) -> None:
 
 
 def test_sentences_with_the_spin_before_and_after_are_runs() -> None:
-    lines = runs("Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} U/min, gestoppte Zeit {t} s\n")
+    lines = runs(
+        "Gewicht {m} g bei 14,8 cm, Drehzahl am Anfang {s} U/min, am Ende {s} U/min, gestoppte Zeit {t} s\n"
+    )
     assert is_right("Gestoppt wurde immer ein voller Umlauf.\n\n" + lines)
 
 
 @pytest.mark.parametrize("names", ["rpm1;rpm2", "spin1 (rpm);spin2 (rpm)"])
 def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
-    rows = "".join(f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n" for m in MASSES for s in SPINS)
+    rows = "".join(
+        f"{m};14.8;{1.1 * s:.1f};{0.9 * s:.1f};{t(m, s)};1\n"
+        for m in MASSES
+        for s in SPINS
+    )
     assert is_right(HEAD.replace("spin (rpm)", names) + rows)
 
 

@@ -26,7 +26,14 @@ STATED = {
 
 
 def constants_of(log: str | bytes) -> list[object]:
-    names = ("constants", "uncertainties", "motion", "balanced", "balance_drift", "spin_down")
+    names = (
+        "constants",
+        "uncertainties",
+        "motion",
+        "balanced",
+        "balance_drift",
+        "spin_down",
+    )
     readings = gyrodata.read_log(log.encode() if isinstance(log, str) else log)
     return [getattr(readings, name) for name in names]
 
@@ -50,7 +57,11 @@ def test_constant_in_cells_counts_as_it_does_behind_a_hash(key: str) -> None:
     expected = constants_of(f"# {key}: {value}\n{TABLE}")
     assert expected != constants_of(TABLE)
     number, _, unit = value.partition(" ")
-    logs = [f"{key},{value}\n{TABLE}", f"{key}: {value}\n{TABLE}", f"{TABLE}\n{key} = {value}\n"]
+    logs = [
+        f"{key},{value}\n{TABLE}",
+        f"{key}: {value}\n{TABLE}",
+        f"{TABLE}\n{key} = {value}\n",
+    ]
     logs.append(in_a_workbook([key, value]))
     logs += [in_a_workbook([key, number, unit])] if unit and " " not in unit else []
     for log in logs:
@@ -63,7 +74,10 @@ def test_row_of_uncertainties_is_still_a_row_of_a_table() -> None:
         row.append(cell)
     upright = answer("\n".join(map(",".join, rows)))
     across = answer("\n".join(map(",".join, zip(*rows, strict=True))))
-    assert (across.inertia.value, across.inertia.u) == (upright.inertia.value, upright.inertia.u)
+    assert (across.inertia.value, across.inertia.u) == (
+        upright.inertia.value,
+        upright.inertia.u,
+    )
 
 
 def test_uncertainty_that_cannot_be_read_is_an_error_with_its_place() -> None:

@@ -16,7 +16,23 @@ ROWS = (
     ("60.1", "16.4", "386", "23.25", "2"),
     ("60.1", "16.4", "610", "18.37", "1"),
 )
-WORDS = ("?", "??", "n/a", "N/A", "n.a.", "NA", "na", "#N/A", "TBD", "tbd", "unknown", "x", "nan", "NaN", "see notes")
+WORDS = (
+    "?",
+    "??",
+    "n/a",
+    "N/A",
+    "n.a.",
+    "NA",
+    "na",
+    "#N/A",
+    "TBD",
+    "tbd",
+    "unknown",
+    "x",
+    "nan",
+    "NaN",
+    "see notes",
+)
 
 
 def table(rows: list[list[str]], head: tuple[str, ...] = ROLES) -> str:
@@ -41,13 +57,19 @@ def test_text_in_a_load_is_a_question(load: str, word: str) -> None:
         rows = [[f"{float(row[0]) * 9.8e-3:.4f}", *row[1:]] for row in rows]
     if load == "torque":
         head = ["torque [mN*m]", *head[2:]]
-        rows = [[f"{float(row[0]) * float(row[1]) * 9.8e-2:.3f}", *row[2:]] for row in rows]
+        rows = [
+            [f"{float(row[0]) * float(row[1]) * 9.8e-2:.3f}", *row[2:]] for row in rows
+        ]
     assert read_log(table(rows, tuple(head))).ok
     for run in (0, 1, 3):
         changed = [list(row) for row in rows]
         changed[run][at] = word
         found = read_log(table(changed, tuple(head)))
-        asked = [one for one in errors_of(found) if one.line == run + 2 and one.column is not None]
+        asked = [
+            one
+            for one in errors_of(found)
+            if one.line == run + 2 and one.column is not None
+        ]
         assert asked, f"{word} in line {run + 2}"
         assert word in asked[0].message
         column = table(changed, tuple(head)).splitlines()[run + 1]
@@ -89,7 +111,14 @@ def test_value_for_the_whole_log_does_not_answer_a_question_mark() -> None:
 def positions(cells: str) -> Readings:
     """A log with these positions, one letter for each run: b is blank."""
     known = {"a": "16.2", "c": "15.2", "d": "16.4", "b": ""}
-    return read_log(table([[row[0], known[cell], *row[2:]] for row, cell in zip(ROWS, cells, strict=True)]))
+    return read_log(
+        table(
+            [
+                [row[0], known[cell], *row[2:]]
+                for row, cell in zip(ROWS, cells, strict=True)
+            ]
+        )
+    )
 
 
 @pytest.mark.parametrize("cells", ["abcbdb", "abbbbb", "acccdb", "abcbdd"])
@@ -102,7 +131,10 @@ def test_blank_position_takes_the_one_above_for_the_same_weight(cells: str) -> N
     assert again.columns["position"].values == column.values
 
 
-@pytest.mark.parametrize(("cells", "line"), [("aabbdd", 4), ("abcbbb", 6), ("abbbdb", 4), ("abbcdd", 4), ("aaccbb", 6)])
+@pytest.mark.parametrize(
+    ("cells", "line"),
+    [("aabbdd", 4), ("abcbbb", 6), ("abbbdb", 4), ("abbcdd", 4), ("aaccbb", 6)],
+)
 def test_blank_position_of_another_weight_is_a_question(cells: str, line: int) -> None:
     found = positions(cells)
     assert [one.code for one in errors_of(found)] == ["G302"]
@@ -113,9 +145,34 @@ def test_blank_position_of_another_weight_is_a_question(cells: str, line: int) -
 # --- numbers of turns that are none -----------------------------------------------------------------------------
 
 IMPOSSIBLE = ("1/0", "0/0", "0/3", "3/0", "12/00", "1⁄0", "1 / 0")
-ODD = (*IMPOSSIBLE, "0", "1e999", "1e-999", "99999999999999999999", "1//3", "½/0", "1 1/0", "∞", "1:0", "zero")
-LINES = ("time for {} turns", "{} turns", "turns: {}", "turns = {}", "time = {} turns", "Zeit für {} Umdrehungen")
-HEADERS = ("time for {} turns [s]", "{} turns (s)", "t({} rev) [s]", "time {} turns", "t {} turn / s")
+ODD = (
+    *IMPOSSIBLE,
+    "0",
+    "1e999",
+    "1e-999",
+    "99999999999999999999",
+    "1//3",
+    "½/0",
+    "1 1/0",
+    "∞",
+    "1:0",
+    "zero",
+)
+LINES = (
+    "time for {} turns",
+    "{} turns",
+    "turns: {}",
+    "turns = {}",
+    "time = {} turns",
+    "Zeit für {} Umdrehungen",
+)
+HEADERS = (
+    "time for {} turns [s]",
+    "{} turns (s)",
+    "t({} rev) [s]",
+    "time {} turns",
+    "t {} turn / s",
+)
 
 
 def logs_with(count: str) -> dict[str, str]:
@@ -125,8 +182,14 @@ def logs_with(count: str) -> dict[str, str]:
     logs = {f"cell: {count}": table([rows[0], [*rows[1][:4], count], *rows[2:]])}
     for words in LINES:
         text = words.format(count)
-        logs |= {f"line with a column: {text}": f"# {text}\n{table(rows)}", f"line: {text}": f"# {text}\n{without}"}
-        logs |= {f"title: {text}": f"{text}\n{without}", f"below: {text}": f"{without}{text}\n"}
+        logs |= {
+            f"line with a column: {text}": f"# {text}\n{table(rows)}",
+            f"line: {text}": f"# {text}\n{without}",
+        }
+        logs |= {
+            f"title: {text}": f"{text}\n{without}",
+            f"below: {text}": f"{without}{text}\n",
+        }
     for words in HEADERS:
         text = words.format(count)
         logs[f"header: {text}"] = without.replace("time [s]", text)
@@ -146,13 +209,19 @@ def test_impossible_number_of_turns_is_no_fault_of_the_tool(count: str) -> None:
 
 @pytest.mark.parametrize("count", IMPOSSIBLE)
 @pytest.mark.parametrize("words", ["time for {} turns", "Zeit für {} Umdrehungen"])
-def test_line_with_an_impossible_number_of_turns_is_an_error_with_its_line(words: str, count: str) -> None:
+def test_line_with_an_impossible_number_of_turns_is_an_error_with_its_line(
+    words: str, count: str
+) -> None:
     text = words.format(count)
     rows = [list(row) for row in ROWS]
     (error,) = errors_of(read_log(f"# station: 3\n# {text}\n{table(rows)}"))
     assert (error.code, error.line) == ("G306", 2)
     header = f"time for {count} turns [s]"
-    errors = errors_of(read_log(table([row[:4] for row in rows], ROLES[:4]).replace("time [s]", header)))
+    errors = errors_of(
+        read_log(
+            table([row[:4] for row in rows], ROLES[:4]).replace("time [s]", header)
+        )
+    )
     assert errors
     assert errors[0].line == 1
 
@@ -176,14 +245,18 @@ def power(number: str, form: str) -> str:
 
 @pytest.mark.parametrize("form", ["E+", "e", "e+", "comma", "E0", "blank"])
 def test_powers_of_ten_are_numbers_in_every_column(form: str) -> None:
-    rows = [[*row[:4], {"1/3": "0.5", "2/3": "1.5"}.get(row[4], row[4])] for row in ROWS]
+    rows = [
+        [*row[:4], {"1/3": "0.5", "2/3": "1.5"}.get(row[4], row[4])] for row in ROWS
+    ]
     plain = read_log(table(rows))
     for unit in (False, True):
         units = ("g", "cm", "rpm", "s", "")
         cells = []
         for row in rows:
             pairs = zip(row, units, strict=True)
-            cells.append([f"{power(cell, form)} {own * unit}".strip() for cell, own in pairs])
+            cells.append(
+                [f"{power(cell, form)} {own * unit}".strip() for cell, own in pairs]
+            )
         found = read_log(table(cells))
         assert found.ok
         for role, column in plain.columns.items():
@@ -191,7 +264,10 @@ def test_powers_of_ten_are_numbers_in_every_column(form: str) -> None:
 
 
 def test_two_weights_may_be_added_as_powers_of_ten() -> None:
-    rows = [["1.005E+01 + 1.005E+01", *ROWS[0][1:]], ["2.0E+01 g + 0.1 g", *ROWS[1][1:]]]
+    rows = [
+        ["1.005E+01 + 1.005E+01", *ROWS[0][1:]],
+        ["2.0E+01 g + 0.1 g", *ROWS[1][1:]],
+    ]
     found = read_log(table(rows))
     assert found.columns["mass"].values == pytest.approx((0.0201, 0.0201))
 

@@ -36,7 +36,9 @@ GERMAN = """Gewicht (g),Abstand (cm),Drehzahl (1/min),Zeit (s),Umläufe
 LOGS = {
     "plain": PLAIN,
     "German": GERMAN,
-    "turns in the header of the times": PLAIN.replace("time [s]", "time for 1 turn (s)").replace("turns", "bench"),
+    "turns in the header of the times": PLAIN.replace(
+        "time [s]", "time for 1 turn (s)"
+    ).replace("turns", "bench"),
     "angle": PLAIN.replace("turns", "angle [turn]"),
     "turns in a line": "# turns: 1\n" + PLAIN.replace("turns", "bench"),
 }
@@ -54,9 +56,15 @@ Q S w x X y Y z Z φ ω μ mT kV mV psi mol cd lm Wb Gy
 """
 UNITS = [*vocabulary.UNITS, *SYMBOLS.split()]
 HEADERS = [
-    f"{NAMES[at % len(NAMES)]} {'[{}]' if at % 2 else '({})'}".format(UNITS[at % len(UNITS)]) for at in range(240)
+    f"{NAMES[at % len(NAMES)]} {'[{}]' if at % 2 else '({})'}".format(
+        UNITS[at % len(UNITS)]
+    )
+    for at in range(240)
 ]
-VALUES = {"constant": ("1.5",) * 9, "varying": ("2", "3.1", "1", "12", "0.5", "7", "21.4", "1", "9")}
+VALUES = {
+    "constant": ("1.5",) * 9,
+    "varying": ("2", "3.1", "1", "12", "0.5", "7", "21.4", "1", "9"),
+}
 
 
 def with_column(log: str, header: str, cells: Sequence[str], place: int) -> str:
@@ -79,8 +87,15 @@ def without_column(log: str, header: str) -> str:
 
 def read_of(log: Readings) -> dict[str, list[tuple[float | None, float | None]]]:
     """The readings that the analysis uses: a second column of a load or a period is only compared."""
-    kept = {role: column for role, column in log.columns.items() if role not in ("force", "precession_period")}
-    return {role: [(one.value, one.step) for one in column.readings] for role, column in kept.items()}
+    kept = {
+        role: column
+        for role, column in log.columns.items()
+        if role not in ("force", "precession_period")
+    }
+    return {
+        role: [(one.value, one.step) for one in column.readings]
+        for role, column in kept.items()
+    }
 
 
 def test_every_name_and_unit_is_tried() -> None:
@@ -103,7 +118,10 @@ def test_unrelated_column_changes_no_reading(name: str, values: str) -> None:
     assert not changed
 
 
-@pytest.mark.parametrize("header", ["battery [V]", "field [T]", "Spannung (V)", "height [m]", "LED (u)", "wind [rev]"])
+@pytest.mark.parametrize(
+    "header",
+    ["battery [V]", "field [T]", "Spannung (V)", "height [m]", "LED (u)", "wind [rev]"],
+)
 def test_unrelated_column_changes_no_answer(header: str) -> None:
     alone = gyrodata.analyze(PLAIN).inertia
     for place in range(3):
@@ -113,7 +131,25 @@ def test_unrelated_column_changes_no_answer(header: str) -> None:
 
 
 # The name or the symbol of a quantity, with any unit: such a column may change nothing, or gyro asks.
-NAMED = ("charge", "clock", "offset", "ball mass", "Last", "P", "F", "T", "L", "f", "I", "R", "t", "n", "U", "V", "D")
+NAMED = (
+    "charge",
+    "clock",
+    "offset",
+    "ball mass",
+    "Last",
+    "P",
+    "F",
+    "T",
+    "L",
+    "f",
+    "I",
+    "R",
+    "t",
+    "n",
+    "U",
+    "V",
+    "D",
+)
 
 
 @pytest.mark.parametrize("name", NAMED)
@@ -122,11 +158,17 @@ def test_second_column_with_the_name_of_a_quantity_is_asked_about(name: str) -> 
     for at, unit in enumerate(UNITS[::3]):
         header = f"{name} [{unit}]"
         found = read_log(with_column(PLAIN, header, VALUES["varying"], at % 3))
-        asked = [one for one in found.diagnostics if one.severity == "error" and header in one.message + one.excerpt]
+        asked = [
+            one
+            for one in found.diagnostics
+            if one.severity == "error" and header in one.message + one.excerpt
+        ]
         assert asked or (found.ok and read_of(found) == read_of(alone)), header
 
 
-LETTERS = sorted({unit for unit in UNITS if len(unit) == 1 and unit.isalpha()} | set("mgshN"))
+LETTERS = sorted(
+    {unit for unit in UNITS if len(unit) == 1 and unit.isalpha()} | set("mgshN")
+)
 
 
 @pytest.mark.parametrize("role", ROLES)
@@ -135,7 +177,9 @@ def test_one_letter_does_not_make_a_column_the_missing_quantity(role: str) -> No
     missing = role.split()[0]
     for name in ("battery life", "height"):
         for letter in LETTERS:
-            found = read_log(with_column(log, f"{name} [{letter}]", VALUES["varying"], 2))
+            found = read_log(
+                with_column(log, f"{name} [{letter}]", VALUES["varying"], 2)
+            )
             errors = [one for one in found.diagnostics if one.severity == "error"]
             assert errors, f"{name} [{letter}] was read as {missing}"
 
@@ -150,7 +194,9 @@ def test_one_letter_does_not_make_a_column_the_missing_quantity(role: str) -> No
         ("time", "clock [s]", "21.4"),
     ],
 )  # fmt: skip
-def test_question_about_two_columns_shows_what_to_type(role: str, header: str, cells: str) -> None:
+def test_question_about_two_columns_shows_what_to_type(
+    role: str, header: str, cells: str
+) -> None:
     own = next(name for name in ROLES if name.startswith(role))
     for place in range(3):
         log = with_column(PLAIN, header, (cells,) * 9, place)
@@ -200,7 +246,9 @@ def test_question_about_a_unit_says_that_the_column_can_be_deleted(header: str) 
         ("time [s]", "Ulu (s)", "time"),
     ],
 )
-def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(role: str, header: str, meant: str) -> None:
+def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(
+    role: str, header: str, meant: str
+) -> None:
     log = PLAIN.replace(role, header)
     (error,) = (one for one in read_log(log).diagnostics if one.severity == "error")
     assert f'--map {meant}="{header}"' in error.hint
@@ -218,14 +266,25 @@ def test_question_about_a_missing_quantity_names_the_column_whose_unit_fits(role
         ("# mass: 40.3 g", "weight [g]", "71.2"),
     ],
 )
-def test_line_and_column_that_differ_are_a_question(line: str, header: str, cell: str) -> None:
-    cells = {"mass [g]": "40.3", "position [cm]": "14.8", "spin [rpm]": "400", "time [s]": "6.4", "turns": "1/3"}
+def test_line_and_column_that_differ_are_a_question(
+    line: str, header: str, cell: str
+) -> None:
+    cells = {
+        "mass [g]": "40.3",
+        "position [cm]": "14.8",
+        "spin [rpm]": "400",
+        "time [s]": "6.4",
+        "turns": "1/3",
+    }
     role = line[2:].partition(":")[0]
     kept = {name: text for name, text in cells.items() if not name.startswith(role)}
     same = line.partition(": ")[2].partition(" ")[0]
 
     def log(value: str) -> str:
-        return f"{line}\n{','.join([*kept, header])}\n" + f"{','.join([*kept.values(), value])}\n" * 2
+        return (
+            f"{line}\n{','.join([*kept, header])}\n"
+            + f"{','.join([*kept.values(), value])}\n" * 2
+        )
 
     with pytest.raises(gyrodata.GyroError) as refused:
         gyrodata.analyze(log(cell))

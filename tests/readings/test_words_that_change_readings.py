@@ -12,17 +12,35 @@ INERTIA, G, RPM = 4.4e-3, 9.80665, np.pi / 30
 SURFACE = 5.08  # radius of the ball [cm]
 
 
-def log(top: str, *, header: str = "", first: str = "", mass: float = 1.0, off: float = 0.0, turns: float = 1.0) -> str:
+def log(
+    top: str,
+    *,
+    header: str = "",
+    first: str = "",
+    mass: float = 1.0,
+    off: float = 0.0,
+    turns: float = 1.0,
+) -> str:
     """Write nine runs: a typed mass is the true one times `mass`, a typed position the true one minus `off` [cm]."""
     random = np.random.default_rng(5)
-    header = header or "mass (g);position (cm);spin (rpm);" + ("turns;time (s)" if turns == 1 else "T (s)")
+    header = header or "mass (g);position (cm);spin (rpm);" + (
+        "turns;time (s)" if turns == 1 else "T (s)"
+    )
     lines = [*([top] if top else []), header]
-    for true_mass, spin in ((m, s) for m in (20.1, 40.3, 60.2) for s in (248.0, 401.0, 552.0)):
+    for true_mass, spin in (
+        (m, s) for m in (20.1, 40.3, 60.2) for s in (248.0, 401.0, 552.0)
+    ):
         time = (
-            2 * np.pi * turns * INERTIA * spin * RPM / (true_mass * 1e-3 * G * 0.148) + 0.1 * random.standard_normal()
+            2 * np.pi * turns * INERTIA * spin * RPM / (true_mass * 1e-3 * G * 0.148)
+            + 0.1 * random.standard_normal()
         )
         count = ["1"] * (turns == 1 and "turns" in header)
-        cells = [first] * bool(first) + [f"{mass * true_mass:.2f}", f"{14.8 - off:.2f}", f"{spin:.1f}", *count]
+        cells = [first] * bool(first) + [
+            f"{mass * true_mass:.2f}",
+            f"{14.8 - off:.2f}",
+            f"{spin:.1f}",
+            *count,
+        ]
         lines.append(";".join([*cells, f"{time:.2f}"]))
     return "\n".join(lines) + "\n"
 
@@ -37,7 +55,9 @@ PARTS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize(("top", "turns"), [*((one, 5) for one in PERIODS), *((one, 0.5) for one in PARTS)])
+@pytest.mark.parametrize(
+    ("top", "turns"), [*((one, 5) for one in PERIODS), *((one, 0.5) for one in PARTS)]
+)
 def test_a_note_of_other_turns_than_one_is_asked_for(top: str, turns: float) -> None:
     with pytest.raises(gyrodata.LogError) as caught:
         gyrodata.analyze(log(top, turns=turns).encode())
@@ -50,15 +70,22 @@ def test_a_legend_states_the_periods() -> None:
 
 
 def test_the_hint_about_a_distance_from_the_ball_works() -> None:
-    text = log("", header="mass (g);distance from ball (cm);spin (rpm);turns;time (s)", off=SURFACE)
+    text = log(
+        "",
+        header="mass (g);distance from ball (cm);spin (rpm);turns;time (s)",
+        off=SURFACE,
+    )
     with pytest.raises(gyrodata.LogError) as caught:
         gyrodata.analyze(text.encode())
     (hint,) = (one.hint for one in caught.value.diagnostics if one.code == "G301")
     assert (
-        'if from its surface, write also the lines "# position_from: surface" and "# ball_diameter: 10.16 cm"' in hint
+        'if from its surface, write also the lines "# position_from: surface" and "# ball_diameter: 10.16 cm"'
+        in hint
     )
     text = text.replace("distance from ball (cm)", "position [cm]")
-    found = gyrodata.analyze(f"# position_from: surface\n# ball_diameter: 10.16 cm\n{text}".encode())
+    found = gyrodata.analyze(
+        f"# position_from: surface\n# ball_diameter: 10.16 cm\n{text}".encode()
+    )
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -73,7 +100,10 @@ def test_the_hint_about_a_distance_from_the_ball_works() -> None:
 )
 def test_a_note_about_something_else_changes_nothing(top: str) -> None:
     found = gyrodata.analyze(f"# ball_diameter: 101.6 mm\n{log(top)}".encode())
-    assert (list(found.doubts), found.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
+    assert (list(found.doubts), found.inertia.value) == (
+        [],
+        pytest.approx(INERTIA, rel=0.02),
+    )
 
 
 @pytest.mark.parametrize(
@@ -88,8 +118,12 @@ def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
 
 
 def test_a_footnote_states_the_origin() -> None:
-    text = log("", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE)
-    found = gyrodata.analyze(f"{text}* from the surface of the ball (diameter 101.6 mm)\n".encode())
+    text = log(
+        "", header="mass (g);position* (cm);spin (rpm);turns;time (s)", off=SURFACE
+    )
+    found = gyrodata.analyze(
+        f"{text}* from the surface of the ball (diameter 101.6 mm)\n".encode()
+    )
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
@@ -99,7 +133,9 @@ def test_a_footnote_states_the_origin() -> None:
      "length of rod between ball and weight", "distance entre la boule et la masse"],
 )  # fmt: skip
 def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
-    assert "note" in {one.kind for one in gyrodata.analyze(log(top, off=SURFACE).encode()).doubts}
+    assert "note" in {
+        one.kind for one in gyrodata.analyze(log(top, off=SURFACE).encode()).doubts
+    }
 
 
 @pytest.mark.parametrize(
@@ -108,7 +144,9 @@ def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
      "два одинаковых груза", "the clamp screw weighs another 5.0 g", "+ 5 g Haken bei allen", "gancho: 5,0 g"],
 )  # fmt: skip
 def test_more_weight_than_is_typed_is_a_doubt(top: str) -> None:
-    assert "note" in {one.kind for one in gyrodata.analyze(log(top, mass=0.5).encode()).doubts}
+    assert "note" in {
+        one.kind for one in gyrodata.analyze(log(top, mass=0.5).encode()).doubts
+    }
 
 
 HEADER = "mass (g);position (cm);spin (rpm);turns;time (s)"
@@ -116,21 +154,43 @@ HEADER = "mass (g);position (cm);spin (rpm);turns;time (s)"
 
 @pytest.mark.parametrize(
     "column",
-    ["no. of weights", "qty", "Anzahl Gewichte", "nombre de masses", "hook (g)", "total with hook (g)", "mass B (g)"],
+    [
+        "no. of weights",
+        "qty",
+        "Anzahl Gewichte",
+        "nombre de masses",
+        "hook (g)",
+        "total with hook (g)",
+        "mass B (g)",
+    ],
 )
 def test_an_unused_column_that_may_belong_to_the_mass_is_a_doubt(column: str) -> None:
-    found = gyrodata.analyze(log("", header=f"{column};{HEADER}", first="2", mass=0.5).encode())
+    found = gyrodata.analyze(
+        log("", header=f"{column};{HEADER}", first="2", mass=0.5).encode()
+    )
     (told,) = (one for one in found.diagnostics if one.code == "G240")
-    assert f'the column "{column}" is not used, and it may belong to the mass' in told.message
+    assert (
+        f'the column "{column}" is not used, and it may belong to the mass'
+        in told.message
+    )
     assert "note" in {one.kind for one in found.doubts}
     # The hint: write all that hangs on the rod in one column.
     head, *rows = log("", mass=0.5).splitlines()
-    followed = gyrodata.analyze("\n".join([head, *(f"2 x {row}" for row in rows)]).encode())
-    assert (list(followed.doubts), followed.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
+    followed = gyrodata.analyze(
+        "\n".join([head, *(f"2 x {row}" for row in rows)]).encode()
+    )
+    assert (list(followed.doubts), followed.inertia.value) == (
+        [],
+        pytest.approx(INERTIA, rel=0.02),
+    )
 
 
-@pytest.mark.parametrize(("column", "cell"), [("no. of weights", "1"), ("ball mass (g)", "4400")])
-def test_a_column_that_does_not_change_the_mass_is_no_doubt(column: str, cell: str) -> None:
+@pytest.mark.parametrize(
+    ("column", "cell"), [("no. of weights", "1"), ("ball mass (g)", "4400")]
+)
+def test_a_column_that_does_not_change_the_mass_is_no_doubt(
+    column: str, cell: str
+) -> None:
     found = gyrodata.analyze(log("", header=f"{column};{HEADER}", first=cell).encode())
     assert "note" not in {one.kind for one in found.doubts}
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -144,20 +204,39 @@ def test_a_mass_of_all_weights_beside_their_number_is_no_doubt() -> None:
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
 
 
-@pytest.mark.parametrize("top", ["inkl. Haken 5 g", "crochet 5 g compris", "1 period timed", "x from the ball centre"])
+@pytest.mark.parametrize(
+    "top",
+    [
+        "inkl. Haken 5 g",
+        "crochet 5 g compris",
+        "1 period timed",
+        "x from the ball centre",
+    ],
+)
 def test_a_note_that_changes_nothing_is_no_doubt(top: str) -> None:
     found = gyrodata.analyze(log(top).encode())
-    assert (list(found.doubts), found.inertia.value) == ([], pytest.approx(INERTIA, rel=0.02))
+    assert (list(found.doubts), found.inertia.value) == (
+        [],
+        pytest.approx(INERTIA, rel=0.02),
+    )
 
 
 @pytest.mark.parametrize(
-    ("top", "column"), [("masse d'un écrou : 8,35 g", "nombre d'écrous"), ("masa de una tuerca: 8,35 g", "tuercas")]
+    ("top", "column"),
+    [
+        ("masse d'un écrou : 8,35 g", "nombre d'écrous"),
+        ("masa de una tuerca: 8,35 g", "tuercas"),
+    ],
 )
 def test_a_number_of_nuts_is_a_mass(top: str, column: str) -> None:
     lines = [top, f"{column};position (cm);spin (rpm);turns;time (s)"]
     for count, spin in ((n, s) for n in (3, 5, 7) for s in (248, 401, 552)):
-        lines.append(f"{count};14.8;{spin};1;{2 * np.pi * INERTIA * spin * RPM / (count * 8.35e-3 * G * 0.148):.2f}")
-    assert gyrodata.analyze("\n".join(lines).encode()).inertia.value == pytest.approx(INERTIA, rel=0.02)
+        lines.append(
+            f"{count};14.8;{spin};1;{2 * np.pi * INERTIA * spin * RPM / (count * 8.35e-3 * G * 0.148):.2f}"
+        )
+    assert gyrodata.analyze("\n".join(lines).encode()).inertia.value == pytest.approx(
+        INERTIA, rel=0.02
+    )
 
 
 @pytest.mark.parametrize(
@@ -172,4 +251,7 @@ def test_an_answer_in_latex_is_read(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["4.40 mkg m²", "4.40 milli kg m^2", "4.40 foo"])
 def test_an_answer_with_an_unknown_unit_has_no_value(text: str) -> None:
-    assert (read_reported("inertia", text).fault, read_reported("inertia", text).value) == ("unreadable", None)
+    assert (
+        read_reported("inertia", text).fault,
+        read_reported("inertia", text).value,
+    ) == ("unreadable", None)

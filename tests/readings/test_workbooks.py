@@ -17,7 +17,13 @@ from openpyxl.worksheet.formula import ArrayFormula
 from gyrodata.errors import GyroError
 
 HEAD = ["mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns"]
-TIMES = [(20.1, 201, 20.12), (20.1, 400, 40.04), (40.3, 201, 10.04), (40.3, 400, 19.97), (60.2, 602, 20.12)]
+TIMES = [
+    (20.1, 201, 20.12),
+    (20.1, 400, 40.04),
+    (40.3, 201, 10.04),
+    (40.3, 400, 19.97),
+    (60.2, 602, 20.12),
+]
 """Mass [g], spin [rpm] and time of one turn [s] at an arm of 14.8 cm, simulated with I_zz = 4.44e-3 kg·m²."""
 TRUTH = 4.44e-3
 Rows = list[list[Any]]
@@ -25,7 +31,10 @@ Rows = list[list[Any]]
 
 def rows(position: Callable[[int], Any]) -> Rows:
     """Give a log; `position` is a function of the number of the row."""
-    runs = [[mass, position(row), spin, time, 1] for row, (mass, spin, time) in enumerate(TIMES, 2)]
+    runs = [
+        [mass, position(row), spin, time, 1]
+        for row, (mass, spin, time) in enumerate(TIMES, 2)
+    ]
     return [HEAD, *runs]
 
 
@@ -56,7 +65,9 @@ def xlsx_cell(name: str, cell: Any) -> str:
 
 def sheet_xml(table: Rows, cell: Callable[[str, Any], str] = xlsx_cell) -> str:
     lines = (
-        f'<row r="{number}">' + "".join(cell(f"{letter(at)}{number}", one) for at, one in enumerate(row)) + "</row>"
+        f'<row r="{number}">'
+        + "".join(cell(f"{letter(at)}{number}", one) for at, one in enumerate(row))
+        + "</row>"
         for number, row in enumerate(table, 1)
     )
     return "<sheetData>" + "".join(lines) + "</sheetData>"
@@ -65,7 +76,10 @@ def sheet_xml(table: Rows, cell: Callable[[str, Any], str] = xlsx_cell) -> str:
 def changed(data: bytes, part: str, change: Callable[[str], str]) -> bytes:
     """Change one part of a workbook."""
     out = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
+    with (
+        zipfile.ZipFile(io.BytesIO(data)) as old,
+        zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new,
+    ):
         for name in old.namelist():
             text = old.read(name)
             new.writestr(name, change(text.decode()).encode() if name == part else text)
@@ -77,7 +91,12 @@ def saved(book: openpyxl.Workbook) -> bytes:
     return stream.getvalue()
 
 
-def xlsx(*tables: Rows, cell: Callable[[str, Any], str] = xlsx_cell, asks: bool = False, sheet: str = "Sheet") -> bytes:
+def xlsx(
+    *tables: Rows,
+    cell: Callable[[str, Any], str] = xlsx_cell,
+    asks: bool = False,
+    sheet: str = "Sheet",
+) -> bytes:
     """Write sheets as XML; `asks`: the workbook says that its formulas have to be calculated when it is opened."""
     book = openpyxl.Workbook()
     book.active.title = sheet
@@ -88,16 +107,29 @@ def xlsx(*tables: Rows, cell: Callable[[str, Any], str] = xlsx_cell, asks: bool 
         text = sheet_xml(table, cell)
         part = f"xl/worksheets/sheet{number}.xml"
         data = changed(
-            data, part, lambda old, text=text: re.sub("<sheetData ?/>|<sheetData></sheetData>", lambda _: text, old)
+            data,
+            part,
+            lambda old, text=text: re.sub(
+                "<sheetData ?/>|<sheetData></sheetData>", lambda _: text, old
+            ),
         )
-    setting = '<calcPr calcId="1" fullCalcOnLoad="1"/>' if asks else '<calcPr calcId="191029"/>'
-    return changed(data, "xl/workbook.xml", lambda old: re.sub("<calcPr[^>]*/>", setting, old))
+    setting = (
+        '<calcPr calcId="1" fullCalcOnLoad="1"/>'
+        if asks
+        else '<calcPr calcId="191029"/>'
+    )
+    return changed(
+        data, "xl/workbook.xml", lambda old: re.sub("<calcPr[^>]*/>", setting, old)
+    )
 
 
 def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
     """Write a sheet as LibreOffice does; a formula without a value has no attribute office:value."""
     spaces = ("office", "table", "text")
-    names = " ".join(f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"' for name in spaces)
+    names = " ".join(
+        f'xmlns:{name}="urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"'
+        for name in spaces
+    )
 
     def written(cell: Any) -> str:
         if isinstance(cell, Written):
@@ -134,14 +166,18 @@ def ods(table: Rows, hidden: tuple[int, ...] = (), column: str = "") -> bytes:
 def by_openpyxl(table: Rows) -> bytes:
     book = openpyxl.Workbook()
     for row in table:
-        book.active.append([str(cell) if isinstance(cell, Written) else cell for cell in row])
+        book.active.append(
+            [str(cell) if isinstance(cell, Written) else cell for cell in row]
+        )
     return saved(book)
 
 
 def as_text_cell(name: str, cell: Any) -> str:
     """Write a formula as R's openxlsx does, with the type of a text."""
     return (
-        f'<c r="{name}" t="str"><f>{escape(cell[1:])}</f></c>' if isinstance(cell, Written) else xlsx_cell(name, cell)
+        f'<c r="{name}" t="str"><f>{escape(cell[1:])}</f></c>'
+        if isinstance(cell, Written)
+        else xlsx_cell(name, cell)
     )
 
 
@@ -154,7 +190,9 @@ def blank_text_cell(name: str, cell: Any) -> str:
 def without_places(table: Rows) -> bytes:
     """Write a workbook as some programs do: no row and no cell has its name."""
     text = "xl/worksheets/sheet1.xml"
-    return changed(xlsx(table), text, lambda old: re.sub(r'(<(?:row|c)) r="\w+"', r"\1", old))
+    return changed(
+        xlsx(table), text, lambda old: re.sub(r'(<(?:row|c)) r="\w+"', r"\1", old)
+    )
 
 
 PROGRAMS: dict[str, Callable[[Rows], bytes]] = {
@@ -179,7 +217,9 @@ def refusal(data: bytes) -> str:
 def test_formula_without_a_value_is_an_error_with_its_cell(program: str) -> None:
     table = rows(lambda row: 14.5 if row == 2 else Written(f"=B$2+{row / 10}"))
     said = refusal(PROGRAMS[program](table))
-    assert said.startswith("log.xlsx:Sheet!B3: G110 a formula without a stored value (also B4, B5, B6)")
+    assert said.startswith(
+        "log.xlsx:Sheet!B3: G110 a formula without a stored value (also B4, B5, B6)"
+    )
     assert "open the file in Excel or LibreOffice, and save it" in said
 
 
@@ -192,10 +232,15 @@ ZEROS = {
 
 @pytest.mark.parametrize("formula", ZEROS.values(), ids=list(ZEROS))
 @pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
-def test_stored_zero_that_is_not_the_result_is_an_error(write: Callable[..., bytes], formula: str) -> None:
+def test_stored_zero_that_is_not_the_result_is_an_error(
+    write: Callable[..., bytes], formula: str
+) -> None:
     table = rows(lambda row: 14.8 if row == 2 else Written(formula, "0"))
     data = write(table)
-    assert "Sheet!B3: G110 a formula without a stored value: the stored 0 is not" in refusal(data)
+    assert (
+        "Sheet!B3: G110 a formula without a stored value: the stored 0 is not"
+        in refusal(data)
+    )
 
 
 def test_stored_zero_of_a_number_on_another_sheet_is_an_error() -> None:
@@ -204,10 +249,15 @@ def test_stored_zero_of_a_number_on_another_sheet_is_an_error() -> None:
 
 
 def test_zeros_below_a_zero_that_was_not_calculated_are_errors() -> None:
-    table = rows(lambda row: 14.5 if row == 2 else Written(f"=IF(B{row - 1}>1,B{row - 1}*2,0)", "0"))
+    table = rows(
+        lambda row: (
+            14.5 if row == 2 else Written(f"=IF(B{row - 1}>1,B{row - 1}*2,0)", "0")
+        )
+    )
     table[2][1] = Written("=B2+0.3", "0")
-    assert "Sheet!B3: G110 a formula without a stored value: the stored 0 is not its result (also B4, B5, B6)" in (
-        refusal(xlsx(table))
+    assert (
+        "Sheet!B3: G110 a formula without a stored value: the stored 0 is not its result (also B4, B5, B6)"
+        in (refusal(xlsx(table)))
     )
 
 
@@ -222,7 +272,11 @@ def shared(table: Rows, value: str) -> bytes:
     def cell(name: str, one: Any) -> str:
         if not isinstance(one, Written):
             return xlsx_cell(name, one)
-        formula = f'<f t="shared" ref="B3:B6" si="0">{one[1:]}</f>' if name == "B3" else '<f t="shared" si="0"/>'
+        formula = (
+            f'<f t="shared" ref="B3:B6" si="0">{one[1:]}</f>'
+            if name == "B3"
+            else '<f t="shared" si="0"/>'
+        )
         return f'<c r="{name}">{formula}{value}</c>'
 
     return xlsx(table, cell=cell)
@@ -240,7 +294,10 @@ def test_area_of_an_array_formula_without_values_is_an_error() -> None:
     for row in rows(lambda row: 14.5 if row == 2 else None):
         book.active.append(row)
     book.active["B3"] = ArrayFormula("B3:B6", "=C3:C6/C3:C6*14.8")
-    assert "Sheet!B3: G110 a formula without a stored value (also B4, B5, B6)" in refusal(saved(book))
+    assert (
+        "Sheet!B3: G110 a formula without a stored value (also B4, B5, B6)"
+        in refusal(saved(book))
+    )
 
 
 def test_line_with_a_formula_without_a_value_is_an_error() -> None:
@@ -249,7 +306,9 @@ def test_line_with_a_formula_without_a_value_is_an_error() -> None:
 
 
 @pytest.mark.parametrize(
-    "write", [xlsx, ods, lambda table: shared(table, "<v>14.8</v>")], ids=["xlsx", "ods", "shared"]
+    "write",
+    [xlsx, ods, lambda table: shared(table, "<v>14.8</v>")],
+    ids=["xlsx", "ods", "shared"],
 )
 def test_formulas_with_values_are_read(write: Callable[[Rows], bytes]) -> None:
     plain = analyze_briefly(write(rows(lambda row: 14.8))).inertia
@@ -269,7 +328,9 @@ LEGITIMATE = {
 
 @pytest.mark.parametrize("formula", LEGITIMATE.values(), ids=list(LEGITIMATE))
 @pytest.mark.parametrize("write", [xlsx, ods], ids=["xlsx", "ods"])
-def test_zeros_among_other_results_are_read(write: Callable[[Rows], bytes], formula: str) -> None:
+def test_zeros_among_other_results_are_read(
+    write: Callable[[Rows], bytes], formula: str
+) -> None:
     # A program that calculates no formula stores a 0 for all of them.
     table = rows(lambda row: 14.8 if row == 2 else Written("=B$2", "14.8"))
     extra = [["check"], *[[Written(formula, "0")] for _ in TIMES]]
@@ -288,7 +349,10 @@ def test_zeros_of_blank_inputs_are_read() -> None:
 
 def test_formula_with_a_blank_text_as_its_value_is_blank() -> None:
     table = rows(lambda row: 14.8)
-    table = [[*row, Written('=IF(A2>99,"heavy","")') if at else "note"] for at, row in enumerate(table)]
+    table = [
+        [*row, Written('=IF(A2>99,"heavy","")') if at else "note"]
+        for at, row in enumerate(table)
+    ]
     inertia = analyze_briefly(xlsx(table, cell=blank_text_cell)).inertia
     assert abs(inertia.value - TRUTH) < 2 * inertia.u
 
@@ -307,7 +371,10 @@ def test_hidden_rows_and_columns_of_excel_are_named() -> None:
     sheet.column_dimensions["B"].hidden = True
     sheet.column_dimensions["K"].hidden = True
     said = hidden_note(saved(book))
-    assert said == "hidden in the spreadsheet, but read: rows 3, 5-6 of the sheet Sheet; column B of the sheet Sheet"
+    assert (
+        said
+        == "hidden in the spreadsheet, but read: rows 3, 5-6 of the sheet Sheet; column B of the sheet Sheet"
+    )
 
 
 def test_many_hidden_rows_are_counted() -> None:

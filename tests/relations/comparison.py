@@ -22,12 +22,16 @@ class Outcome(NamedTuple):
 
 def outcome(log: Any, rewriting: Rewriting | None = None) -> Outcome:
     """Analyse a log; an error of gyro is a failure."""
-    settings, mapping = (rewriting.settings, rewriting.mapping) if rewriting else (None, None)
+    settings, mapping = (
+        (rewriting.settings, rewriting.mapping) if rewriting else (None, None)
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", gyrodata.GyroWarning)
         try:
             log = log.encode() if isinstance(log, str) else log
-            inertia = gyrodata.analyze(log, name="log", settings=settings, mapping=mapping).inertia
+            inertia = gyrodata.analyze(
+                log, name="log", settings=settings, mapping=mapping
+            ).inertia
         except gyrodata.GyroError as error:
             first = next(one for one in error.diagnostics if one.severity == "error")
             return Outcome(0.0, 0.0, f"{first.code} {first.message}")
@@ -42,12 +46,17 @@ def outcome_of(table: LogTable) -> Outcome:
 def rewritings(relation: str) -> dict[str, Rewriting]:
     """Rewrite each log to which a relation applies."""
     changed = {base: RELATIONS[relation](table) for base, table in bases().items()}
-    return {base: rewriting for base, rewriting in changed.items() if rewriting is not None}
+    return {
+        base: rewriting for base, rewriting in changed.items() if rewriting is not None
+    }
 
 
 def difference(relation: str, base: str, rewriting: Rewriting) -> str:
     """Say how a rewritten log differs from its base; nothing if it does not."""
-    before, after = outcome_of(rewriting.same_as or bases()[base]), outcome(rewriting.log, rewriting)
+    before, after = (
+        outcome_of(rewriting.same_as or bases()[base]),
+        outcome(rewriting.log, rewriting),
+    )
     if before.failure or after.failure:
         return f"{relation}, {base}: {before.failure or 'an answer'} | {after.failure or 'an answer'}"
     pairs = zip(before[:2], after[:2], rewriting.tolerance, strict=True)
@@ -71,7 +80,9 @@ def differences(relation: str, most: int = 99) -> list[str]:
 def gate(accept: bool = False, part: bool = False) -> Found:
     """Compare all of them; in a part, two logs of each relation."""
     with ProcessPoolExecutor(2) as pool:
-        found = list(pool.map(differences, RELATIONS, [2 if part else 99] * len(RELATIONS)))
+        found = list(
+            pool.map(differences, RELATIONS, [2 if part else 99] * len(RELATIONS))
+        )
     lines = [line for of_relation in found for line in of_relation]
     wrong = [line for line in lines if line]
     measured = f"{len(RELATIONS)} relations: {len(lines) - len(wrong)} of {len(lines)} logs agree"

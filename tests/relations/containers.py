@@ -13,7 +13,16 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from relations.layouts import by_mass
-from relations.log_tables import LogTable, Rewriting, Rows, is_number, named, relation, separated, text_relation
+from relations.log_tables import (
+    LogTable,
+    Rewriting,
+    Rows,
+    is_number,
+    named,
+    relation,
+    separated,
+    text_relation,
+)
 
 # Encodings and ends of lines
 
@@ -47,7 +56,9 @@ def gz(table: LogTable) -> bytes:
 # Separators
 
 
-def delimited(name: str, delimiter: str, change: Callable[[str], str] = str, head: str = "") -> None:
+def delimited(
+    name: str, delimiter: str, change: Callable[[str], str] = str, head: str = ""
+) -> None:
     def rewritten(table: LogTable) -> Rewriting:
         grid = [table.grid[0], *([change(cell) for cell in row] for row in table.rows)]
         return Rewriting(head + table.above + separated(grid, delimiter))
@@ -67,7 +78,11 @@ delimited("tabs and decimal commas", "\t", with_decimal_comma)
 delimited("commas and decimal commas in quotes", ",", with_decimal_comma)
 delimited("line that names the separator", ";", head="sep=;\n")
 delimited("blanks around the cells", ",", lambda cell: f" {cell} ")
-delimited("real minus signs", ",", lambda cell: cell.replace("-", "−") if is_number(cell) else cell)
+delimited(
+    "real minus signs",
+    ",",
+    lambda cell: cell.replace("-", "−") if is_number(cell) else cell,
+)
 
 
 @text_relation
@@ -82,7 +97,10 @@ def separators_behind_the_last_column(table: LogTable) -> str:
 
 def in_columns_of_text(grid: Rows) -> str:
     widths = [max(map(len, column)) for column in zip(*grid, strict=True)]
-    lines = ("   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in grid)
+    lines = (
+        "   ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        for row in grid
+    )
     return "".join(f"{line.rstrip()}\n" for line in lines)
 
 
@@ -104,7 +122,14 @@ def latex(table: LogTable) -> str:
     head, *rows = [f"{' & '.join(row)} \\\\\n" for row in table.grid]
     head = head.replace("_", r"\_").replace("^2", "$^2$").replace("*", r"$\cdot$")
     begin = f"\\begin{{tabular}}{{{'c' * len(table.headings)}}}\n\\hline\n"
-    return table.above + begin + head + "\\hline\n" + "".join(rows) + "\\hline\n\\end{tabular}\n"
+    return (
+        table.above
+        + begin
+        + head
+        + "\\hline\n"
+        + "".join(rows)
+        + "\\hline\n\\end{tabular}\n"
+    )
 
 
 # JSON, and programs
@@ -154,7 +179,10 @@ def json_lines(table: LogTable) -> Rewriting | None:
 
 
 def in_lists(table: LogTable, change: Callable[[str], Any]) -> str:
-    lists = {str(heading): [change(cell) for cell in table.cells(heading.role)] for heading in table.headings}
+    lists = {
+        str(heading): [change(cell) for cell in table.cells(heading.role)]
+        for heading in table.headings
+    }
     return json.dumps({**dict(table.constants), **lists})
 
 
@@ -174,7 +202,10 @@ def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting | None:
     if NEEDED.intersection(dict(table.constants)):
         return None
     table = replace(table, constants=())
-    columns = {str(heading): dict(enumerate(table.cells(heading.role))) for heading in table.headings}
+    columns = {
+        str(heading): dict(enumerate(table.cells(heading.role)))
+        for heading in table.headings
+    }
     return Rewriting(json.dumps(columns), same_as=table)
 
 
@@ -182,7 +213,10 @@ def json_columns_as_pandas_writes_them(table: LogTable) -> Rewriting | None:
 def lists_of_a_program(table: LogTable) -> str | None:
     if any(not is_number(cell) for row in table.rows for cell in row):
         return None
-    lists = [f"{h.role} = [{', '.join(table.cells(h.role))}]  # {h.unit}".rstrip("# ") for h in table.headings]
+    lists = [
+        f"{h.role} = [{', '.join(table.cells(h.role))}]  # {h.unit}".rstrip("# ")
+        for h in table.headings
+    ]
     return table.above + "\n".join(lists) + "\n"
 
 
@@ -198,7 +232,12 @@ def data_frame_of_texts(table: LogTable) -> Rewriting:
 # Workbooks
 
 
-def workbook(sheets: dict[str, Rows], change: Callable[[str], Any] = str, *, with_formats: bool = False) -> bytes:
+def workbook(
+    sheets: dict[str, Rows],
+    change: Callable[[str], Any] = str,
+    *,
+    with_formats: bool = False,
+) -> bytes:
     """Write sheets; with formats, a number is shown with the digits that it was typed with."""
     import openpyxl
 
@@ -232,32 +271,60 @@ def workbook_of_numbers_with_formats(table: LogTable) -> bytes:
 
 
 def as_excel_shows(number: Any) -> str:
-    return str(int(number)) if isinstance(number, float) and number.is_integer() else str(number)
+    return (
+        str(int(number))
+        if isinstance(number, float) and number.is_integer()
+        else str(number)
+    )
 
 
 @relation
 def workbook_of_numbers(table: LogTable) -> Rewriting:
-    return Rewriting(workbook({"Sheet1": sheet_of(table)}, as_number), same_as=as_written_by(as_excel_shows, table))
+    return Rewriting(
+        workbook({"Sheet1": sheet_of(table)}, as_number),
+        same_as=as_written_by(as_excel_shows, table),
+    )
 
 
 @text_relation
-def workbook_with_the_constants_on_a_sheet_of_their_own(table: LogTable) -> bytes | None:
+def workbook_with_the_constants_on_a_sheet_of_their_own(
+    table: LogTable,
+) -> bytes | None:
     if not table.constants:
         return None
-    return workbook({"Data": table.grid, "Apparatus": [[key, value] for key, value in table.constants]})
+    return workbook(
+        {
+            "Data": table.grid,
+            "Apparatus": [[key, value] for key, value in table.constants],
+        }
+    )
 
 
 @text_relation
 def workbook_with_the_table_in_a_corner(table: LogTable) -> bytes:
-    return workbook({"Sheet1": [[], ["", "", "Gyroscope"], [], *(["", "", *row] for row in sheet_of(table))]})
+    return workbook(
+        {
+            "Sheet1": [
+                [],
+                ["", "", "Gyroscope"],
+                [],
+                *(["", "", *row] for row in sheet_of(table)),
+            ]
+        }
+    )
 
 
 @text_relation
 def workbook_of_three_sheets(table: LogTable) -> bytes:
     third = -(-len(table.rows) // 3)
     parts = [table.rows[at : at + third] for at in range(0, len(table.rows), third)]
-    sheets = {f"part {at}": [table.grid[0], *map(list, part)] for at, part in enumerate(parts, 1)}
-    return workbook({"Apparatus": [[key, value] for key, value in table.constants], **sheets})
+    sheets = {
+        f"part {at}": [table.grid[0], *map(list, part)]
+        for at, part in enumerate(parts, 1)
+    }
+    return workbook(
+        {"Apparatus": [[key, value] for key, value in table.constants], **sheets}
+    )
 
 
 @text_relation
@@ -272,15 +339,27 @@ def workbook_with_a_sheet_for_each_weight(table: LogTable) -> bytes | None:
 
 
 def open_document(grid: Rows, cell: Callable[[str], str]) -> bytes:
-    names = {name: f"urn:oasis:names:tc:opendocument:xmlns:{name}:1.0" for name in ("office", "table", "text")}
-    spaces = " ".join(f"xmlns:{name}={quoteattr(address)}" for name, address in names.items())
-    rows = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in grid)
+    names = {
+        name: f"urn:oasis:names:tc:opendocument:xmlns:{name}:1.0"
+        for name in ("office", "table", "text")
+    }
+    spaces = " ".join(
+        f"xmlns:{name}={quoteattr(address)}" for name, address in names.items()
+    )
+    rows = "".join(
+        f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in grid
+    )
     table = f'<table:table table:name="Sheet1">{rows}</table:table>'
-    body = f"<office:body><office:spreadsheet>{table}</office:spreadsheet></office:body>"
+    body = (
+        f"<office:body><office:spreadsheet>{table}</office:spreadsheet></office:body>"
+    )
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:
         archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet")
-        archive.writestr("content.xml", f"<office:document-content {spaces}>{body}</office:document-content>")
+        archive.writestr(
+            "content.xml",
+            f"<office:document-content {spaces}>{body}</office:document-content>",
+        )
     return stream.getvalue()
 
 
@@ -317,7 +396,12 @@ def merged_cells_of_a_workbook(table: LogTable) -> bytes | None:
     sheet, column = book.active, table.roles.index("mass") + 1
     for first, last in equal_neighbours(table.cells("mass")):
         above = len(table.constants) + 2
-        sheet.merge_cells(start_row=above + first, end_row=above + last, start_column=column, end_column=column)
+        sheet.merge_cells(
+            start_row=above + first,
+            end_row=above + last,
+            start_column=column,
+            end_column=column,
+        )
     stream = io.BytesIO()
     book.save(stream)
     return stream.getvalue()

@@ -6,7 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain
 
-from relations.log_tables import LogTable, Rewriting, Rows, named, relation, separated, text_relation
+from relations.log_tables import (
+    LogTable,
+    Rewriting,
+    Rows,
+    named,
+    relation,
+    separated,
+    text_relation,
+)
 
 
 def by_mass(table: LogTable) -> dict[str, LogTable]:
@@ -15,7 +23,9 @@ def by_mass(table: LogTable) -> dict[str, LogTable]:
     rows = zip(table.cells("mass"), table.rows, strict=True) if masses else []
     pairs = list(rows)
     parts = {mass: tuple(row for own, row in pairs if own == mass) for mass in masses}
-    return {mass: replace(table, rows=part).without("mass") for mass, part in parts.items()}
+    return {
+        mass: replace(table, rows=part).without("mass") for mass, part in parts.items()
+    }
 
 
 # Texts around the table
@@ -34,12 +44,20 @@ def constants_between_the_rows(table: LogTable) -> str:
 
 @text_relation
 def constants_in_cells_without_a_hash(table: LogTable) -> str | None:
-    return separated([[*pair] for pair in table.constants] + table.grid) if table.constants else None
+    return (
+        separated([[*pair] for pair in table.constants] + table.grid)
+        if table.constants
+        else None
+    )
 
 
 @text_relation
 def constants_with_a_colon_and_without_a_hash(table: LogTable) -> str | None:
-    return table.above.replace("# ", "") + separated(table.grid) if table.constants else None
+    return (
+        table.above.replace("# ", "") + separated(table.grid)
+        if table.constants
+        else None
+    )
 
 
 @text_relation
@@ -102,8 +120,13 @@ def filled_down(table: LogTable, mark: str, *roles: str) -> LogTable | None:
     for role in roles:
         if role in table.roles and "" not in table.cells(role):
             cells = table.cells(role)
-            marked = [mark if at and cell == cells[at - 1] else cell for at, cell in enumerate(cells)]
-            changed = changed.with_column(table.headings[table.roles.index(role)], marked, instead_of=role)
+            marked = [
+                mark if at and cell == cells[at - 1] else cell
+                for at, cell in enumerate(cells)
+            ]
+            changed = changed.with_column(
+                table.headings[table.roles.index(role)], marked, instead_of=role
+            )
     return None if changed == table else changed
 
 
@@ -136,7 +159,10 @@ def in_cells(heading_with_unit: bool) -> Callable[[LogTable], str]:
         changed = table
         for heading in table.headings:
             if heading.unit and not heading.role.startswith("u_"):
-                cells = [f"{cell} {heading.unit}".strip() if cell else "" for cell in table.cells(heading.role)]
+                cells = [
+                    f"{cell} {heading.unit}".strip() if cell else ""
+                    for cell in table.cells(heading.role)
+                ]
                 own = heading if heading_with_unit else heading._replace(unit="")
                 changed = changed.with_column(own, cells, instead_of=heading.role)
         return changed.text
@@ -144,8 +170,14 @@ def in_cells(heading_with_unit: bool) -> Callable[[LogTable], str]:
     return rewritten
 
 
-named("units in the cells", lambda table: Rewriting(in_cells(heading_with_unit=False)(table)))
-named("units in the cells and in the headers", lambda table: Rewriting(in_cells(heading_with_unit=True)(table)))
+named(
+    "units in the cells",
+    lambda table: Rewriting(in_cells(heading_with_unit=False)(table)),
+)
+named(
+    "units in the cells and in the headers",
+    lambda table: Rewriting(in_cells(heading_with_unit=True)(table)),
+)
 
 
 @text_relation
@@ -156,16 +188,34 @@ def legend_of_the_masses(table: LogTable) -> str | None:
     letters = dict(zip(masses, "ABCDEFG", strict=False))
     legend = "".join(f"{letter} = {mass} g\n" for mass, letter in letters.items())
     heading = table.headings[table.roles.index("mass")]._replace(role="weight", unit="")
-    return legend + table.with_column(heading, [letters[mass] for mass in table.cells("mass")], instead_of="mass").text
+    return (
+        legend
+        + table.with_column(
+            heading, [letters[mass] for mass in table.cells("mass")], instead_of="mass"
+        ).text
+    )
 
 
 @text_relation
 def units_in_a_sentence(table: LogTable) -> str | None:
-    if not {"mass", "position", "time", "spin"} <= set(table.roles) or {"pitch", "angle", "u_spin"} & set(table.roles):
+    if not {"mass", "position", "time", "spin"} <= set(table.roles) or {
+        "pitch",
+        "angle",
+        "u_spin",
+    } & set(table.roles):
         return None
-    names = {"mass": "masses", "position": "positions", "spin": "spins", "time": "times"}
+    names = {
+        "mass": "masses",
+        "position": "positions",
+        "spin": "spins",
+        "time": "times",
+    }
     units = [f"{names[h.role]} in {h.unit}" for h in table.headings if h.unit]
-    return f"{', '.join(units)}\n" + table.above + separated([table.roles, *map(list, table.rows)])
+    return (
+        f"{', '.join(units)}\n"
+        + table.above
+        + separated([table.roles, *map(list, table.rows)])
+    )
 
 
 # Several tables
@@ -190,16 +240,24 @@ def one_table_for_each_weight(table: LogTable) -> str | None:
     parts = by_mass(table)
     if len(parts) < 2 or "0" in parts:
         return None
-    return table.above + "\n".join(f"Weight: {mass} g\n{separated(part.grid)}" for mass, part in parts.items())
+    return table.above + "\n".join(
+        f"Weight: {mass} g\n{separated(part.grid)}" for mass, part in parts.items()
+    )
 
 
 @text_relation
 def weights_side_by_side(table: LogTable) -> str | None:
     parts = by_mass(table)
-    if len(parts) < 2 or "0" in parts or len({len(part.rows) for part in parts.values()}) > 1:
+    if (
+        len(parts) < 2
+        or "0" in parts
+        or len({len(part.rows) for part in parts.values()}) > 1
+    ):
         return None
     grids = [part.grid for part in parts.values()]
-    titles = [[f"{mass} g", *[""] * (len(part.headings) - 1)] for mass, part in parts.items()]
+    titles = [
+        [f"{mass} g", *[""] * (len(part.headings) - 1)] for mass, part in parts.items()
+    ]
     rows: Rows = [list(chain(*row)) for row in zip(*grids, strict=True)]
     return table.above + separated([list(chain(*titles)), *rows])
 
@@ -211,7 +269,9 @@ def transposed(table: LogTable) -> str:
 
 @text_relation
 def blank_column_and_row_before_the_table(table: LogTable) -> str:
-    return table.above + separated([[""] * (len(table.headings) + 1), *(["", *row] for row in table.grid)])
+    return table.above + separated(
+        [[""] * (len(table.headings) + 1), *(["", *row] for row in table.grid)]
+    )
 
 
 @text_relation

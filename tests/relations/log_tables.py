@@ -48,7 +48,14 @@ class LogTable:
         at = self.roles.index(role)
         return [row[at] for row in self.rows]
 
-    def with_column(self, heading: Heading, cells: Iterable[str], *, instead_of: str = "", at: int = -1) -> LogTable:
+    def with_column(
+        self,
+        heading: Heading,
+        cells: Iterable[str],
+        *,
+        instead_of: str = "",
+        at: int = -1,
+    ) -> LogTable:
         """Write a column in place of another one, or add it at the right or at a place."""
         columns = list(zip(self.headings, zip(*self.rows, strict=True), strict=True))
         column = (heading, tuple(cells))
@@ -64,12 +71,16 @@ class LogTable:
 
     def without(self, *roles: str) -> LogTable:
         columns = zip(self.headings, zip(*self.rows, strict=True), strict=True)
-        return self.of_columns([column for column in columns if column[0].role not in roles])
+        return self.of_columns(
+            [column for column in columns if column[0].role not in roles]
+        )
 
     def with_cells(self, role: str, change: Callable[[str], str]) -> LogTable:
         """Change each cell of a column that is not blank."""
         cells = [change(cell) if cell else "" for cell in self.cells(role)]
-        return self.with_column(self.headings[self.roles.index(role)], cells, instead_of=role)
+        return self.with_column(
+            self.headings[self.roles.index(role)], cells, instead_of=role
+        )
 
     def stating(self, **constants: str) -> LogTable:
         """State constants, in place of what the log says of them."""
@@ -129,9 +140,13 @@ def text_relation(function: Callable[[LogTable], str | bytes | None]) -> Relatio
     return named(function.__name__.replace("_", " "), rewriting)
 
 
-def separated(grid: Rows, delimiter: str = ",", quoting: int = csv.QUOTE_MINIMAL) -> str:
+def separated(
+    grid: Rows, delimiter: str = ",", quoting: int = csv.QUOTE_MINIMAL
+) -> str:
     out = io.StringIO()
-    csv.writer(out, delimiter=delimiter, quoting=quoting, lineterminator="\n").writerows(grid)
+    csv.writer(
+        out, delimiter=delimiter, quoting=quoting, lineterminator="\n"
+    ).writerows(grid)
     return out.getvalue()
 
 
@@ -151,8 +166,12 @@ def shuffled(items: Iterable[Any], seed: int = 1) -> list[Any]:
 def parse(text: str) -> LogTable:
     """Read a log of the plain form: lines with #, a header ``role [unit]``, rows with commas."""
     lines = text.splitlines()
-    said = [line.removeprefix("# ").split(": ", 1) for line in lines if line.startswith("#")]
-    constants = tuple((key, value) for key, value in said if key.isidentifier() and key != "noise")
+    said = [
+        line.removeprefix("# ").split(": ", 1) for line in lines if line.startswith("#")
+    ]
+    constants = tuple(
+        (key, value) for key, value in said if key.isidentifier() and key != "noise"
+    )
     head, *rows = csv.reader(line for line in lines if not line.startswith("#"))
     headings = (name.removesuffix("]").partition(" [") for name in head)
     columns = tuple(Heading(role, unit) for role, _, unit in headings)
@@ -163,14 +182,25 @@ def parse(text: str) -> LogTable:
 def bases() -> dict[str, LogTable]:
     """Give eleven logs that differ in what was measured, and in what they state."""
     stored = read("logs.txt")
-    readme = (ROOT / "README.md").read_text(encoding="utf-8").partition("```csv\n")[2].partition("```")[0]
+    readme = (
+        (ROOT / "README.md")
+        .read_text(encoding="utf-8")
+        .partition("```csv\n")[2]
+        .partition("```")[0]
+    )
     texts = {
-        **{path.stem: path.read_text(encoding="utf-8") for path in sorted((ROOT / "sample_data").glob("*.csv"))},
+        **{
+            path.stem: path.read_text(encoding="utf-8")
+            for path in sorted((ROOT / "sample_data").glob("*.csv"))
+        },
         "README": readme,
         "nine runs": typed(Bench(), 5).decode(),
         "thirds": typed(Bench(thirds=True), 5).decode(),
         "rod at 30 deg": typed(Bench(spins=(400, 600), pitch=30.0), 5).decode(),
-        **{name: stored[name] for name in ("unloaded", "falling", "contradicting", "rates")},
+        **{
+            name: stored[name]
+            for name in ("unloaded", "falling", "contradicting", "rates")
+        },
     }
     return {name: parse(text) for name, text in texts.items()}
 

@@ -8,7 +8,16 @@ from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 
-from relations.log_tables import Heading, LogTable, Rewriting, is_number, named, relation, shuffled, text_relation
+from relations.log_tables import (
+    Heading,
+    LogTable,
+    Rewriting,
+    is_number,
+    named,
+    relation,
+    shuffled,
+    text_relation,
+)
 
 SPINS = ("spin", "spin_start", "spin_end")
 THIRDS = {"1/3": ("0.33333333", "0.333", "120.000000", "one third", "⅓"),
@@ -54,7 +63,11 @@ def columns_shuffled(table: LogTable) -> str:
 
 @text_relation
 def constants_in_reverse_order(table: LogTable) -> str | None:
-    return replace(table, constants=table.constants[::-1]).text if len(table.constants) > 1 else None
+    return (
+        replace(table, constants=table.constants[::-1]).text
+        if len(table.constants) > 1
+        else None
+    )
 
 
 # Units that differ by a power of ten: the digits stay the same
@@ -74,7 +87,9 @@ def by_powers_of_ten(role: str, unit: str, to: str, power: int) -> None:
         if role not in table.roles or table.unit(role) != unit:
             return None
         cells = table.with_cells(role, lambda cell: shifted(cell, power)).cells(role)
-        return Rewriting(table.with_column(Heading(role, to), cells, instead_of=role).text)
+        return Rewriting(
+            table.with_column(Heading(role, to), cells, instead_of=role).text
+        )
 
     named(f"{role} in {to}", rewritten)
 
@@ -99,18 +114,27 @@ def exact(value: float) -> str:
 
 def with_more_digits(table: LogTable, *roles: str) -> LogTable:
     for role in roles:
-        table = table.with_cells(role, lambda cell: exact(float(cell)) if is_number(cell) else cell)
+        table = table.with_cells(
+            role, lambda cell: exact(float(cell)) if is_number(cell) else cell
+        )
     return table
 
 
-def by_factor(name: str, roles: tuple[str, ...], unit: str, to: str, factor: float) -> None:
+def by_factor(
+    name: str, roles: tuple[str, ...], unit: str, to: str, factor: float
+) -> None:
     def rewritten(table: LogTable) -> Rewriting | None:
-        used = [role for role in roles if role in table.roles and table.unit(role) == unit]
+        used = [
+            role for role in roles if role in table.roles and table.unit(role) == unit
+        ]
         if not used:
             return None
         table = changed = with_more_digits(table, *used)
         for role in used:
-            cells = [exact(float(cell) * factor) if cell else "" for cell in table.cells(role)]
+            cells = [
+                exact(float(cell) * factor) if cell else ""
+                for cell in table.cells(role)
+            ]
             changed = changed.with_column(Heading(role, to), cells, instead_of=role)
         return Rewriting(changed.text, same_as=table)
 
@@ -138,7 +162,11 @@ def as_period(role: str, period: str, seconds: float, unit: str, named_as: str) 
     """Write rates as the time of one turn; `seconds` is the time of one turn at a rate of 1."""
 
     def rewritten(table: LogTable) -> Rewriting | None:
-        used = [name for name in table.roles if name in (role, f"{role}_start", f"{role}_end")]
+        used = [
+            name
+            for name in table.roles
+            if name in (role, f"{role}_start", f"{role}_end")
+        ]
         stated = {*table.roles, *dict(table.constants)}
         # An uncertainty of the rate is not one of the time of a turn.
         if not used or stated & {f"u_{name}" for name in used}:
@@ -159,14 +187,22 @@ as_period("spin", "spin_period", 60e3, "ms", "spin in ms per turn")
 
 @text_relation
 def time_as_minutes_and_seconds(table: LogTable) -> str | None:
-    if "time" not in table.roles or not all("." in cell for cell in table.cells("time")):
+    if "time" not in table.roles or not all(
+        "." in cell for cell in table.cells("time")
+    ):
         return None
 
     def clock(cell: str) -> str:
         minutes, seconds = divmod(Decimal(cell), 60)
-        return f"{minutes:02f}:{seconds:05.2f}" if -seconds.as_tuple().exponent == 2 else f"{minutes}:{seconds:04.1f}"
+        return (
+            f"{minutes:02f}:{seconds:05.2f}"
+            if -seconds.as_tuple().exponent == 2
+            else f"{minutes}:{seconds:04.1f}"
+        )
 
-    return table.with_column(Heading("time"), map(clock, table.cells("time")), instead_of="time").text
+    return table.with_column(
+        Heading("time"), map(clock, table.cells("time")), instead_of="time"
+    ).text
 
 
 CONSTANTS_IN_OTHER_UNITS = {
@@ -192,8 +228,13 @@ def latitude_as(name: str, text: str) -> None:
         stated = dict(table.constants)
         if "g" not in stated or "latitude" in stated:
             return None
-        table = replace(table, constants=tuple(pair for pair in table.constants if pair[0] != "g"))
-        return Rewriting(table.stating(latitude=text).text, same_as=table.stating(latitude="42.5 deg"))
+        table = replace(
+            table, constants=tuple(pair for pair in table.constants if pair[0] != "g")
+        )
+        return Rewriting(
+            table.stating(latitude=text).text,
+            same_as=table.stating(latitude="42.5 deg"),
+        )
 
     named(f"latitude {name}", rewritten)
 
@@ -206,11 +247,17 @@ latitude_as("in rad", "0.74176493209759 rad")
 # Turns
 
 
-def thirds_as(name: str, kind: int, tolerance: tuple[float, float] = (1e-6, 1e-6)) -> None:
+def thirds_as(
+    name: str, kind: int, tolerance: tuple[float, float] = (1e-6, 1e-6)
+) -> None:
     def rewritten(table: LogTable) -> Rewriting | None:
-        if "turns" not in table.roles or not set(THIRDS).intersection(table.cells("turns")):
+        if "turns" not in table.roles or not set(THIRDS).intersection(
+            table.cells("turns")
+        ):
             return None
-        changed = table.with_cells("turns", lambda cell: THIRDS[cell][kind] if cell in THIRDS else cell)
+        changed = table.with_cells(
+            "turns", lambda cell: THIRDS[cell][kind] if cell in THIRDS else cell
+        )
         return Rewriting(changed.text, tolerance=tolerance)
 
     named(f"thirds of a turn {name}", rewritten)
@@ -229,7 +276,9 @@ def in_turns_as(name: str, unit: str, factor: float) -> None:
         if "turns" not in table.roles or "u_turns" in table.roles:
             return None
         cells = [exact(float(Fraction(cell)) * factor) for cell in table.cells("turns")]
-        return Rewriting(table.with_column(Heading("angle", unit), cells, instead_of="turns").text)
+        return Rewriting(
+            table.with_column(Heading("angle", unit), cells, instead_of="turns").text
+        )
 
     named(f"turns in {name}", rewritten)
 
@@ -240,7 +289,11 @@ in_turns_as("rad", "rad", 2 * math.pi)
 
 @text_relation
 def turns_with_their_word_behind(table: LogTable) -> str | None:
-    return table.with_cells("turns", lambda cell: f"{cell} turn").text if "turns" in table.roles else None
+    return (
+        table.with_cells("turns", lambda cell: f"{cell} turn").text
+        if "turns" in table.roles
+        else None
+    )
 
 
 @relation
@@ -249,7 +302,10 @@ def angle_as_turns(table: LogTable) -> Rewriting | None:
         return None
     cells = [str(Fraction(cell) / 360) for cell in table.cells("angle")]
     same = with_more_digits(table, "angle")
-    return Rewriting(table.with_column(Heading("turns"), cells, instead_of="angle").text, same_as=same)
+    return Rewriting(
+        table.with_column(Heading("turns"), cells, instead_of="angle").text,
+        same_as=same,
+    )
 
 
 # Other quantities that mean the same
@@ -263,7 +319,10 @@ def masses_doubled_and_positions_halved(table: LogTable) -> Rewriting | None:
     shares = {"u_mass": "0.2 %", "u_position": "0.1 %", "u_position_zero": "0.2 %"}
     table = with_more_digits(table, "mass", "position").stating(**shares)
     changed = table.with_cells("mass", lambda cell: exact(2 * float(cell)))
-    return Rewriting(changed.with_cells("position", lambda cell: exact(float(cell) / 2)).text, same_as=table)
+    return Rewriting(
+        changed.with_cells("position", lambda cell: exact(float(cell) / 2)).text,
+        same_as=table,
+    )
 
 
 @text_relation
@@ -272,14 +331,20 @@ def spins_before_and_after_in_one_cell(table: LogTable) -> str | None:
         return None
     pairs = zip(table.cells("spin_start"), table.cells("spin_end"), strict=True)
     cells = [" - ".join(pair) for pair in pairs]
-    return table.with_column(Heading("spin", "rpm"), cells, instead_of="spin_start").without("spin_end").text
+    return (
+        table.with_column(Heading("spin", "rpm"), cells, instead_of="spin_start")
+        .without("spin_end")
+        .text
+    )
 
 
 @text_relation
 def time_1_without_a_second_time(table: LogTable) -> str | None:
     if "time" not in table.roles:
         return None
-    first = table.with_column(Heading("time_1", "s"), table.cells("time"), instead_of="time")
+    first = table.with_column(
+        Heading("time_1", "s"), table.cells("time"), instead_of="time"
+    )
     return first.with_column(Heading("time_2", "s"), [""] * len(table.rows)).text
 
 
@@ -288,7 +353,9 @@ def repeats_in_the_other_order(table: LogTable) -> Rewriting | None:
     if "time" not in table.roles:
         return None
     times = table.cells("time")
-    later = [f"{Decimal(cell) + Decimal(at % 3 - 1) / 10}" for at, cell in enumerate(times)]
+    later = [
+        f"{Decimal(cell) + Decimal(at % 3 - 1) / 10}" for at, cell in enumerate(times)
+    ]
 
     def repeats(first: list[str], second: list[str]) -> LogTable:
         one = table.with_column(Heading("time_1", "s"), first, instead_of="time")
@@ -297,20 +364,38 @@ def repeats_in_the_other_order(table: LogTable) -> Rewriting | None:
     return Rewriting(repeats(later, times).text, same_as=repeats(times, later))
 
 
-def with_a_derived_column(heading: Heading, formula: Callable[[float, float], float], first: str, second: str) -> None:
+def with_a_derived_column(
+    heading: Heading, formula: Callable[[float, float], float], first: str, second: str
+) -> None:
     def rewritten(table: LogTable) -> Rewriting | None:
-        if not {first, second, "time"} <= set(table.roles) or heading.role in table.roles:
+        if (
+            not {first, second, "time"} <= set(table.roles)
+            or heading.role in table.roles
+        ):
             return None
         pairs = zip(table.cells(first), table.cells(second), strict=True)
-        numbers = [(float(Fraction(a)), float(Fraction(b))) if a and b else None for a, b in pairs]
+        numbers = [
+            (float(Fraction(a)), float(Fraction(b))) if a and b else None
+            for a, b in pairs
+        ]
         cells = [f"{formula(*pair):.5g}" if pair else "" for pair in numbers]
         return Rewriting(table.with_column(heading, cells).text)
 
     named(f"with a column of the {heading}", rewritten)
 
 
-with_a_derived_column(Heading("precession_period", "s"), lambda time, turns: time / turns, "time", "turns")
 with_a_derived_column(
-    Heading("precession_rate", "rad/s"), lambda time, turns: 2 * math.pi * turns / time, "time", "turns"
+    Heading("precession_period", "s"), lambda time, turns: time / turns, "time", "turns"
 )
-with_a_derived_column(Heading("torque", "N m"), lambda mass, arm: 9.803e-5 * mass * arm, "mass", "position")
+with_a_derived_column(
+    Heading("precession_rate", "rad/s"),
+    lambda time, turns: 2 * math.pi * turns / time,
+    "time",
+    "turns",
+)
+with_a_derived_column(
+    Heading("torque", "N m"),
+    lambda mass, arm: 9.803e-5 * mass * arm,
+    "mass",
+    "position",
+)

@@ -37,9 +37,14 @@ def test_the_plain_mean_of_a_spin_that_halves_is_8_percent_off() -> None:
 def test_the_textbook_root_loses_its_digits_as_the_rod_becomes_level() -> None:
     pitches = np.arcsin(10.0 ** -np.arange(1, 17))
     true = np.array([true_rate(pitch, SPIN) for pitch in pitches])
-    rate = physics.precession_rate(TOP.torque, SPIN, TOP.inertia, TOP.transverse_inertia, pitches)
+    rate = physics.precession_rate(
+        TOP.torque, SPIN, TOP.inertia, TOP.transverse_inertia, pitches
+    )
     assert rate == pytest.approx(true, rel=1e-15)
-    lost = [abs(textbook_root(pitch, SPIN) / one - 1) for pitch, one in zip(pitches, true, strict=True)]
+    lost = [
+        abs(textbook_root(pitch, SPIN) / one - 1)
+        for pitch, one in zip(pitches, true, strict=True)
+    ]
     assert lost[0] < 1e-12
     assert lost[8] > 1e-8
     assert lost[-1] == 1

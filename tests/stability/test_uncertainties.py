@@ -30,7 +30,9 @@ def york(measured: Measurements, intercept: bool = False) -> LineFit:
 def coverage(labs: list[Measurements], intercept: bool = False) -> float:
     """How often the 95 % interval of the line contains the truth."""
     lines = [york(measured, intercept) for measured in labs]
-    return float(np.mean([abs(line.slope - INERTIA) < 1.96 * line.u_slope for line in lines]))
+    return float(
+        np.mean([abs(line.slope - INERTIA) < 1.96 * line.u_slope for line in lines])
+    )
 
 
 @pytest.mark.parametrize(
@@ -38,7 +40,9 @@ def coverage(labs: list[Measurements], intercept: bool = False) -> float:
     [({"repeats": 3}, 0.75, 0.9), ({"imbalance": 1e-3}, 0.1, 0.88)],
     ids=["one scale and ruler for 27 runs", "no constant with an M0"],
 )
-def test_a_line_is_too_sure_and_the_recommended_fit_is_not(options: dict[str, Any], most: float, least: float) -> None:
+def test_a_line_is_too_sure_and_the_recommended_fit_is_not(
+    options: dict[str, Any], most: float, least: float
+) -> None:
     labs = drawn(80, **options)
     assert coverage(labs) < most
     ends = np.array([fit(measured).inertia.interval_95 for measured in labs])
@@ -60,7 +64,10 @@ def test_peelle_shared_scale_errors_pull_a_plain_fit_down() -> None:
 
     # The standard error of the mean of so many labs is 0.3 %; that of the difference is much less.
     assert bias(fitted=False) - bias(fitted=True) < -0.009
-    assert abs(np.mean([fit(measured).inertia.value for measured in labs]) / INERTIA - 1) < 0.01
+    assert (
+        abs(np.mean([fit(measured).inertia.value for measured in labs]) / INERTIA - 1)
+        < 0.01
+    )
 
 
 def test_a_hand_that_is_always_late_is_no_scatter() -> None:
@@ -73,10 +80,16 @@ def test_a_hand_that_is_always_late_is_no_scatter() -> None:
 def long_log(runs: int, seed: int) -> str:
     """Type a log in which only the times err, by 0.14 s; I_zz = 4.440e-3 kg*m^2, and the log states nothing."""
     index = np.arange(runs)
-    mass, rpm = np.array([20, 40, 60])[index % 3], np.array([200, 400, 600])[index // 3 % 3]
+    mass, rpm = (
+        np.array([20, 40, 60])[index % 3],
+        np.array([200, 400, 600])[index // 3 % 3],
+    )
     time = 2 * np.pi * INERTIA * rpm * RPM / (1e-3 * mass * STANDARD_GRAVITY * 0.15)
     time = time + 0.14 * np.random.default_rng(seed).standard_normal(runs)
-    rows = "".join(f"{m}.00,15.00,{s}.0,{t:.2f},1\n" for m, s, t in zip(mass, rpm, time, strict=True))
+    rows = "".join(
+        f"{m}.00,15.00,{s}.0,{t:.2f},1\n"
+        for m, s, t in zip(mass, rpm, time, strict=True)
+    )
     return f"mass [g],position [cm],spin [rpm],time [s],turns\n{rows}"
 
 
@@ -84,16 +97,25 @@ def long_log(runs: int, seed: int) -> str:
 def test_a_long_log_does_not_drift(runs: int, seed: int) -> None:
     inertia = analyze_briefly(long_log(runs, seed).encode()).inertia
     # The spin does not fall here, and a silent log is corrected for 2 s in 1000 s.
-    assert inertia.value == pytest.approx(INERTIA / math.exp(2 / 1000), abs=0.15 * inertia.u)
+    assert inertia.value == pytest.approx(
+        INERTIA / math.exp(2 / 1000), abs=0.15 * inertia.u
+    )
 
 
 LINES = ("# u_spin_scale: 1 %", "# u_mass_scale: 1 %", "# u_g: 1 %")
 
 
-@pytest.mark.parametrize(("runs", "line"), [*product((9, 300), LINES), (10_000, LINES[0])])
-def test_a_shared_error_that_the_runs_do_not_determine_only_widens_u(runs: int, line: str) -> None:
+@pytest.mark.parametrize(
+    ("runs", "line"), [*product((9, 300), LINES), (10_000, LINES[0])]
+)
+def test_a_shared_error_that_the_runs_do_not_determine_only_widens_u(
+    runs: int, line: str
+) -> None:
     key = line.partition(":")[0]
     log = long_log(runs, 3)
-    exact, wide = (analyze_briefly(f"{text}\n{log}".encode()).inertia for text in (f"{key}: 0 %", line))
+    exact, wide = (
+        analyze_briefly(f"{text}\n{log}".encode()).inertia
+        for text in (f"{key}: 0 %", line)
+    )
     assert wide.u > exact.u
     assert wide.value == pytest.approx(exact.value, abs=0.02 * exact.u)

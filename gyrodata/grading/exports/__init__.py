@@ -35,29 +35,53 @@ def grades_csv(found: ClassGrades) -> str:
     has a ' in front.
     """
     rows: dict[str, Mapping[str, str | float | None]] = {
-        one.student: {"student": one.student, "name": one.name, STATUS: "nothing handed in", "section": one.section}
+        one.student: {
+            "student": one.student,
+            "name": one.name,
+            STATUS: "nothing handed in",
+            "section": one.section,
+        }
         for one in found.roster.absent
     }
-    rows |= {grade.student: _cells(grade, found.flags_of.get(grade.student, ())) for grade in found.grades}
+    rows |= {
+        grade.student: _cells(grade, found.flags_of.get(grade.student, ()))
+        for grade in found.grades
+    }
     first = found.grades[0]
     possible = {"student": POINTS_ROW, STATUS: "--", TOTAL: two_decimals(first.out_of)}
     possible |= {mark.criterion: two_decimals(mark.out_of) for mark in first.marks}
     columns = list(rows[first.student])
     head = [columns, [possible.get(column, "") for column in columns]]
-    return csv_lines([*head, *([csv_cell(rows[one].get(column)) for column in columns] for one in sorted(rows))])
+    return csv_lines(
+        [
+            *head,
+            *(
+                [csv_cell(rows[one].get(column)) for column in columns]
+                for one in sorted(rows)
+            ),
+        ]
+    )
 
 
 def _cells(grade: Grade, flags: Iterable[Flag]) -> dict[str, str | float | None]:
     """Return the cells of one student by column."""
-    others = {flag: [one for one in (*flag.students, *flag.previous) if one != grade.student] for flag in flags}
-    told = [f"{flag.kind} with {_first_of(some)}" if some else flag.kind for flag, some in others.items()]
+    others = {
+        flag: [one for one in (*flag.students, *flag.previous) if one != grade.student]
+        for flag in flags
+    }
+    told = [
+        f"{flag.kind} with {_first_of(some)}" if some else flag.kind
+        for flag, some in others.items()
+    ]
     return {
         "student": grade.student,
         "name": grade.name,
         STATUS: grade.status,
         TOTAL: two_decimals(grade.points),
         **{mark.criterion: two_decimals(mark.points) for mark in grade.marks},
-        "late_deduction": "" if grade.points is None else two_decimals(grade.late_deduction),
+        "late_deduction": ""
+        if grade.points is None
+        else two_decimals(grade.late_deduction),
         "late [s]": grade.late_seconds,
         "late": grade.late_reason,
         "reported [kg*m^2]": grade.reported.get("value"),
@@ -78,7 +102,9 @@ MOST_NAMED = 50  # students in a cell of grades.csv; flags.csv names all
 
 
 def _first_of(students: Sequence[str]) -> str:
-    more = f" and {len(students) - MOST_NAMED} more" if len(students) > MOST_NAMED else ""
+    more = (
+        f" and {len(students) - MOST_NAMED} more" if len(students) > MOST_NAMED else ""
+    )
     return ", ".join(students[:MOST_NAMED]) + more
 
 
@@ -87,7 +113,15 @@ def flags_csv(flags: Iterable[Flag]) -> str:
     rows = []
     for flag in flags:
         numbers = (float(f"{flag.expected:.3g}"), float(f"{flag.p:.3g}"))
-        rows.append((flag.kind, ", ".join(flag.students), ", ".join(flag.previous), *numbers, flag.evidence))
+        rows.append(
+            (
+                flag.kind,
+                ", ".join(flag.students),
+                ", ".join(flag.previous),
+                *numbers,
+                flag.evidence,
+            )
+        )
     head = "kind,students,earlier logs,expected by chance in this class,p,evidence\n"
     return head + csv_lines(map(csv_cell, row) for row in rows)
 
@@ -125,18 +159,33 @@ def compare_tables(then: bytes, today: bytes) -> tuple[Change, ...] | None:
     for student in sorted(old.keys() | new.keys()):
         was, now = old.get(student, {}), new.get(student, {})
         if was != now:
-            before, after = (row[TOTAL] or row[STATUS] or "not graded" if row else None for row in (was, now))
+            before, after = (
+                row[TOTAL] or row[STATUS] or "not graded" if row else None
+                for row in (was, now)
+            )
             both = {**was, **now} if was and now else {}
-            cells = [CellChange(one, was.get(one, ""), now.get(one, "")) for one in both]
-            parts = tuple(one for one in cells if one.before != one.after and one.column not in ("name", TOTAL, STATUS))
-            changes.append(Change(student, (now or was).get("name") or student, before, after, parts))
+            cells = [
+                CellChange(one, was.get(one, ""), now.get(one, "")) for one in both
+            ]
+            parts = tuple(
+                one
+                for one in cells
+                if one.before != one.after and one.column not in ("name", TOTAL, STATUS)
+            )
+            changes.append(
+                Change(
+                    student, (now or was).get("name") or student, before, after, parts
+                )
+            )
     return tuple(changes)
 
 
 def read_table(data: bytes) -> dict[str, dict[str, str]] | None:
     """Read a table of grades, each student's cells by column; return None if these columns are missing."""
     try:
-        lines = ledger.read_list(data, "grades.csv", "student", STATUS, TOTAL, lower=False)
+        lines = ledger.read_list(
+            data, "grades.csv", "student", STATUS, TOTAL, lower=False
+        )
         return {row["student"]: row for _, row in lines if row["student"] != POINTS_ROW}
     except (csv.Error, LookupError, ValueError, GyroError):
         return None
@@ -212,7 +261,9 @@ class GradesDocument(Struct, kw_only=True):
     students: tuple[Student, ...] = ()
 
 
-def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None) -> Iterator[str]:
+def grades_document(
+    found: ClassGrades, changes: Iterable[Change] | None = None
+) -> Iterator[str]:
     """Write the grades of a class as one JSON object, in pieces with one student each, for a class may be large.
 
     `changes`: Differences from the table of an earlier run, if they were asked for.
@@ -229,14 +280,22 @@ def grades_document(found: ClassGrades, changes: Iterable[Change] | None = None)
     )  # fmt: skip
     yield json_text(to_json(head)).removesuffix("]\n}\n")
     for number, grade in enumerate(found.grades):
-        yield ("," if number else "") + "\n    " + encode(to_json(_student(found, grade))).decode()
+        yield (
+            ("," if number else "")
+            + "\n    "
+            + encode(to_json(_student(found, grade))).decode()
+        )
     yield "\n  ]\n}\n"
 
 
 def grade_lines(found: ClassGrades) -> Iterator[str]:
     """Write one JSON object for each student, one per line."""
     for grade in found.grades:
-        line = {"schema": "gyro.grade/1", "tool": Tool(), **to_json(_student(found, grade))}
+        line = {
+            "schema": "gyro.grade/1",
+            "tool": Tool(),
+            **to_json(_student(found, grade)),
+        }
         yield encode(line).decode() + "\n"
 
 

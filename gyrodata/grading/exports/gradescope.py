@@ -30,18 +30,40 @@ from gyrodata.results import escape_controls
 
 def autograder_files(rubric: Rubric, text: str) -> dict[str, bytes]:
     """Return the files of an autograder by name, to be zipped without a folder around them and uploaded."""
-    compared = [one for one in rubric.criteria if one.check == "reference" and rubric.class_reference]
+    compared = [
+        one
+        for one in rubric.criteria
+        if one.check == "reference" and rubric.class_reference
+    ]
     if compared:
         raise InputError.named("autograder_compares", rubric.name, id=compared[0].id)
     try:
-        needed = [f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one]
+        needed = [
+            f"{one}\n" for one in requires("gyrodata") or () if "extra ==" not in one
+        ]
     except PackageNotFoundError:
-        raise InputError.named("autograder_not_installed", version=gyrodata.__version__) from None
+        raise InputError.named(
+            "autograder_not_installed", version=gyrodata.__version__
+        ) from None
     home = Path(gyrodata.__file__).parent
-    paths = [path for path in sorted(home.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
-    package = {path.relative_to(home.parent).as_posix(): path.read_bytes() for path in paths}
-    scripts = {one: package[f"gyrodata/grading/autograder/{one}"] for one in ("setup.sh", "run_autograder")}
-    return {**scripts, "rubric.toml": text.encode(), "requirements.txt": "".join(needed).encode(), **package}
+    paths = [
+        path
+        for path in sorted(home.rglob("*"))
+        if path.is_file() and "__pycache__" not in path.parts
+    ]
+    package = {
+        path.relative_to(home.parent).as_posix(): path.read_bytes() for path in paths
+    }
+    scripts = {
+        one: package[f"gyrodata/grading/autograder/{one}"]
+        for one in ("setup.sh", "run_autograder")
+    }
+    return {
+        **scripts,
+        "rubric.toml": text.encode(),
+        "requirements.txt": "".join(needed).encode(),
+        **package,
+    }
 
 
 def grade_autograder(root: Path, rubric: Rubric) -> str:
@@ -52,7 +74,13 @@ def grade_autograder(root: Path, rubric: Rubric) -> str:
         submissions = find_submissions(root, "gradescope")
     except GyroError as error:
         why = error.diagnostics[0].message
-        return results_json(not_graded(Submission("submission", "submission", {}, root, problem=why), rubric, why))
+        return results_json(
+            not_graded(
+                Submission("submission", "submission", {}, root, problem=why),
+                rubric,
+                why,
+            )
+        )
     # A class of one: a log that takes too long is reported as not graded.
     return results_json(grade_class(submissions, rubric).grades[0])
 
@@ -64,21 +92,36 @@ def results_json(grade: Grade) -> str:
     """Write the results of one submission; a mark that could not be judged is a test without points, not a failure."""
     judged = [mark for mark in grade.marks if mark.points is not None]
     # Messages of these codes may contain the value of the runs, as findings of the fit do: only their titles are shown.
-    codes = {code for code in explanations() if code.startswith("G4")}.difference(ASKS.values())
+    codes = {code for code in explanations() if code.startswith("G4")}.difference(
+        ASKS.values()
+    )
     titles = {code: explanations()[code].title for code in codes}
-    secret = any(one["code"] in titles for one in grade.diagnostics if one["severity"] == "error")
+    secret = any(
+        one["code"] in titles for one in grade.diagnostics if one["severity"] == "error"
+    )
     visible = [mark for mark in judged if not _compares(mark)]
     why = "the log cannot be analysed" if secret else grade.why
     output = environment().get_template("gradescope.txt.jinja")
     results: dict[str, Any] = {
-        "score": round(max(0.0, sum(mark.points or 0.0 for mark in judged) - grade.late_deduction), 2),
-        "output": output.render(grade=grade, judged=judged, visible=visible, why=why, titles=titles).rstrip("\n"),
+        "score": round(
+            max(0.0, sum(mark.points or 0.0 for mark in judged) - grade.late_deduction),
+            2,
+        ),
+        "output": output.render(
+            grade=grade, judged=judged, visible=visible, why=why, titles=titles
+        ).rstrip("\n"),
         "stdout_visibility": "hidden",
-        "extra_data": {"status": grade.status, "rubric": grade.rubric, "submission": grade.digest},
+        "extra_data": {
+            "status": grade.status,
+            "rubric": grade.rubric,
+            "submission": grade.digest,
+        },
         "tests": [_test(mark) for mark in grade.marks],
     }
     text = json.dumps(results, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
-    return escape_controls(text.encode("utf-8", "surrogatepass")).decode("utf-8", "surrogatepass")
+    return escape_controls(text.encode("utf-8", "surrogatepass")).decode(
+        "utf-8", "surrogatepass"
+    )
 
 
 def _compares(mark: Mark) -> bool:
@@ -87,7 +130,10 @@ def _compares(mark: Mark) -> bool:
 
 
 def _test(mark: Mark) -> dict[str, Any]:
-    output, status = mark.reason, {"status": "passed" if (mark.points or 0.0) >= mark.out_of else "failed"}
+    output, status = (
+        mark.reason,
+        {"status": "passed" if (mark.points or 0.0) >= mark.out_of else "failed"},
+    )
     if mark.points is None:
         output, status = f"Not judged ({mark.out_of:g} points): {mark.reason}", {}
     elif mark.check == "log" and mark.detail.get("warnings"):

@@ -29,7 +29,14 @@ from gyrodata.grading.yardsticks import fit_words, in_order
 from gyrodata.plotting import FIGURES
 from gyrodata.readings import listing
 from gyrodata.reporting.data import csv_lines, templates
-from gyrodata.reporting.values import count_text, factor_text, in_columns, inertia_text, number_text, power_of_ten
+from gyrodata.reporting.values import (
+    count_text,
+    factor_text,
+    in_columns,
+    inertia_text,
+    number_text,
+    power_of_ten,
+)
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -43,14 +50,33 @@ def environment() -> Environment:
     made = templates(Path(__file__).parents[1])
     # A distance in units of u has all digits before the point up to a million.
     made.filters["distance"] = lambda z: (
-        "–" if z is None else f"{z:.0f}" if 100 <= z < 1e6 else f"{z:.2g}".replace("-", "−")
+        "–"
+        if z is None
+        else f"{z:.0f}"
+        if 100 <= z < 1e6
+        else f"{z:.2g}".replace("-", "−")
     )
-    made.filters |= {"number": number_text, "factor": factor_text, "fit_words": fit_words, "count": count_text}
-    made.filters |= {"address": lambda path: quote(path.encode("utf-8", "replace")), "base64": base64.b64encode}
+    made.filters |= {
+        "number": number_text,
+        "factor": factor_text,
+        "fit_words": fit_words,
+        "count": count_text,
+    }
+    made.filters |= {
+        "address": lambda path: quote(path.encode("utf-8", "replace")),
+        "base64": base64.b64encode,
+    }
     made.globals |= {"version": __version__, "FIGURES": FIGURES}
     # Titles, rules and reasons are the same for many students, and numbers in the two pages of one student.
-    made.filters |= {"md": lru_cache(512)(_markdown_safe), "sentence": lru_cache(512)(sentence)}
-    made.filters |= {"plain": lru_cache(512)(shown), "points": lru_cache(512)(points_text), "listing": listing}
+    made.filters |= {
+        "md": lru_cache(512)(_markdown_safe),
+        "sentence": lru_cache(512)(sentence),
+    }
+    made.filters |= {
+        "plain": lru_cache(512)(shown),
+        "points": lru_cache(512)(points_text),
+        "listing": listing,
+    }
     made.filters |= {"inertia": lru_cache(512)(inertia_text), "columns": _columns}
     return made
 
@@ -60,7 +86,9 @@ def sentence(text: object) -> str:
     line = shown(text).rstrip(".")
     # "g is missing" and "φ̇ψ̇ scatters" begin with a symbol.
     first = line[:1].upper() if re.match("[a-z]{2}", line) else line[:1]
-    return f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+    return (
+        f"{first}{line[1:]}{'' if line.endswith(('?', '!')) else '.'}" if line else ""
+    )
 
 
 def _columns(text: str) -> str:
@@ -72,45 +100,75 @@ def _columns(text: str) -> str:
 def _markdown_safe(text: object) -> str:
     """Return one line that Markdown takes literally."""
     line = re.sub(r"([\\`*_\[\]|~$])", r"\\\1", shown(text))
-    return line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("://", ":\\//")
+    return (
+        line.replace("&", "&amp;")
+        .replace("<", "&lt;")
+        .replace(">", "&gt;")
+        .replace("://", ":\\//")
+    )
 
 
 # --- the feedback for a student ----------------------------------------------------------------------------
 
 
-def feedback_pages(grade: Grade, figures: Mapping[str, tuple[bytes, str]] = {}) -> dict[str, str]:
+def feedback_pages(
+    grade: Grade, figures: Mapping[str, tuple[bytes, str]] = {}
+) -> dict[str, str]:
     """Write the feedback for one student as one HTML page that needs nothing else, and as Markdown; by the ending.
 
     `figures`: PNG file, and what it shows in words, by name: "period", "product", "torque", "residuals". Gives: Every
     name, note and number from outside is escaped; no clock time.
     """
     content, template = _content(grade), environment().get_template
-    text = re.sub(r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)).strip()
-    return {".html": template("feedback.html.jinja").render(content, figures=figures), ".md": f"{text}\n"}
+    text = re.sub(
+        r"\n{3,}", "\n\n", template("feedback.md.jinja").render(content)
+    ).strip()
+    return {
+        ".html": template("feedback.html.jinja").render(content, figures=figures),
+        ".md": f"{text}\n",
+    }
 
 
 def feedback_comment(grade: Grade) -> str:
     """Write the feedback for one student in a few lines of plain text, for the comment field of a gradebook."""
-    return environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
+    return (
+        environment().get_template("feedback.txt.jinja").render(_content(grade)).strip()
+    )
 
 
 def _content(grade: Grade) -> dict[str, Any]:
     """Return what the templates of the feedback need."""
     if grade.status in ("on hold", "excused"):
         # No points are given, and none are shown.
-        grade = replace(grade, marks=(), slips=(), own={}, diagnostics=(), late_reason="")
+        grade = replace(
+            grade, marks=(), slips=(), own={}, diagnostics=(), late_reason=""
+        )
     words: Any = environment().get_template("words.jinja").module
-    short = [one for one in grade.marks if one.points is not None and one.points < one.out_of]
-    cost = next((one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail), None)
+    short = [
+        one for one in grade.marks if one.points is not None and one.points < one.out_of
+    ]
+    cost = next(
+        (one.detail["slip_cost"] for one in grade.marks if "slip_cost" in one.detail),
+        None,
+    )
     hands = [line for line in words.hands(grade).split("\n") if line]
-    told = {"lead": words.lead(grade, short).strip(), "verdict": words.verdict(grade).strip(), "hands": hands}
+    told = {
+        "lead": words.lead(grade, short).strip(),
+        "verdict": words.verdict(grade).strip(),
+        "hands": hands,
+    }
     return {"grade": grade, "short": short, "slip_cost": cost, **told}
 
 
 # --- a class as a page ------------------------------------------------------------------------------------
 
 
-def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Sequence[Offer], folder: Path) -> str:
+def class_page(
+    found: ClassGrades,
+    feedback: Callable[[str], str],
+    offers: Sequence[Offer],
+    folder: Path,
+) -> str:
     """Write the page of a class.
 
     `feedback`: Returns the path of a student's page below the folder of the class page. `offers`: What needs a
@@ -124,7 +182,11 @@ def class_page(found: ClassGrades, feedback: Callable[[str], str], offers: Seque
     def links(student: str) -> list[tuple[str, str]]:
         """Return the name and the address of each file besides the log; no address of a file in a zip."""
         item = items[student]
-        base = Path(os.path.relpath(item.source, folder)).as_posix() if item.source.is_dir() else ""
+        base = (
+            Path(os.path.relpath(item.source, folder)).as_posix()
+            if item.source.is_dir()
+            else ""
+        )
         return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
     return environment().get_template("class.html.jinja").render(
@@ -144,4 +206,8 @@ def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]
     step = next(step for step in steps if out_of <= 25 * step)
     last = round(out_of / step)
     counts = Counter(min(math.floor(total / step + 0.5), last) for total in totals)
-    return [(points_text(round(at * step, 3)), counts[at]) for at in range(last + 1)] if counts else []
+    return (
+        [(points_text(round(at * step, 3)), counts[at]) for at in range(last + 1)]
+        if counts
+        else []
+    )

@@ -56,7 +56,9 @@ class Answers(Struct, frozen=True):
 class _Candidate(Struct, frozen=True):
     """A quantity that may be the answer; one with an uncertainty is better, then one that is called a result."""
 
-    rank: tuple[bool, bool, bool, bool]  # whether it has a name, an uncertainty, words of a result, and of the last one
+    rank: tuple[
+        bool, bool, bool, bool
+    ]  # whether it has a name, an uncertainty, words of a result, and of the last one
     place: str
     read: Reported
 
@@ -71,14 +73,24 @@ def read_answers(
     `reports` are names and bytes of the other texts, and `unseen` the hidden sheets of the log. Never raises: a value
     that cannot be read has a fault.
     """
-    found = [one for name, data in reports for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)]
+    found = [
+        one
+        for name, data in reports
+        for one in islice(_candidates(name, lines_of(name, data)), _MOST_VALUES)
+    ]
     if log is not None and "inertia" in log.reported and _is_seen(log, unseen):
         read = log.reported["inertia"]
         # Its line and those below it may say more, such as "I_zz = 4.4 g m^2, u = 0.1 g m^2" in several cells.
         top = max(0, (read.line or 0) - 1)
-        lines = _in_cells(readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW))
+        lines = _in_cells(
+            readings.lablog.split_lines(log.source_text), slice(top, top + _MOST_BELOW)
+        )
         more = _candidates("", lines) if read.u is None or read.fault else ()
-        same = (one.read for one in more if one.read.u is not None and one.read.value == read.value)
+        same = (
+            one.read
+            for one in more
+            if one.read.u is not None and one.read.value == read.value
+        )
         read = replace(next(same, _with_u(read, "".join(lines[1:2]))), line=read.line)
         found = [*islice(_candidates(log.name, _remarks(log)), _MOST_VALUES), *found]
         return Answers(read, (), log.name, _disagrees(read, log.name, found))
@@ -88,14 +100,25 @@ def read_answers(
     equal = [one for one in found if one.rank == best]
     versions = [version_of(one.place.rpartition(", line ")[0]) for one in equal]
     if len({base for _, base in versions}) == 1:
-        equal = [one for one, (rank, _) in zip(equal, versions, strict=True) if rank == max(versions)[0]]
+        equal = [
+            one
+            for one, (rank, _) in zip(equal, versions, strict=True)
+            if rank == max(versions)[0]
+        ]
     # The same answer may be written with more digits.
     chosen = max(equal, key=lambda one: one.read.step or 0.0)
-    read, others = chosen.read, [one for one in equal if not _agree(chosen.read, one.read)]
+    read, others = (
+        chosen.read,
+        [one for one in equal if not _agree(chosen.read, one.read)],
+    )
     if others:
-        first, second = (f'"{one.read.text}" in {one.place}' for one in (chosen, others[0]))
+        first, second = (
+            f'"{one.read.text}" in {one.place}' for one in (chosen, others[0])
+        )
         problem = f"two values are found: {first} and {second}"
-        read = Reported("inertia", read.text, fault="given twice", problem=problem, line=read.line)
+        read = Reported(
+            "inertia", read.text, fault="given twice", problem=problem, line=read.line
+        )
     note = Diagnostic.named("answer_elsewhere", place=chosen.place, text=read.text)
     file = chosen.place.rpartition(", line ")[0]
     return Answers(read, (note,), file, "" if others else _disagrees(read, file, found))
@@ -108,7 +131,9 @@ def _is_seen(log: readings.Readings, unseen: Collection[str]) -> bool:
         return True
     above = [title.strip("'") for before, title in log.sheets if before < line]
     text = readings.lablog.split_lines(log.source_text)[line - 1]
-    return above[-1:] not in [[one] for one in unseen] and visible.line_seen(text) == text
+    return (
+        above[-1:] not in [[one] for one in unseen] and visible.line_seen(text) == text
+    )
 
 
 def _remarks(log: readings.Readings) -> list[str]:
@@ -116,7 +141,9 @@ def _remarks(log: readings.Readings) -> list[str]:
     found: list[str] = []
     for line in readings.lablog.split_lines(log.source_text)[:_MOST_LINES]:
         remark = visible.line_seen(line).strip('#%," \t')
-        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(re.split("[:=]", remark)[0].strip())
+        is_remark = line.lstrip(' "').startswith(("#", "%")) and not is_key(
+            re.split("[:=]", remark)[0].strip()
+        )
         found.append(remark if is_remark else "")
     return found if any(re.search(r"\d", remark) for remark in found) else []
 
@@ -125,7 +152,9 @@ def _disagrees(read: Reported, file: str, found: Sequence[_Candidate]) -> str:
     """Describe another value with a name that differs by more than both uncertainties."""
     for one in found:
         elsewhere = one.place.rpartition(", line ")[0] != file
-        if elsewhere and (version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place)):
+        if elsewhere and (
+            version_of(one.place)[0] < 0 or re.search(r"\.[ct]sv, line", one.place)
+        ):
             continue  # a draft or an earlier log may have another answer
         if one.rank[0] and _differ(read, one.read):
             return f'two answers: "{read.text}" in {file} is used, and "{one.read.text}" is in {one.place}'
@@ -141,10 +170,16 @@ def _differ(read: Reported, other: Reported) -> bool:
     value, another = read.value or 0.0, other.value or 0.0
     if other.u is None and abs(another) < SMALL * abs(value):
         return False
-    return abs(value - another) > (read.u or 0.0) + (WITHOUT_U * abs(another) if other.u is None else other.u)
+    return abs(value - another) > (read.u or 0.0) + (
+        WITHOUT_U * abs(another) if other.u is None else other.u
+    )
 
 
-_RANKS = {"draft": -1, "new": 1, "final": 98}  # the words of a version, in their order; without one it is 0
+_RANKS = {
+    "draft": -1,
+    "new": 1,
+    "final": 98,
+}  # the words of a version, in their order; without one it is 0
 
 
 def version_of(name: str) -> tuple[int, str]:
@@ -152,13 +187,19 @@ def version_of(name: str) -> tuple[int, str]:
     stem = PurePosixPath(name.lower()).stem
     found = re.search(SAYS["version"], stem)
     rank = _RANKS.get(found.lastgroup or "", 0) if found else 0
-    return int(found["number"]) - 1 if found and found["number"] else rank, re.sub(SAYS["version"], "", stem)
+    return int(found["number"]) - 1 if found and found["number"] else rank, re.sub(
+        SAYS["version"], "", stem
+    )
 
 
 def _agree(rounded: Reported, other: Reported) -> bool:
     """Return whether two values with their uncertainties are the same but for rounding."""
-    near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (rounded.step or 0.0)
-    return near and abs((rounded.u or 0.0) - (other.u or 0.0)) <= 0.501 * (rounded.u_step or 0.0)
+    near = abs((rounded.value or 0.0) - (other.value or 0.0)) <= 0.501 * (
+        rounded.step or 0.0
+    )
+    return near and abs((rounded.u or 0.0) - (other.u or 0.0)) <= 0.501 * (
+        rounded.u_step or 0.0
+    )
 
 
 # --- the sentences of a file ---------------------------------------------------------------------------------
@@ -182,15 +223,22 @@ def _read_lines(name: str, data: bytes) -> list[str]:
     kind = ending(name)
     if kind in WORKBOOKS:
         unseen = visible.hidden_sheets(data)
-        sheets = (sheet for title, sheet in sheet_rows(data).items() if title not in unseen)
+        sheets = (
+            sheet for title, sheet in sheet_rows(data).items() if title not in unseen
+        )
         rows = (row[:30] for sheet in sheets for row in sheet[:_MOST_LINES])
-        return [" | ".join("" if cell is None else str(cell) for cell in row) for row in rows]
+        return [
+            " | ".join("" if cell is None else str(cell) for cell in row)
+            for row in rows
+        ]
     if kind in _PACKED and zipfile.is_zipfile(io.BytesIO(data)):
         text = _packed_text(data, kind)
     else:
         text = readings.decode(data, readings.Faults(name))[0]
     if kind == ".json":
-        text = re.sub(r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text)
+        text = re.sub(
+            r'(?i)"(?!units?")(?:u|d|unc|err|std|sigma|delta)\w*":', "±", text
+        )
         text = " ".join(re.sub(r'"units?":|[{}"]|,(?!\d)', " ", text).split())
     if kind == ".ipynb":
         text = "\n".join(_cell_texts(msgspec.json.decode(text)["cells"]))
@@ -201,9 +249,13 @@ def _read_lines(name: str, data: bytes) -> list[str]:
     text = text.partition(r"\end{document}")[0] if kind == ".tex" else text
     text = text if kind in TABLES else visible.latex_seen(text)
     text = visible.markdown_seen(text) if kind == ".md" else text
-    is_page = kind in (".html", ".htm") or (kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text))
+    is_page = kind in (".html", ".htm") or (
+        kind != ".md" and re.search(r"(?i)</p>|<(?:br|sup)\b", text)
+    )
     text = visible.page_seen(text) if is_page and kind not in _PACKED else text
-    if kind in (".html", ".htm", ".docx", ".odt") or re.search(r"(?i)</p>|<(?:br|sup)\b", text):
+    if kind in (".html", ".htm", ".docx", ".odt") or re.search(
+        r"(?i)</p>|<(?:br|sup)\b", text
+    ):
         for pattern, plain in _MARKUP:
             text = re.sub(pattern, plain, text)
         # Lines are counted as they are shown.
@@ -215,14 +267,19 @@ def _read_lines(name: str, data: bytes) -> list[str]:
 def hidden_sheets_of(name: str, data: bytes) -> Collection[str]:
     """Return the hidden sheets of a workbook; none of another file, or of one that cannot be read."""
     if ending(name) in WORKBOOKS:
-        with suppress(zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError):
+        with suppress(
+            zipfile.BadZipFile, zlib.error, KeyError, OSError, RuntimeError, ValueError
+        ):
             return visible.hidden_sheets(data)
     return ()
 
 
 def _packed_text(data: bytes, kind: str) -> str:
     """Return the XML of a word processor, without the text in it that is hidden."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open(_PACKED[kind]) as file:
+    with (
+        zipfile.ZipFile(io.BytesIO(data)) as archive,
+        archive.open(_PACKED[kind]) as file,
+    ):
         text = file.read(readings.MAX_BYTES).decode("utf-8", "replace")
     text = re.sub(r">\s+<", "><", text)
     return visible.page_seen(text) if kind == ".docx" else visible.open_text_seen(text)
@@ -239,15 +296,23 @@ def _cell_texts(cells: Iterable[Mapping[str, Any]]) -> Iterator[str]:
         if cell.get("cell_type") != "raw" and not hidden.get("source_hidden"):
             yield source
         if not hidden.get("outputs_hidden"):
-            printed += ["".join(["\n", *one.get("text", [])]) for one in cell.get("outputs", [])]
+            printed += [
+                "".join(["\n", *one.get("text", [])]) for one in cell.get("outputs", [])
+            ]
     yield from printed
 
 
 def _in_cells(table: Sequence[str], part: slice = slice(None)) -> list[str]:
     """Separate the cells of a table by ``|``; a line of prose, where a comma may be a decimal one, stays as it is."""
-    sign, lines = max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)), table[part]
+    sign, lines = (
+        max("\t;,", key=lambda one: sum(line.count(one) > 1 for line in table)),
+        table[part],
+    )
     rows = (csv.reader([line[:_LONGEST_LINE]], delimiter=sign) for line in lines)
-    return [line if re.search(SAYS["prose"], line) else " | ".join(*row) for line, row in zip(lines, rows, strict=True)]
+    return [
+        line if re.search(SAYS["prose"], line) else " | ".join(*row)
+        for line, row in zip(lines, rows, strict=True)
+    ]
 
 
 def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) -> str:
@@ -256,11 +321,17 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
     named = " & ".join(one[1].strip() for one in lines)[:_LONGEST_SENTENCE]
     called: dict[str, None] = {}
     # Text by text, so that a text that takes too long can be named.
-    for text in chain([log.source_text], ("\n".join(lines_of(name, data)) for name, data in reports)):
+    for text in chain(
+        [log.source_text], ("\n".join(lines_of(name, data)) for name, data in reports)
+    ):
         for one in re.finditer(SAYS["called"], text):
             words = re.split("[ ,]+", one[0][:_LONGEST_SENTENCE])
             # "Team Ann Lee" contains "Ann Lee".
-            parts = (words[at : at + size] for size in (2, 3, 4) for at in range(len(words) - size + 1))
+            parts = (
+                words[at : at + size]
+                for size in (2, 3, 4)
+                for at in range(len(words) - size + 1)
+            )
             called |= dict.fromkeys(" ".join(part) for part in parts)
             if len(called) > _MOST_NAMES:
                 break
@@ -270,7 +341,9 @@ def partners_in(log: readings.Readings, reports: Iterable[tuple[str, bytes]]) ->
 
 def as_log(name: str, data: bytes) -> bytes:
     """Return a file as `read_log` reads it: a report of a word processor as its text, with ``|`` between cells."""
-    return ("\n".join(lines_of(name, data)).encode() if ending(name) in _PACKED else b"") or data
+    return (
+        "\n".join(lines_of(name, data)).encode() if ending(name) in _PACKED else b""
+    ) or data
 
 
 def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
@@ -279,8 +352,17 @@ def _sentences(lines: Sequence[str]) -> list[tuple[int, str]]:
     for pattern, text in _PLAIN:
         plain = [line and re.sub(pattern, text, line) for line in plain]
     for number, line in enumerate(_with_titles(plain), 1):
-        found += [(number, one) for one in re.split(r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line)]
-    return [(number, one) for number, one in found if one.strip() and len(one) <= _LONGEST_SENTENCE]
+        found += [
+            (number, one)
+            for one in re.split(
+                r"(?<=[!?;])\s+(?=[^\W\d])|(?<=\.)\s+(?=[A-ZÀ-ÝΘ])", line
+            )
+        ]
+    return [
+        (number, one)
+        for number, one in found
+        if one.strip() and len(one) <= _LONGEST_SENTENCE
+    ]
 
 
 def _with_titles(lines: Sequence[str]) -> Iterator[str]:
@@ -288,9 +370,15 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
     titles, width = list[str](), 0
     runs = [_is_number(line.strip(" |")) for line in ["", *lines, ""]]
     for at, line in enumerate(lines):
-        cells = [cell.strip(" *") for cell in re.sub(r"^\||[\s|]+$", "", line).split("|")]
+        cells = [
+            cell.strip(" *") for cell in re.sub(r"^\||[\s|]+$", "", line).split("|")
+        ]
         if not any(map(_is_number, cells)):
-            titles, width = (titles, width) if set(line) <= set("-: |") else (cells * (len(cells) > 1), 0)
+            titles, width = (
+                (titles, width)
+                if set(line) <= set("-: |")
+                else (cells * (len(cells) > 1), 0)
+            )
         elif len(cells) > 1:
             # Titles on the right of a table of runs have values in as many cells.
             width = width or len(cells)
@@ -300,11 +388,25 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
             line, missing = "", [""] * (len(cells) - len(titles))
             columns = list(zip_longest([*missing, *titles], cells, fillvalue=""))
             # A unit goes behind the numbers.
-            ahead = [it for it in takewhile(lambda it: not _is_number(it[1]), columns) if "inertia" in kinds_of(it[1])]
+            ahead = [
+                it
+                for it in takewhile(lambda it: not _is_number(it[1]), columns)
+                if "inertia" in kinds_of(it[1])
+            ]
             columns = [*(one for one in columns if one not in ahead), *ahead]
             # The name of a row may have its unit.
-            unit = "" if runs[at + 1] else next(filter(None, map(_unit_behind, filterfalse(_is_number, cells))), "")
-            unsure = "" if runs[at + 1] or any(map(_is_unsure, titles)) else _plain_u(columns, unit)
+            unit = (
+                ""
+                if runs[at + 1]
+                else next(
+                    filter(None, map(_unit_behind, filterfalse(_is_number, cells))), ""
+                )
+            )
+            unsure = (
+                ""
+                if runs[at + 1] or any(map(_is_unsure, titles))
+                else _plain_u(columns, unit)
+            )
             for title, cell in columns:
                 number, small = _is_number(cell), cell == unsure
                 if unit and not number:
@@ -313,10 +415,16 @@ def _with_titles(lines: Sequence[str]) -> Iterator[str]:
                     cell = f"{cell} {_unit_behind(title) or unit}".rstrip()
                 if number and line and (_is_unsure(title) or small):
                     line += f" ± {cell}{' %' * ('%' in title)}"
-                elif not number and (not cell or _unit_behind(f"/{cell}") or kinds_of(cell)):
+                elif not number and (
+                    not cell or _unit_behind(f"/{cell}") or kinds_of(cell)
+                ):
                     line += f" {cell}"
                 else:
-                    line += f" | {title} = {cell}" if alone or re.search(SAYS["other"], title) else f" | {cell}"
+                    line += (
+                        f" | {title} = {cell}"
+                        if alone or re.search(SAYS["other"], title)
+                        else f" | {cell}"
+                    )
         yield line
 
 
@@ -328,19 +436,34 @@ def _plain_u(columns: Sequence[tuple[str, str]], unit: str) -> str:
     """Return the second of two numbers with a unit, if it is an uncertainty: a small part of the first."""
     numbers = [cell for _, cell in columns if _is_number(cell)]
     both = read_reported("inertia", f"{' ± '.join(numbers)} {unit or columns[-1][1]}")
-    return numbers[1] if numbers[1:] and both.fault is None and 0 < (both.u or 0) < 0.2 * abs(both.value or 0) else ""
+    return (
+        numbers[1]
+        if numbers[1:]
+        and both.fault is None
+        and 0 < (both.u or 0) < 0.2 * abs(both.value or 0)
+        else ""
+    )
 
 
 def _is_unsure(text: str) -> bool:
     """Return whether words contain one of an uncertainty."""
-    return bool(squeezed_words(text) & UNSURE_WORDS) or re.search(SAYS["unsure"], text) is not None
+    return (
+        bool(squeezed_words(text) & UNSURE_WORDS)
+        or re.search(SAYS["unsure"], text) is not None
+    )
 
 
 def _unit_behind(text: str) -> str:
     """Return the unit of I_zz, or the power of ten, that a name or title has in brackets: "Value (10⁻³ kg m²)"."""
-    found = re.search(rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text)
+    found = re.search(
+        rf"(?:[\[(]|\bin\b|/)\s*({_POWER})?([^\[\]()|/]*)[\])]?[\s*_]*$", text
+    )
     power, unit = found.groups("") if found else ("", "")
-    return power.lstrip(" x×·*") + unit if (power and not unit) or "inertia" in kinds_of(unit) else ""
+    return (
+        power.lstrip(" x×·*") + unit
+        if (power and not unit) or "inertia" in kinds_of(unit)
+        else ""
+    )
 
 
 # --- the candidates ------------------------------------------------------------------------------------------
@@ -365,24 +488,47 @@ def _candidates(name: str, lines: Sequence[str]) -> Iterator[_Candidate]:
             if start < end:
                 continue
             words = f"{above} | {sentence[:start]}" if not end else sentence[end:start]
-            if (value := _value(sentence[start : start + _LONGEST_VALUE], words)) is None:
+            if (
+                value := _value(sentence[start : start + _LONGEST_VALUE], words)
+            ) is None:
                 continue
             # "between 4.4e-3 kg m^2 and 4.5e-3 kg m^2": a name counts for both.
-            before = before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
+            before = (
+                before if re.fullmatch(rf"[\s,|]*{SAYS['range']}?\s*", words) else words
+            )
             end = start + value[1]
             below = [one for _, one in sentences[at + 1 : at + _MOST_BELOW]]
             behind = " | ".join([sentence[end:], *below])[:_LONGEST_SENTENCE]
             # A row of an uncertainty does not get that of the next row.
             unsure = _is_unsure(re.split(r"\d", before)[-1])
-            read = _with_u(read_reported("inertia", value[0], number), sentence[end:] if unsure else behind)
-            after = re.split(rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:])[0]
+            read = _with_u(
+                read_reported("inertia", value[0], number),
+                sentence[end:] if unsure else behind,
+            )
+            after = re.split(
+                rf"[.,;|]|\d|\b{SAYS['joining']}\b|\([^()]*:", sentence[end:]
+            )[0]
             # A person must look at two numbers; without its own u, a value behind a word of u is an uncertainty.
-            bad = ((_TWO_NUMBERS, before), (SAYS["other"], f"{before}\n{after}"), (SAYS["denied"], behind))
-            result, u = re.search(SAYS["result"], f"{heading} | {before}") is not None, read.u is not None
+            bad = (
+                (_TWO_NUMBERS, before),
+                (SAYS["other"], f"{before}\n{after}"),
+                (SAYS["denied"], behind),
+            )
+            result, u = (
+                re.search(SAYS["result"], f"{heading} | {before}") is not None,
+                read.u is not None,
+            )
             named = result or _names_inertia(before)
-            if not any(re.search(*one) for one in bad) and (u or (named and not unsure)):
+            if not any(re.search(*one) for one in bad) and (
+                u or (named and not unsure)
+            ):
                 best = re.search(SAYS["final"], before) is not None
-                rank = (named, u and read.fault != "wrong unit", result and not re.search(r"\d", before), best)
+                rank = (
+                    named,
+                    u and read.fault != "wrong unit",
+                    result and not re.search(r"\d", before),
+                    best,
+                )
                 yield _Candidate(rank, f"{name}, line {number}", read)
             heading = f"{heading} | {before}"
         # A heading is above all values below it; titles of a table are in its rows already.
@@ -396,7 +542,9 @@ def _cuts(text: str) -> Iterator[tuple[str, bool]]:
     """Give the beginnings of a text that may be a value, the longest first, and whether no other word follows."""
     for cut in reversed(list(re.finditer(_CUT, text))):
         value = text[: cut.start()].strip(" |_").rstrip(".,;")
-        value = value.removesuffix(")") if value.count(")") > value.count("(") else value
+        value = (
+            value.removesuffix(")") if value.count(")") > value.count("(") else value
+        )
         yield value, re.match(r"\s*(?:[,;.|(]|$)", text[cut.start() :]) is not None
 
 
@@ -417,7 +565,9 @@ def _value(text: str, before: str) -> tuple[str, int] | None:
         read = read_reported("inertia", cut)
         long = near and whole and (read.u is not None or re.search(r"\w\w\W*$", name))
         # "I_zz = 4.4e-3 ± 0.1e-3 kg/m^2" is an answer, and its unit costs a point.
-        almost = read.fault == "no unit" or (read.u is not None and re.fullmatch(_OTHER_UNIT, cut))
+        almost = read.fault == "no unit" or (
+            read.u is not None and re.fullmatch(_OTHER_UNIT, cut)
+        )
         if read.fault is None or (long and almost):
             return cut, len(cut)
     return None
@@ -429,18 +579,35 @@ def _names_inertia(text: str, near: bool = False) -> bool:
     text = re.sub(rf"[\[(][^\])]*[\])]|\b{SAYS['verb']}\W*$", " ", text)
     words = re.findall(r"[^\W\d][\w'’]*", text.replace("_", ""))
     ends = range(len(words) if near else 1, len(words) + 1)
-    names = [(" ".join(words[max(0, end - count) : end]), end) for end in ends for count in (1, 2, 3)]
-    return any(name_roles(name)[0] == ("inertia",) for name, end in names if len(name) > 1 or end == len(words))
+    names = [
+        (" ".join(words[max(0, end - count) : end]), end)
+        for end in ends
+        for count in (1, 2, 3)
+    ]
+    return any(
+        name_roles(name)[0] == ("inertia",)
+        for name, end in names
+        if len(name) > 1 or end == len(words)
+    )
 
 
-def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")) -> Reported:
+def _with_u(
+    read: Reported, behind: str, first: Sequence[str] = ("total", "of_mean")
+) -> Reported:
     """Add the uncertainty that follows an answer in words, such as "with an error of 0.1e-3 kg m^2"."""
-    if ends := re.match(rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}\s*(\d[^\s)\]]*)", behind):
+    if ends := re.match(
+        rf"[^\d\n]{{0,30}}(68|95) ?%[^\d\n]{{0,40}}(\d\S*)\s*{SAYS['range']}\s*(\d[^\s)\]]*)",
+        behind,
+    ):
         with suppress(ValueError):
             low, high = map(to_float, ends.groups()[1:])
             u = (high - low) / (2 if ends[1] == "68" else 2 * K_95)
             both = read_reported("inertia", f"{read.text} ± {u:.2g}", read.line)
-            return both if both.fault == read.fault and 0 < u < abs(read.value or 0) else read
+            return (
+                both
+                if both.fault == read.fault and 0 < u < abs(read.value or 0)
+                else read
+            )
     # The total uncertainty goes before its parts, and that of the mean before that of one run.
     for better in first:
         skipped = re.split(SAYS[better], behind, maxsplit=1)[0]
@@ -448,12 +615,28 @@ def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_me
             read = _with_u(read, behind[len(skipped) :], ())
     # "The deviation divided by 3 gives 0.1e-3 kg m^2": the 3 is not meant.
     number = rf"(?!{_COUNT})(?=\d|(?<=\s)[.,]\d)"
-    gap = re.match(rf"((?:[^\d±]|{_COUNT}){{1,80}}?±?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}", behind)
+    gap = re.match(
+        rf"((?:[^\d±]|{_COUNT}){{1,80}}?±?)(?:[\[(]([^\[\]()]*)[\])])?[\s=:|]*{number}",
+        behind,
+    )
     number = behind[gap.end() :][:_LONGEST_VALUE] if gap else ""
-    said = " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)]) if gap else ""
-    if gap is None or read.u is not None or not _is_unsure(said) or re.search(SAYS["other"], said):
+    said = (
+        " ".join([gap[1], *re.findall(r"^[\d.,]+\s*%\s*([^\W\d]+)", number)])
+        if gap
+        else ""
+    )
+    if (
+        gap is None
+        or read.u is not None
+        or not _is_unsure(said)
+        or re.search(SAYS["other"], said)
+    ):
         return read
-    more = [word for word in re.findall(r"[^\W\d_]{4,}", said) if not _is_unsure(word) and not _names_inertia(word)]
+    more = [
+        word
+        for word in re.findall(r"[^\W\d_]{4,}", said)
+        if not _is_unsure(word) and not _names_inertia(word)
+    ]
     plain = all(re.fullmatch(SAYS["small"], word) for word in more)
     unit = gap[2] if kinds_of(gap[2] or "") else ""
     for cut, whole in _cuts(number):
@@ -461,6 +644,10 @@ def _with_u(read: Reported, behind: str, first: Sequence[str] = ("total", "of_me
         both = read_reported("inertia", text, read.line)
         # Without a unit of its own, the number may be of anything that is said in between.
         own = re.search(_UNIT, cut) and not any(name_roles(word)[0] for word in more)
-        if both.fault == read.fault and both.value == read.value and (own or (plain and (whole or "%" in cut))):
+        if (
+            both.fault == read.fault
+            and both.value == read.value
+            and (own or (plain and (whole or "%" in cut)))
+        ):
             return both if (both.u or 0) < abs(read.value or 0) else read
     return read

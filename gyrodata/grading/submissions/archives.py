@@ -27,14 +27,31 @@ from gyrodata.errors import Diagnostic, InputError, shown
 from gyrodata.readings import MAX_BYTES, Faults
 from gyrodata.reporting.values import size_text
 
-MOST_FILES = 100_000  # files in one class: a thousand students with a hundred files each
-MOST_LEVELS, MOST_INNER = 2, 50_000_000  # levels of zips in a submission, and bytes of each
+MOST_FILES = (
+    100_000  # files in one class: a thousand students with a hundred files each
+)
+MOST_LEVELS, MOST_INNER = (
+    2,
+    50_000_000,
+)  # levels of zips in a submission, and bytes of each
 
 TABLES = (".csv", ".tsv")  # endings of tables
 WORKBOOKS = (".xlsx", ".ods")
 LOGS = (*TABLES, *WORKBOOKS, ".txt", ".dat", ".log", ".md")  # endings of logs
 # Endings of files that are a log if it is a table in them.
-REPORTS = (".tex", ".docx", ".odt", ".html", ".htm", ".ipynb", ".py", ".r", ".m", ".json", "")
+REPORTS = (
+    ".tex",
+    ".docx",
+    ".odt",
+    ".html",
+    ".htm",
+    ".ipynb",
+    ".py",
+    ".r",
+    ".m",
+    ".json",
+    "",
+)
 # Endings of files with the answer.
 TEXTS = (*TABLES, *WORKBOOKS, ".txt", ".md", ".text", ".toml", *REPORTS)
 
@@ -44,12 +61,17 @@ class Listing(Struct, frozen=True):
 
     root: Path  # the folder or zip
     names: tuple[str, ...]  # below `root`, parts joined by ``/``, sorted
-    folders: tuple[str, ...] = ()  # names below `root`, each with a ``/`` at its end; sorted
+    folders: tuple[
+        str, ...
+    ] = ()  # names below `root`, each with a ``/`` at its end; sorted
     diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out
 
 
 # Files that macOS, Windows and editors add: ``__MACOSX/``, ``._lab.csv``, ``~$lab.xlsx``.
-_STREWN = re.compile(r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)", re.IGNORECASE)
+_STREWN = re.compile(
+    r"(?:^|/)(?:__MACOSX/|\.[^/]*(?:/|$)|~\$[^/]*$|(?:thumbs\.db|desktop\.ini)$)",
+    re.IGNORECASE,
+)
 
 
 @lru_cache(maxsize=1024)
@@ -69,16 +91,29 @@ def list_files(root: Path) -> Listing:
             return _list_folder(root)
         if not root.exists():
             raise _refusal(root, "class_not_there")
-        if ending(root.name) and ending(root.name) in (*LOGS, *TEXTS):  # a workbook is a zip as well
-            near = root.relative_to(Path.cwd()) if root.is_relative_to(Path.cwd()) else root
+        if ending(root.name) and ending(root.name) in (
+            *LOGS,
+            *TEXTS,
+        ):  # a workbook is a zip as well
+            near = (
+                root.relative_to(Path.cwd())
+                if root.is_relative_to(Path.cwd())
+                else root
+            )
             raise _refusal(root, "class_is_one_file", path=shlex.quote(str(near)))
         if zipfile.is_zipfile(root):
             return _opened(root)[2]
         with root.open("rb") as file:
             cut = file.read(4) == b"PK\x03\x04"
-        raise _refusal(root, "zip_damaged", why="its end is missing") if cut else _refusal(root, "class_is_no_zip")
+        raise (
+            _refusal(root, "zip_damaged", why="its end is missing")
+            if cut
+            else _refusal(root, "class_is_no_zip")
+        )
     except OSError as error:
-        raise _refusal(root, "class_unreadable", why=error.strerror or str(error)) from None
+        raise _refusal(
+            root, "class_unreadable", why=error.strerror or str(error)
+        ) from None
 
 
 _FIRST = 65_536  # bytes of a file that are read first; few have more
@@ -90,7 +125,11 @@ def read_file(root: Path, name: str, most: int = MAX_BYTES) -> bytes:
     if len(data) <= most:
         return data
     name = name.rpartition("/")[2]
-    raise Faults(name).refuse("file_of_class_unreadable", name=name, why=f"it is larger than {size_text(most)}")
+    raise Faults(name).refuse(
+        "file_of_class_unreadable",
+        name=name,
+        why=f"it is larger than {size_text(most)}",
+    )
 
 
 def read_start(root: Path, name: str, count: int) -> bytes:
@@ -105,8 +144,12 @@ def read_start(root: Path, name: str, count: int) -> bytes:
             archive, members, _ = _opened(root, outer)
             member = members.get(inner)
             # Other ways than these two unpack a whole block at a time, however large.
-            if member and (member.flag_bits & 0x1 or member.compress_type not in _PACKED):
-                raise OSError("it is encrypted, or packed in a way that no platform uses")
+            if member and (
+                member.flag_bits & 0x1 or member.compress_type not in _PACKED
+            ):
+                raise OSError(
+                    "it is encrypted, or packed in a way that no platform uses"
+                )
             file = archive.open(member) if member else None
         if file is None:
             raise FileNotFoundError("it is no longer there")
@@ -116,7 +159,13 @@ def read_start(root: Path, name: str, count: int) -> bytes:
             return data + (file.read(count - _FIRST) if len(data) == _FIRST else b"")
     except OSError as error:
         why = error.strerror or str(error)
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        RuntimeError,
+        ValueError,
+    ) as error:
         why = f"it is damaged in the zip ({error})"
     name = inner.rpartition("/")[2]
     raise Faults(name).refuse("file_of_class_unreadable", name=name, why=why)
@@ -126,9 +175,13 @@ def sizes_of(root: Path, names: Sequence[str]) -> list[tuple[str, int]]:
     """Return the names of files of a class with their sizes [byte], without opening them; 0 for a file that is gone."""
     if root.is_file():
         members = _opened(root)[1]
-        return [(name, members[name].file_size if name in members else 0) for name in names]
+        return [
+            (name, members[name].file_size if name in members else 0) for name in names
+        ]
     paths = [(name, root / name) for name in names]
-    return [(name, path.lstat().st_size if path.exists() else 0) for name, path in paths]
+    return [
+        (name, path.lstat().st_size if path.exists() else 0) for name, path in paths
+    ]
 
 
 def _list_folder(root: Path) -> Listing:
@@ -138,10 +191,18 @@ def _list_folder(root: Path) -> Listing:
     errors: list[OSError] = []
     faults = Faults(root.name)
     for path, inner, files in os.walk(root, onerror=errors.append):
-        below = os.path.relpath(path, root).replace(os.sep, "/") + "/" if path != str(root) else ""
+        below = (
+            os.path.relpath(path, root).replace(os.sep, "/") + "/"
+            if path != str(root)
+            else ""
+        )
         folders.append(below)
         inner[:] = [name for name in inner if not _STREWN.search(f"{below}{name}/")]
-        for name in (f"{below}{name}" for name in (*inner, *files) if not _STREWN.search(f"{below}{name}")):
+        for name in (
+            f"{below}{name}"
+            for name in (*inner, *files)
+            if not _STREWN.search(f"{below}{name}")
+        ):
             state = os.lstat(root / name)
             if stat.S_ISLNK(state.st_mode):
                 # It may lead to the files of another student, or of the grader.
@@ -154,7 +215,9 @@ def _list_folder(root: Path) -> Listing:
         if Path(error.filename) == root:
             raise error
         folder = Path(error.filename).relative_to(root).as_posix()
-        left_out.append(faults.message("folder_left_out", name=folder, why=error.strerror))
+        left_out.append(
+            faults.message("folder_left_out", name=folder, why=error.strerror)
+        )
     notes = sorted(left_out, key=lambda note: note.message)
     return Listing(root, tuple(sorted(found)), tuple(sorted(folders)[1:]), tuple(notes))
 
@@ -183,7 +246,11 @@ def list_inner(root: Path, name: str, depth: int = 1) -> list[str]:
 
 @lru_cache(maxsize=2)
 def _contents(root: Path, name: str, *_: int) -> _Contents:
-    source, place = (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name)) if name else (root, root)
+    source, place = (
+        (io.BytesIO(read_file(root, name, MOST_INNER)), Path(name))
+        if name
+        else (root, root)
+    )
     try:
         archive = zipfile.ZipFile(source)
     except (zipfile.BadZipFile, NotImplementedError, ValueError, struct.error) as error:
@@ -193,7 +260,9 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
     files: dict[str, zipfile.ZipInfo] = {}
     folders, twice = set(), set()
     for info in archive.infolist():
-        inner = "/".join(part for part in _safe_name(place, info).split("/") if part not in ("", "."))
+        inner = "/".join(
+            part for part in _safe_name(place, info).split("/") if part not in ("", ".")
+        )
         if _STREWN.search(f"{inner}/" if info.is_dir() else inner):
             continue
         if info.is_dir():
@@ -201,8 +270,15 @@ def _contents(root: Path, name: str, *_: int) -> _Contents:
         elif inner:
             twice |= {inner} & files.keys()
             files[inner] = info
-    notes = [Faults(root.name).message("file_twice_in_zip", name=inner) for inner in sorted(twice)]
-    return archive, files, Listing(root, tuple(sorted(files)), tuple(sorted(folders)), tuple(notes))
+    notes = [
+        Faults(root.name).message("file_twice_in_zip", name=inner)
+        for inner in sorted(twice)
+    ]
+    return (
+        archive,
+        files,
+        Listing(root, tuple(sorted(files)), tuple(sorted(folders)), tuple(notes)),
+    )
 
 
 def _safe_name(root: Path, info: zipfile.ZipInfo) -> str:

@@ -29,7 +29,10 @@ from gyrodata.grading.submissions.archives import LOGS, Listing, ending, read_st
 from gyrodata.grading.submissions.submission import Submission
 from gyrodata.readings import Faults
 
-LIVE, EXPORT = "submission_metadata.json", "submission_metadata.yml"  # of a running autograder, and of an export
+LIVE, EXPORT = (
+    "submission_metadata.json",
+    "submission_metadata.yml",
+)  # of a running autograder, and of an export
 LARGEST = 100_000_000  # bytes of a metadata file that are read
 
 
@@ -53,7 +56,10 @@ class Platform(Struct, frozen=True):
 
     def match(self, name: str) -> re.Match[str] | None:
         """Match the name of a file below the class; None if the platform does not write such names."""
-        return next(filter(None, (re.fullmatch(one, name, re.DOTALL) for one in self.names)), None)
+        return next(
+            filter(None, (re.fullmatch(one, name, re.DOTALL) for one in self.names)),
+            None,
+        )
 
 
 _TEXT = package_files("gyrodata.grading").joinpath("platforms.toml").read_bytes()
@@ -66,9 +72,27 @@ NAMED = tuple(name for name, platform in PLATFORMS.items() if platform.names)
 Named = dict[str, Submission | None]
 """By the name of each file, what it says of the submission; None for a file of no student."""
 
-_IDS = ("moodle", "canvas", "canvas_anonymous", "username", "brightspace", "gradescope", "email")
+_IDS = (
+    "moodle",
+    "canvas",
+    "canvas_anonymous",
+    "username",
+    "brightspace",
+    "gradescope",
+    "email",
+)
 
-_NO_SUBMISSION = (".md", ".json", ".ndjson", ".html", ".py", ".yml", ".yaml", ".ini", ".sh")
+_NO_SUBMISSION = (
+    ".md",
+    ".json",
+    ".ndjson",
+    ".html",
+    ".py",
+    ".yml",
+    ".yaml",
+    ".ini",
+    ".sh",
+)
 """Endings of files in a flat folder that are not submissions."""
 
 
@@ -81,32 +105,63 @@ def name_all(files: Listing, lms: str, pattern: str | None) -> tuple[str, Named]
     names = files.names
     if pattern is not None:
         own = _read_pattern(pattern)
-        return "pattern", {name: _take_apart(own.search(name), files.root) for name in names}
+        return "pattern", {
+            name: _take_apart(own.search(name), files.root) for name in names
+        }
     firsts = {name.partition("/")[0] for name in (*names, *files.folders)}
-    outer = f"{firsts.pop()}/" if len(firsts) == 1 and all("/" in name for name in names) else ""
+    outer = (
+        f"{firsts.pop()}/"
+        if len(firsts) == 1 and all("/" in name for name in names)
+        else ""
+    )
     for below in dict.fromkeys(("", outer)) if lms != "folder" else ():
         inner = {name: name.removeprefix(below) for name in names}
-        counts = Counter(next((one for one in NAMED if PLATFORMS[one].match(name)), None) for name in inner.values())
+        counts = Counter(
+            next((one for one in NAMED if PLATFORMS[one].match(name)), None)
+            for name in inner.values()
+        )
         exported, seen = EXPORT in inner.values(), lms
         if lms == "auto":
             seen = "gradescope" if exported else max(NAMED, key=counts.__getitem__)
-        named = {name: _take_apart(PLATFORMS[seen].match(rest), files.root) for name, rest in inner.items()}
-        if any(named.values()) if lms != "auto" else exported or counts[seen] * 2 >= max(counts.total(), 1):
-            return seen, _with_user_names(named, files.root) if seen == "blackboard" else named
+        named = {
+            name: _take_apart(PLATFORMS[seen].match(rest), files.root)
+            for name, rest in inner.items()
+        }
+        if (
+            any(named.values())
+            if lms != "auto"
+            else exported or counts[seen] * 2 >= max(counts.total(), 1)
+        ):
+            return seen, _with_user_names(
+                named, files.root
+            ) if seen == "blackboard" else named
     if lms in NAMED:
         return lms, dict.fromkeys(names)
     # The only folder is that of the class if it contains logs of several students, else that of its only student.
     logs = [name.removeprefix(outer) for name in names if ending(name) in LOGS]
     packed = files.root.is_file()  # a zip usually contains the folder that was packed
-    people = {name.partition("/")[0] if "/" in name else _flat_key(name) for name in logs if "/" in name or packed}
+    people = {
+        name.partition("/")[0] if "/" in name else _flat_key(name)
+        for name in logs
+        if "/" in name or packed
+    }
     below = outer if len(people) > 1 else ""
     inner = {name: name.removeprefix(below) for name in names}
-    folders = {one: one.removeprefix(below) for one in files.folders if one.startswith(below) and one != below}
-    placed = [one for one in inner.values() if ending(one) in LOGS] or [*inner.values(), *folders.values()]
+    folders = {
+        one: one.removeprefix(below)
+        for one in files.folders
+        if one.startswith(below) and one != below
+    }
+    placed = [one for one in inner.values() if ending(one) in LOGS] or [
+        *inner.values(),
+        *folders.values(),
+    ]
     in_folders = any("/" in own for own in placed)
     if in_folders:
         inner |= {name: own for name, own in folders.items() if own.count("/") == 1}
-    return "folder", {name: _of_folder(own, in_folders, files.root) for name, own in inner.items()}
+    return "folder", {
+        name: _of_folder(own, in_folders, files.root) for name, own in inner.items()
+    }
 
 
 def _read_pattern(text: str) -> re.Pattern[str]:
@@ -122,11 +177,19 @@ def _read_pattern(text: str) -> re.Pattern[str]:
 
 def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     """Read the groups of a match; in a pattern of the user, the file needs no group."""
-    groups = {kind: text for kind, text in match.groupdict().items() if text} if match else {}
+    groups = (
+        {kind: text for kind, text in match.groupdict().items() if text}
+        if match
+        else {}
+    )
     kind = next((kind for kind in ("student", *_IDS) if kind in groups), None)
     if match is None or kind is None:
         return None
-    key = f"anon_{shown(groups[kind])}" if kind == "canvas_anonymous" else shown(groups[kind])
+    key = (
+        f"anon_{shown(groups[kind])}"
+        if kind == "canvas_anonymous"
+        else shown(groups[kind])
+    )
     ids = {one: shown(groups[one]) for one in _IDS if one in groups}
     if "stem" in groups:
         ids["folder"] = shown(groups["stem"])
@@ -136,13 +199,28 @@ def _take_apart(match: re.Match[str] | None, root: Path) -> Submission | None:
     stamp = re.sub(r"(.{10})-(..)-(..)-(..)", r"\1T\2:\3:\4", groups.get("stamp", ""))
     for form in ("%b %d, %Y %I%M %p", "%B %d, %Y %I%M %p"):
         with suppress(ValueError):
-            stamp = datetime.strptime(re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form).isoformat()
+            stamp = datetime.strptime(
+                re.sub(r"(?<= )(?=\d{3} [AP]M)", "0", stamp), form
+            ).isoformat()
     # In anonymous submissions, Moodle calls everybody so.
     person = f"{person} {key}" if person == "Participant" else person or key
-    one = Submission(key, person, ids, root, late="late" in groups, submitted=groups.get("submitted") or stamp or None)
+    one = Submission(
+        key,
+        person,
+        ids,
+        root,
+        late="late" in groups,
+        submitted=groups.get("submitted") or stamp or None,
+    )
     if kind == "student":
-        return replace(one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_"))
-    return replace(one, log_file=groups.get("file"), feedback_stem=printable(groups.get("stem") or stem))
+        return replace(
+            one, log_file=groups.get("file", file), feedback_stem=key.replace("/", "_")
+        )
+    return replace(
+        one,
+        log_file=groups.get("file"),
+        feedback_stem=printable(groups.get("stem") or stem),
+    )
 
 
 def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
@@ -151,12 +229,22 @@ def _of_folder(name: str, in_folders: bool, root: Path) -> Submission | None:
     if bool(slash) != in_folders or (not slash and ending(name) in _NO_SUBMISSION):
         return None
     student, file = (shown(first) or "_", rest) if slash else (_flat_key(name), name)
-    return Submission(student, student, {"folder": student}, root, log_file=file, feedback_stem=student)
+    return Submission(
+        student,
+        student,
+        {"folder": student},
+        root,
+        log_file=file,
+        feedback_stem=student,
+    )
 
 
 def _flat_key(name: str) -> str:
     """Return the key of a student with a file: ``jdoe`` of ``jdoe.csv``, ``jdoe (1).csv``, ``jdoe_answers.toml``."""
-    stem = re.sub(r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name) or name
+    stem = (
+        re.sub(r"(?i)(?: ?\([0-9]{1,2}\))?(?:\.toml\.txt|\.[^.]+(?:\.gz)?)$", "", name)
+        or name
+    )
     return shown(re.sub(r"(?i)[-_. ](?:answers|report)$", "", stem) or stem) or "_"
 
 
@@ -168,7 +256,11 @@ def _read_receipt(data: bytes) -> tuple[str, str]:
     line = data.decode("utf-8-sig", "replace").replace("\r", "\n").partition("\n")[0]
     label, _, person = line.partition(":")
     full, _, user = person.rstrip().removesuffix(")").rpartition("(")
-    is_name = person.rstrip().endswith(")") and 0 < len(label) <= 40 and not re.search(r"[)\s]", user)
+    is_name = (
+        person.rstrip().endswith(")")
+        and 0 < len(label) <= 40
+        and not re.search(r"[)\s]", user)
+    )
     return (user, full.strip()) if is_name and user and full.strip() else ("", "")
 
 
@@ -178,22 +270,31 @@ def _with_user_names(named: Named, root: Path) -> Named:
     A receipt begins with "Name: Jane Doe (jdoe)", in the language of the site. Without a receipt, the user name is
     behind the name of the assignment, which all files share.
     """
-    matches = {name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named}
+    matches = {
+        name: PLATFORMS["blackboard"].match(name.rpartition("/")[2]) for name in named
+    }
     owners = {name: match["owner"] for name, match in matches.items() if match}
     distinct = sorted(set(owners.values()))
     at = commonprefix(distinct).rfind("_") + 1 if len(distinct) > 1 else 0  # noqa: RUF071 (these are not paths)
-    people = {owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2 for owner in distinct}
+    people = {
+        owner: [shown(owner[at:] if at else owner.rpartition("_")[2])] * 2
+        for owner in distinct
+    }
     for name, owner in owners.items():
         part = named[name]
         with suppress(InputError):
             is_receipt = part is not None and not part.log_file
-            user, full = _read_receipt(read_start(root, name, _RECEIPT) if is_receipt else b"")
+            user, full = _read_receipt(
+                read_start(root, name, _RECEIPT) if is_receipt else b""
+            )
             # Anybody can write such a text: the user name must be the one in the name of the file.
             if user and owner.endswith(f"_{user}"):
                 people[owner] = [shown(user), shown(full)]
     for name, part in named.items():
         user, full = people.get(owners.get(name, ""), ("", ""))
-        named[name] = part and replace(part, student=user, name=full, ids={"username": user})
+        named[name] = part and replace(
+            part, student=user, name=full, ids={"username": user}
+        )
     return named
 
 
@@ -218,13 +319,23 @@ class _Entry(Struct):
 
     def about(self, folder: str, number: str) -> dict[str, Any]:
         """Give what is said of the submission; a student is known by number, else by address or name."""
-        people = {str(one.sid or one.email or one.name or ""): one for one in self.submitters or self.users}
+        people = {
+            str(one.sid or one.email or one.name or ""): one
+            for one in self.submitters or self.users
+        }
         people.pop("", None)
         keys, time = sorted(people), _time(self.created_at)
-        about: dict[str, Any] = {"submitted": time and time.isoformat(timespec="seconds")}
+        about: dict[str, Any] = {
+            "submitted": time and time.isoformat(timespec="seconds")
+        }
         if keys:
             first = people[keys[0]]
-            ids = {"gradescope": number, "sid": str(first.sid or ""), "email": first.email or "", "folder": folder}
+            ids = {
+                "gradescope": number,
+                "sid": str(first.sid or ""),
+                "email": first.email or "",
+                "folder": folder,
+            }
             about["student"] = "+".join(map(shown, keys))
             about["name"] = ", ".join(shown(people[key].name or key) for key in keys)
             about["ids"] = {kind: value for kind, value in ids.items() if value}
@@ -239,7 +350,10 @@ def _time(text: str | None) -> datetime | None:
     return None
 
 
-_WANTED = re.compile(r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  - .*|[ \t]*$))*)", re.MULTILINE)
+_WANTED = re.compile(
+    r"^(?:\S.*|  :(?:submitters|created_at):.*(?:\n(?:   .*|  - .*|[ \t]*$))*)",
+    re.MULTILINE,
+)
 """The first line of each submission, and its parts with submitters and time."""
 
 
@@ -251,19 +365,35 @@ def read_export(data: bytes) -> dict[str, dict[str, Any]]:
     loader: Any = type("Texts", (getattr(yaml, "CBaseLoader", yaml.BaseLoader),), {})
     loader.add_implicit_resolver("!nothing", re.compile("~|null"), ["~", "n"])
     loader.add_constructor("!nothing", lambda *_: "")
-    loader.add_constructor("!binary", lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"))
+    loader.add_constructor(
+        "!binary",
+        lambda _, node: base64.b64decode(node.value).decode("utf-8", "replace"),
+    )
     text = "\n".join(_WANTED.findall(data.decode("utf-8-sig", "replace")))
     try:
         # Ruby writes a colon in front of each key.
-        values = yaml.load(re.sub(r"(?m)^( +(?:- )?):(?=\w+:)", r"\1", text), Loader=loader)
+        values = yaml.load(
+            re.sub(r"(?m)^( +(?:- )?):(?=\w+:)", r"\1", text), Loader=loader
+        )
         entries = msgspec.convert(values, dict[str, _Entry])
-    except (RecursionError, msgspec.ValidationError, yaml.YAMLError, ValueError) as error:
+    except (
+        RecursionError,
+        msgspec.ValidationError,
+        yaml.YAMLError,
+        ValueError,
+    ) as error:
         why = getattr(error, "problem", None) or getattr(error, "reason", None) or error
         raise ValueError(f"this is not the metadata of an export: {why}") from None
-    matches = {folder: re.fullmatch(r"submission_([0-9A-Za-z]+)", folder) for folder in entries}
+    matches = {
+        folder: re.fullmatch(r"submission_([0-9A-Za-z]+)", folder) for folder in entries
+    }
     if not any(matches.values()):
         raise ValueError("it lists no submission")
-    return {folder: entries[folder].about(folder, match[1]) for folder, match in matches.items() if match}
+    return {
+        folder: entries[folder].about(folder, match[1])
+        for folder, match in matches.items()
+        if match
+    }
 
 
 def read_live(data: bytes) -> dict[str, dict[str, Any]]:
@@ -275,8 +405,13 @@ def read_live(data: bytes) -> dict[str, dict[str, Any]]:
         live = msgspec.json.decode(data.removeprefix(b"\xef\xbb\xbf"), type=_Entry)
         assignments = (*(user.assignment for user in live.users), live.assignment)
         dues = [_time((one or {}).get("due_date")) for one in assignments]
-        due, time = max(filter(None, dues[:-1]), default=dues[-1]), _time(live.created_at)
+        due, time = (
+            max(filter(None, dues[:-1]), default=dues[-1]),
+            _time(live.created_at),
+        )
         late = (time - due).total_seconds() if time and due else None
     except (msgspec.DecodeError, TypeError, RecursionError) as error:
         raise ValueError(f"this is not the metadata of a submission: {error}") from None
-    return {"submission": live.about("submission", str(live.id)) | {"late_seconds": late}}
+    return {
+        "submission": live.about("submission", str(live.id)) | {"late_seconds": late}
+    }

@@ -25,7 +25,15 @@ from gyrodata.grading.submissions.answers import (
     read_answers,
     version_of,
 )
-from gyrodata.grading.submissions.archives import LOGS, REPORTS, TABLES, TEXTS, WORKBOOKS, ending, read_file
+from gyrodata.grading.submissions.archives import (
+    LOGS,
+    REPORTS,
+    TABLES,
+    TEXTS,
+    WORKBOOKS,
+    ending,
+    read_file,
+)
 from gyrodata.measurements import measure
 from gyrodata.readings.layout import said_in
 from gyrodata.readings.roles import noted_origin
@@ -53,13 +61,23 @@ class Submission(Struct, frozen=True, dict=True):
     members: tuple[str, ...] = ()  # all files, as names below `source`
     log_name: str | None = None  # the log, as a name below `source`
     log_file: str | None = None  # the name that the student gave the log
-    report_names: tuple[str, ...] = ()  # other texts that may contain the answer, as names below `source`
+    report_names: tuple[
+        str, ...
+    ] = ()  # other texts that may contain the answer, as names below `source`
     late: bool = False  # marked late by the platform, or submitted after its due date
-    late_seconds: float | None = None  # time after the due date [s]; None if it is not known
-    submitted: str | None = None  # ISO 8601; from marks and metadata, never from the clock
-    members_of_group: tuple[str, ...] = ()  # keys of all in the group, if the platform gives them
+    late_seconds: float | None = (
+        None  # time after the due date [s]; None if it is not known
+    )
+    submitted: str | None = (
+        None  # ISO 8601; from marks and metadata, never from the clock
+    )
+    members_of_group: tuple[
+        str, ...
+    ] = ()  # keys of all in the group, if the platform gives them
     problem: str | None = None  # why there is nothing to grade; None if there is a log
-    feedback_stem: str = ""  # file (without ending) or folder under which the platform accepts feedback
+    feedback_stem: str = (
+        ""  # file (without ending) or folder under which the platform accepts feedback
+    )
     # the files by their names below `source`, until the log is chosen among them; then none
     parts: Mapping[str, Submission] = {}
     attempts: Attempts = "newest"  # which of several versions of a file is the log
@@ -81,7 +99,9 @@ class Submission(Struct, frozen=True, dict=True):
     def log(self) -> bytes:
         """Return the log; raise InputError if it cannot be read."""
         if self.log_name is None:
-            raise InputError.named("nothing_handed_in", why=f"{self.name}: {self.problem}")
+            raise InputError.named(
+                "nothing_handed_in", why=f"{self.name}: {self.problem}"
+            )
         if isinstance(data := self.texts[self.log_name], InputError):
             raise data
         reads_file(place_of(self.log_name))
@@ -95,44 +115,87 @@ class Submission(Struct, frozen=True, dict=True):
                 yield shown(name.rpartition("/")[2]), data
         reads_file("")
 
-    def read(self, settings: Mapping[str, str] = {}) -> tuple[readings.Readings, Answers]:
+    def read(
+        self, settings: Mapping[str, str] = {}
+    ) -> tuple[readings.Readings, Answers]:
         """Read the log and the reported value; `settings` as in `read_log`.
 
         The value may be in any row of the log, if no line of the log and no other text reports it.
         """
-        name, notes = PurePosixPath(self.log_file or self.log_name or "").name, list[Diagnostic]()
+        name, notes = (
+            PurePosixPath(self.log_file or self.log_name or "").name,
+            list[Diagnostic](),
+        )
         log = readings.read_log(data := self.log(), name=name, settings=settings)
         # Another text may say what the log lacks: "all times are for 1/3 turn", "from the surface of the ball".
-        lines = (line for one in self.reports() for line in lines_of(*one)) if log.columns else ()
-        said = [line for line in lines if (not log.ok and said_in(Row(1, [line]))) or noted_origin(line) == "surface"]
+        lines = (
+            (line for one in self.reports() for line in lines_of(*one))
+            if log.columns
+            else ()
+        )
+        said = [
+            line
+            for line in lines
+            if (not log.ok and said_in(Row(1, [line])))
+            or noted_origin(line) == "surface"
+        ]
         reads_file(place_of(self.log_name or ""))
         if said:
-            text = (workbook_text if data[:2] == b"PK" else readings.decode)(data, readings.Faults(name))[0]
+            text = (workbook_text if data[:2] == b"PK" else readings.decode)(
+                data, readings.Faults(name)
+            )[0]
             more = (text + "".join(f"\n# {line}" for line in said)).encode()
             again = readings.read_log(more, name=name, settings=settings)
-            errors = [sum(one.severity == "error" for one in found.diagnostics) for found in (again, log)]
+            errors = [
+                sum(one.severity == "error" for one in found.diagnostics)
+                for found in (again, log)
+            ]
             # A log whose positions count from the surface is refused rather than read as if they did not.
             if log.ok or again.ok or errors[0] < errors[1]:
                 data, log = more, again
-                notes.append(Diagnostic.named("read_elsewhere", name, said=readings.listing(said, 4)))
+                notes.append(
+                    Diagnostic.named(
+                        "read_elsewhere", name, said=readings.listing(said, 4)
+                    )
+                )
         answers = read_answers(log, self.reports(), hidden_sheets_of(name, data))
         # All that follows is about the log, also when it is analysed.
         reads_file(place_of(self.log_name or ""))
         if answers.inertia is None:
             answers = read_answers(None, [(name, self.log())])
-        if not log.ok and "time" in log.columns and answers.inertia and answers.inertia.value:
-            again = readings.read_log(data, name=name, settings={**settings, "turns": "1"})
-            if again.ok and abs(fitting.rough_inertia(measure(again)) / answers.inertia.value - 1) < _NEAR:
+        if (
+            not log.ok
+            and "time" in log.columns
+            and answers.inertia
+            and answers.inertia.value
+        ):
+            again = readings.read_log(
+                data, name=name, settings={**settings, "turns": "1"}
+            )
+            if (
+                again.ok
+                and abs(
+                    fitting.rough_inertia(measure(again)) / answers.inertia.value - 1
+                )
+                < _NEAR
+            ):
                 log = again
                 notes.append(Diagnostic.named("turns_by_answer", name))
         log = replace(log, diagnostics=(*log.diagnostics, *notes)) if notes else log
-        unread = [one for data in self.texts.values() if isinstance(data, InputError) for one in data.diagnostics]
+        unread = [
+            one
+            for data in self.texts.values()
+            if isinstance(data, InputError)
+            for one in data.diagnostics
+        ]
         return log, replace(answers, diagnostics=(*answers.diagnostics, *unread))
 
     @property
     def beside_log(self) -> list[str]:
         """The files for a person to look into: all but the log, or the log if it is the only one."""
-        return [name for name in self.members if name != self.log_name] or list(self.members)
+        return [name for name in self.members if name != self.log_name] or list(
+            self.members
+        )
 
     @property
     def feedback_name(self) -> str:
@@ -145,13 +208,18 @@ class Submission(Struct, frozen=True, dict=True):
         """SHA-256 of all that a grade depends on: names and bytes of log and texts, lateness, the problem."""
         if self.known_digest:
             return self.known_digest
-        about = repr([self.log_file, self.late, self.late_seconds, self.submitted, self.problem])
+        about = repr(
+            [self.log_file, self.late, self.late_seconds, self.submitted, self.problem]
+        )
         try:
             data = self.log()
         except GyroError as error:
             data = str(error).encode("utf-8", "replace")
         parts = [(about, data), *self.reports()]
-        named = (name.encode("utf-8", "replace") + hashlib.sha256(data).digest() for name, data in parts)
+        named = (
+            name.encode("utf-8", "replace") + hashlib.sha256(data).digest()
+            for name, data in parts
+        )
         return hashlib.sha256(b"".join(named)).hexdigest()
 
 
@@ -160,7 +228,9 @@ class Submissions(Struct, frozen=True):
 
     lms: str  # the platform: ``canvas``, ``moodle``, ``blackboard``, ``gradescope``, ``folder``; or ``pattern``
     items: tuple[Submission, ...]  # sorted by `Submission.student`
-    diagnostics: tuple[Diagnostic, ...] = ()  # files that are left out or cannot be read
+    diagnostics: tuple[
+        Diagnostic, ...
+    ] = ()  # files that are left out or cannot be read
 
 
 def place_of(name: str) -> str:
@@ -178,7 +248,9 @@ Logs = Mapping[str, readings.Readings]
 _COPY = re.compile(r"(?P<base>.+?)(?:-| ?\()(?P<number>\d{1,2})\)?(?P<ending>\.[^/]+)")
 
 
-def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts: Attempts) -> tuple[str | None, str]:
+def choose_log(
+    files: Mapping[str, str], read: Callable[[str], bytes], attempts: Attempts
+) -> tuple[str | None, str]:
     """Choose the log among the files of one student.
 
     Parameters
@@ -197,17 +269,32 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
     """
     tables = {name: own for name, own in files.items() if ending(own) in TABLES}
     plain = tables or {name: own for name, own in files.items() if ending(own) in LOGS}
-    logs = tables or {name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)}
+    logs = tables or {
+        name: own for name, own in files.items() if ending(own) in (*LOGS, *REPORTS)
+    }
     copies = {name: _COPY.fullmatch(own) for name, own in logs.items()}
-    bases = {match["base"] + match["ending"] if match else logs[name] for name, match in copies.items()}
-    numbers = {int(match["number"]) if match else 0: name for name, match in copies.items()}
+    bases = {
+        match["base"] + match["ending"] if match else logs[name]
+        for name, match in copies.items()
+    }
+    numbers = {
+        int(match["number"]) if match else 0: name for name, match in copies.items()
+    }
     best = min if attempts == "oldest" else max
     left, how = logs, f"the {attempts}"
-    if len({base.lower() for base in bases}) == 1 and len(numbers) == len(logs) and (tables or len(logs) > 1):
+    if (
+        len({base.lower() for base in bases}) == 1
+        and len(numbers) == len(logs)
+        and (tables or len(logs) > 1)
+    ):
         chosen = numbers[best(numbers)]
     else:
         # If the names differ, the log is the only file that can be read as one.
-        fitting, tried, texts = dict[str, readings.Readings](), dict[bytes, str](), list[tuple[str, bytes]]()
+        fitting, tried, texts = (
+            dict[str, readings.Readings](),
+            dict[bytes, str](),
+            list[tuple[str, bytes]](),
+        )
         nearly: list[str] = []  # with columns of a log
         for name, own in logs.items():
             reads_file(place_of(name))
@@ -217,16 +304,30 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
                 if log.columns and tried.setdefault(data, name) == name:
                     nearly.append(name)
                     fitting |= {name: log} if log.ok else {}
-        chosen, how = (*fitting, "read as the log") if len(fitting) == 1 else _latest(fitting, files, best)
-        left = {name: own for name, own in logs.items() if name in fitting or ending(own) not in TEXTS}
+        chosen, how = (
+            (*fitting, "read as the log")
+            if len(fitting) == 1
+            else _latest(fitting, files, best)
+        )
+        left = {
+            name: own
+            for name, own in logs.items()
+            if name in fitting or ending(own) not in TEXTS
+        }
         if fitting and not chosen:
-            return None, f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}"
+            return (
+                None,
+                f"several files that read as logs: {readings.listing(sorted(files[one] for one in fitting))}",
+            )
         if not fitting:
             if not tried and (answer := read_answers(None, _named(texts))).inertia:
                 return None, f"no log; {answer.file} has the answer"
             if len(plain) > 1 and len(nearly) != 1:
                 names = sorted(plain.values())
-                return None, f"several files and none of them reads as a log: {readings.listing(names)}"
+                return (
+                    None,
+                    f"several files and none of them reads as a log: {readings.listing(names)}",
+                )
             chosen = nearly[0] if len(nearly) == 1 else next(iter(plain), "")
     if not chosen:
         names = sorted(name.rpartition("/")[2] for name in files.values())
@@ -236,9 +337,17 @@ def choose_log(files: Mapping[str, str], read: Callable[[str], bytes], attempts:
         if not (data := read(chosen)):
             return None, f"{name} is empty"
         if ending(name) in WORKBOOKS and not zipfile.is_zipfile(io.BytesIO(data)):
-            return None, f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again"
+            return (
+                None,
+                f"{name} is damaged, such as a file that was not uploaded to its end; hand it in again",
+            )
     others = sorted(own for name, own in left.items() if name != chosen)
-    return chosen, f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}" if others else ""
+    return (
+        chosen,
+        f"{logs[chosen]} is {how}; left aside: {readings.listing(others)}"
+        if others
+        else "",
+    )
 
 
 def _named(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
@@ -249,15 +358,28 @@ def _named(texts: Iterable[tuple[str, bytes]]) -> Iterator[tuple[str, bytes]]:
     reads_file("")
 
 
-def _latest(logs: Logs, files: Mapping[str, str], best: Callable[..., str]) -> tuple[str, str]:
+def _latest(
+    logs: Logs, files: Mapping[str, str], best: Callable[..., str]
+) -> tuple[str, str]:
     """Choose among versions of a log by words in their names, or else the one with all rows; "" if nothing tells."""
     versions = {name: version_of(files[name]) for name in logs}
     ranks = {name: rank for name, (rank, _) in versions.items()}
     bases = {base for _, base in versions.values()} - {""}
     if 0 < len(logs) == len(set(ranks.values())) and len(bases) <= 1:
         return best(ranks, key=lambda name: ranks[name]), "the latest by its name"
-    columns = {name: [column.values for _, column in sorted(log.columns.items())] for name, log in logs.items()}
+    columns = {
+        name: [column.values for _, column in sorted(log.columns.items())]
+        for name, log in logs.items()
+    }
     rows = {name: set(zip(*some, strict=True)) for name, some in columns.items()}
     whole = [name for name in rows if all(rows[name] >= some for some in rows.values())]
-    answers = {name: logs[name].reported["inertia"].text for name in whole if "inertia" in logs[name].reported}
-    return ([*answers, *whole][0], "the one with all rows") if whole and len({*answers.values()}) < 2 else ("", "")
+    answers = {
+        name: logs[name].reported["inertia"].text
+        for name in whole
+        if "inertia" in logs[name].reported
+    }
+    return (
+        ([*answers, *whole][0], "the one with all rows")
+        if whole and len({*answers.values()}) < 2
+        else ("", "")
+    )

@@ -34,7 +34,9 @@ _HIDES = re.compile(
     r"|(?:text-indent|left|top|margin-left):-\d{4}"
 )
 """A declaration that hides an element; the style has no blanks."""
-_WHITE = re.compile(r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})")
+_WHITE = re.compile(
+    r"(?:white|snow|ivory|transparent|#?(?:f[c-f]){3}|#?fff|rgb\((?:25[3-5][,)]){3})"
+)
 _BACKGROUND = re.compile(
     r"(?i)(?:background(?:-color)?\s*:|bgcolor=|<w:shd\b[^<>]*w:fill=|<w:highlight\b|\\(?:colorbox|pagecolor))"
     r"(?![\s\"']*(?:none|transparent|inherit|auto|white|#?fff))"
@@ -112,9 +114,18 @@ class _Seen(HTMLParser):
 
     def _element(self, tag: str, attributes: Attributes) -> _Element:
         around = self.open[-1]
-        style = self.styles.get(attributes.get("text:style-name", ""), "") + ";" + attributes.get("style", "")
+        style = (
+            self.styles.get(attributes.get("text:style-name", ""), "")
+            + ";"
+            + attributes.get("style", "")
+        )
         style = re.sub(r"\s", "", style.lower())
-        hidden = around.hidden or tag in _UNSEEN or "hidden" in attributes or _HIDES.search(style) is not None
+        hidden = (
+            around.hidden
+            or tag in _UNSEEN
+            or "hidden" in attributes
+            or _HIDES.search(style) is not None
+        )
         declared = re.search(";color:([^;]*)", style)
         color = declared[1] if declared else attributes.get("color", "").lower()
         white = _WHITE.match(color) is not None if color else around.white
@@ -123,14 +134,27 @@ class _Seen(HTMLParser):
     def _add_property(self, tag: str, attributes: Attributes) -> None:
         """Apply a property of Word, which is an element in the piece of text that it describes."""
         value = attributes.get("w:val", "").lower()
-        first = next((at for at in (-1, -2, -3) if self.open[at:] and self.open[at].tag in ("w:r", "w:p")), 0)
+        first = next(
+            (
+                at
+                for at in (-1, -2, -3)
+                if self.open[at:] and self.open[at].tag in ("w:r", "w:p")
+            ),
+            0,
+        )
         if first == 0:
             return
         described = self.open[first]
-        hidden = described.hidden or (tag == "w:vanish" and value not in ("0", "false", "off"))
+        hidden = described.hidden or (
+            tag == "w:vanish" and value not in ("0", "false", "off")
+        )
         hidden |= tag == "w:sz" and value.isdigit() and int(value) <= _TINIEST
-        white = _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
-        self.open[first:] = [_Element(one.tag, hidden, white) for one in self.open[first:]]
+        white = (
+            _WHITE.fullmatch(value) is not None if tag == "w:color" else described.white
+        )
+        self.open[first:] = [
+            _Element(one.tag, hidden, white) for one in self.open[first:]
+        ]
 
 
 def _attributes(attrs: list[tuple[str, str | None]]) -> dict[str, str]:
@@ -151,7 +175,9 @@ def _parsed(parser: HTMLParser, text: str) -> None:
 
 _DATA = re.compile(r"""(["'])data:[^"'<>]*\1""")
 """A picture in an attribute, as text."""
-_NO_TAG = re.compile(r"""<(?![!?]|/?[a-zA-Z](?:[^<>"']|"[^"]{0,5000}"|'[^']{0,5000}')*+>)""")
+_NO_TAG = re.compile(
+    r"""<(?![!?]|/?[a-zA-Z](?:[^<>"']|"[^"]{0,5000}"|'[^']{0,5000}')*+>)"""
+)
 """A "<" that does not begin a tag."""
 
 
@@ -193,7 +219,11 @@ def open_text_seen(content: str) -> str:
         if tag == "style:style":
             name = attributes.get("style:name", "")
         elif tag == "style:text-properties" and name:
-            properties = (f"{css}:{attributes[key]}" for key, css in _OF_TEXT.items() if key in attributes)
+            properties = (
+                f"{css}:{attributes[key]}"
+                for key, css in _OF_TEXT.items()
+                if key in attributes
+            )
             styles[name] = ";".join(["", *properties])
     return page_seen(content, styles)
 
@@ -206,7 +236,11 @@ _MOST_XML = 10_000_000  # bytes
 def hidden_sheets(data: bytes) -> frozenset[str]:
     """Return the names of the sheets of a workbook that are hidden."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        member = "xl/workbook.xml" if "xl/workbook.xml" in archive.namelist() else "content.xml"
+        member = (
+            "xl/workbook.xml"
+            if "xl/workbook.xml" in archive.namelist()
+            else "content.xml"
+        )
         with archive.open(member) as file:
             text = file.read(_MOST_XML).decode("utf-8", "replace")
     return frozenset(_hidden_sheets(_elements(text)))
@@ -221,7 +255,10 @@ def _hidden_sheets(elements: list[tuple[str, Attributes]]) -> Iterator[str]:
             yield attributes.get("name", "")
         elif tag == "style:style":
             style = attributes.get("style:name", "")
-        elif tag == "style:table-properties" and attributes.get("table:display") == "false":
+        elif (
+            tag == "style:table-properties"
+            and attributes.get("table:display") == "false"
+        ):
             unseen.add(style)
         elif tag == "table:table" and attributes.get("table:style-name") in unseen:
             yield attributes.get("table:name", "")
@@ -258,7 +295,9 @@ def _end_of_group(text: str, at: int) -> int:
     return len(text)
 
 
-_LINK = re.compile(r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ \t]*(?:[\"'(].*[\"')])?[ \t]*$")
+_LINK = re.compile(
+    r"(?m)^ {0,3}\[(?!\^)[^\[\]\n]+\]:[ \t]*(?:<[^<>\n]*>|[^\s<]\S*)[ \t]*(?:[\"'(].*[\"')])?[ \t]*$"
+)
 """A definition of a link in Markdown, which is not shown: ``[//]: # (a remark)``."""
 
 

@@ -36,10 +36,30 @@ _HOMES = {
 }
 
 __all__ = [
-    "Analysis", "ClassGrades", "Design", "Diagnostic", "GyroError", "GyroWarning", "InputError", "LineFit", "LogError",
-    "Readings", "Result", "SelfCheck", "Simulation", "Truth", "Uncertainty", "__version__", "analyze", "fit_line",
-    "grade", "read_log", "sample", "selfcheck", "simulate",
-]  # fmt: skip
+    "Analysis",
+    "ClassGrades",
+    "Design",
+    "Diagnostic",
+    "GyroError",
+    "GyroWarning",
+    "InputError",
+    "LineFit",
+    "LogError",
+    "Readings",
+    "Result",
+    "SelfCheck",
+    "Simulation",
+    "Truth",
+    "Uncertainty",
+    "__version__",
+    "analyze",
+    "fit_line",
+    "grade",
+    "read_log",
+    "sample",
+    "selfcheck",
+    "simulate",
+]
 
 
 # Hidden from type checkers: with it they would accept any attribute name.

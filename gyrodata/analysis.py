@@ -146,9 +146,17 @@ def analyze_readings(
     torques = tables.torque_table(measured, fit, groups, without)
     constancy = tables.constancy(measured, torques, groups)
     seen = findings.Seen(
-        **asdict(lab), outliers=outliers, without=no_odd_run, p=p, constancy=constancy,
-        patterns=patterns, exponent=exponent, ball=ball, sizes=tuple(sizes), whole=whole,
-    )  # fmt: skip
+        **asdict(lab),
+        outliers=outliers,
+        without=no_odd_run,
+        p=p,
+        constancy=constancy,
+        patterns=patterns,
+        exponent=exponent,
+        ball=ball,
+        sizes=tuple(sizes),
+        whole=whole,
+    )
     for check in findings.CHECKS:
         found += check(seen)
     # A turn without a weight can take an hour, so that these runs may have unusual values.
@@ -179,18 +187,37 @@ def analyze_readings(
             )
     advice += map(itemgetter(2), sorted(gains))
     return Analysis(
-        name=readings.name, sha256=readings.sha256, options=options, readings=readings, measurements=measured,
-        fit=fit, model=lab.chosen, outliers=outliers, inertia=_result(fit.inertia),
-        residual_torque=_result(fit.residual_torque), timing_bias=_result(fit.timing_bias),
-        if_balanced=balanced if whole and not fitting.torques_differ(measured.torque[kept]) else None,
-        doubts=tuple(doubts), p=p, birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
-        fits=tables.named_fits(measured, fit, kept) if whole else (), budget=fit.budget,
-        sensitivity=tuple([one for _, one in changed]), effects=lab.effects,
-        power_law=tables.power_laws(measured, groups) if whole else (), exponent=exponent,
-        constancy=constancy if whole else None, ball=ball if whole else None,
-        torques=torques, run_table=tables.run_table(measured, fit, outliers, lab.left_out), patterns=patterns,
-        advice=tuple(advice), diagnostics=tuple(found),
-    )  # fmt: skip
+        name=readings.name,
+        sha256=readings.sha256,
+        options=options,
+        readings=readings,
+        measurements=measured,
+        fit=fit,
+        model=lab.chosen,
+        outliers=outliers,
+        inertia=_result(fit.inertia),
+        residual_torque=_result(fit.residual_torque),
+        timing_bias=_result(fit.timing_bias),
+        if_balanced=balanced
+        if whole and not fitting.torques_differ(measured.torque[kept])
+        else None,
+        doubts=tuple(doubts),
+        p=p,
+        birge=math.sqrt(fit.chi2 / fit.dof) if fit.dof > 0 else None,
+        fits=tables.named_fits(measured, fit, kept) if whole else (),
+        budget=fit.budget,
+        sensitivity=tuple([one for _, one in changed]),
+        effects=lab.effects,
+        power_law=tables.power_laws(measured, groups) if whole else (),
+        exponent=exponent,
+        constancy=constancy if whole else None,
+        ball=ball if whole else None,
+        torques=torques,
+        run_table=tables.run_table(measured, fit, outliers, lab.left_out),
+        patterns=patterns,
+        advice=tuple(advice),
+        diagnostics=tuple(found),
+    )
 
 
 ABSURD = 1000.0

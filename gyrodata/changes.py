@@ -341,9 +341,17 @@ def _unloaded_run(lab: Lab) -> Iterator[Change]:
         / (2 * np.pi)
     )
     run = {
-        "time": WATCHED + fit.timing_bias.value, "turns": turns, "spin": spin, "mass": 0.0, "position": 0.0,
-        "force": 0.0, "given_torque": 0.0, "torque": 0.0, "sense": math.copysign(1.0, torque), "pitch": 0.0,
-    }  # fmt: skip
+        "time": WATCHED + fit.timing_bias.value,
+        "turns": turns,
+        "spin": spin,
+        "mass": 0.0,
+        "position": 0.0,
+        "force": 0.0,
+        "given_torque": 0.0,
+        "torque": 0.0,
+        "sense": math.copysign(1.0, torque),
+        "pitch": 0.0,
+    }
     # In the rest, the new run is like the last one.
     more = select(measured, [*range(len(measured.runs)), len(measured.runs) - 1])
     for name, value in run.items():

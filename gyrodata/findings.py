@@ -757,7 +757,17 @@ def _body(seen: Seen) -> Iterator[Diagnostic]:
 
 
 CHECKS: tuple[Callable[[Seen], Iterable[Diagnostic]], ...] = (
-    _outliers, _scatter, _balance, _other_choices, _deviations, _large_residual_torque, _falling_spin,
-    _other_measurements, _direction, _digits, _model, _body,
-)  # fmt: skip
+    _outliers,
+    _scatter,
+    _balance,
+    _other_choices,
+    _deviations,
+    _large_residual_torque,
+    _falling_spin,
+    _other_measurements,
+    _direction,
+    _digits,
+    _model,
+    _body,
+)
 """Every check of a log that has been fitted, in the order in which the findings are shown."""

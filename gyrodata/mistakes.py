@@ -123,10 +123,16 @@ def list_mistakes(
         texts = (one.words, one.check, log, remedy)
         words, check, log, remedy = (text.format(unit=unit, **shown) for text in texts)
         yield replace(
-            one, words=words, check=check, log=log, remedy=remedy, torque=torque, product=product,
+            one,
+            words=words,
+            check=check,
+            log=log,
+            remedy=remedy,
+            torque=torque,
+            product=product,
             rank=int(unit not in one.common_in) if one.common_in else one.rank,
             forgets=one.forgets if unit in one.forgets_in or not one.forgets_in else "",
-        )  # fmt: skip
+        )
 
 
 def _size_of(column: str, unit: str) -> float:

@@ -140,12 +140,19 @@ def predict_precession(
     if horizontal is None:
         reasons.append("horizontal: a level rod that does not spin falls")
     return Precession(
-        why=_say("precession", case, sense=sense, never=never, moves=moves), reason="; ".join(reasons), slow=slow,
-        fast=fast, horizontal=horizontal, exists=slow is not None, critical_spin=critical,
+        why=_say("precession", case, sense=sense, never=never, moves=moves),
+        reason="; ".join(reasons),
+        slow=slow,
+        fast=fast,
+        horizontal=horizontal,
+        exists=slow is not None,
+        critical_spin=critical,
         period=2 * math.pi / abs(slow) if slow else None,
-        released=_released(motion.Top(inertia, transverse_inertia, torque), spin, pitch),
+        released=_released(
+            motion.Top(inertia, transverse_inertia, torque), spin, pitch
+        ),
         sleeping=Sleeping(abs(spin) > upright or torque < 0, upright, growth),
-    )  # fmt: skip
+    )
 
 
 def _released(top: motion.Top, spin: float, pitch: float) -> Released:
@@ -339,11 +346,18 @@ def predict_twist(
     torque = rate * (wheel_inertia * abs(wheel_spin))
     low, high = ("right", "left") if wheel_spin > 0 else ("left", "right")
     return Twist(
-        why=_say("twist", "turns" if wheel_spin else "no_spin"), twist_rate=rate, torque=torque,
-        force=torque / handles, momentum_change=2 * wheel_inertia * abs(wheel_spin),
-        turn_left=f"the {low} hand pushes down, the {high} hand up" if wheel_spin else "no steady push",
-        right_end_up=f"the {low} hand pushes forward, the {high} hand back" if wheel_spin else "no steady push",
-    )  # fmt: skip
+        why=_say("twist", "turns" if wheel_spin else "no_spin"),
+        twist_rate=rate,
+        torque=torque,
+        force=torque / handles,
+        momentum_change=2 * wheel_inertia * abs(wheel_spin),
+        turn_left=f"the {low} hand pushes down, the {high} hand up"
+        if wheel_spin
+        else "no steady push",
+        right_end_up=f"the {low} hand pushes forward, the {high} hand back"
+        if wheel_spin
+        else "no steady push",
+    )
 
 
 # --- a force on the tip ----------------------------------------------------------------------------------------
@@ -389,10 +403,14 @@ def predict_tip(
     nutation = motion.nutation(top, spin)
     missing = "speed, turning_rate, yields, nutation_rate, estimate, estimate_error"
     tip = Tip(
-        torque=torque, greatest_yield=nutation.greatest_sag, acceleration=torque * length / transverse_inertia,
-        why=_say("tip", "no_spin"), reason=f"{missing}: without spin the rod follows the force", angle_deg=0.0,
+        torque=torque,
+        greatest_yield=nutation.greatest_sag,
+        acceleration=torque * length / transverse_inertia,
+        why=_say("tip", "no_spin"),
+        reason=f"{missing}: without spin the rod follows the force",
+        angle_deg=0.0,
         direction="along the force",
-    )  # fmt: skip
+    )
     if spin == 0:
         return tip
     speed = length * abs(nutation.sideways)
@@ -410,10 +428,18 @@ def predict_tip(
             "at right angles to the force and also far along it: the spin is slow"
         )
     return replace(
-        tip, why=why, reason="", speed=speed, turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
-        angle_deg=math.copysign(90.0, spin), direction=direction, yields=nutation.mean_sag,
-        nutation_rate=2 * math.pi / nutation.period, estimate=estimate, estimate_error=error,
-    )  # fmt: skip
+        tip,
+        why=why,
+        reason="",
+        speed=speed,
+        turning_rate=abs(float(motion.mean_precession_rate(top, spin))),
+        angle_deg=math.copysign(90.0, spin),
+        direction=direction,
+        yields=nutation.mean_sag,
+        nutation_rate=2 * math.pi / nutation.period,
+        estimate=estimate,
+        estimate_error=error,
+    )
 
 
 # --- as text ---------------------------------------------------------------------------------------------------

@@ -168,9 +168,14 @@ class Chain:
         share = (torque - m0[:, None]) / torque
         for source in self.own:
             reading = {
-                "time": measured.time, "spin": measured.spin, "turns": measured.turns, "mass": measured.mass,
-                "position": measured.position, "force": measured.force, "torque": measured.given_torque,
-            }[source.quantity]  # fmt: skip
+                "time": measured.time,
+                "spin": measured.spin,
+                "turns": measured.turns,
+                "mass": measured.mass,
+                "position": measured.position,
+                "force": measured.force,
+                "torque": measured.given_torque,
+            }[source.quantity]
             relative = source.relative + source.absolute / np.where(
                 reading == 0, np.inf, np.abs(reading)
             )

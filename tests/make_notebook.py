@@ -25,9 +25,14 @@ def executed(path: Path) -> dict[str, Any]:
 
     notebook = nbformat.read(path, as_version=4)
     client = NotebookClient(
-        notebook, kernel_name="python3", resources={"metadata": {"path": str(path.parent)}}, extra_arguments=KERNEL,
-        startup_timeout=300, timeout=300, record_timing=False,
-    )  # fmt: skip
+        notebook,
+        kernel_name="python3",
+        resources={"metadata": {"path": str(path.parent)}},
+        extra_arguments=KERNEL,
+        startup_timeout=300,
+        timeout=300,
+        record_timing=False,
+    )
     # Figures do not contain the date.
     client.execute(
         env={**os.environ, "PYTHONPATH": str(ROOT), "SOURCE_DATE_EPOCH": "0"}

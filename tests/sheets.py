@@ -167,17 +167,33 @@ def of_run(runs: list[Run], at: int, signs: str) -> dict[str, Any]:
     t = [time, time + 0.11, time - 0.09]
     first = [*run] if not at or runs[at - 1].mass != run.mass else [""] * 5
     return run._asdict() | {
-        "row": ",".join(run), "row4": ",".join(run[1:]), "row3": ",".join(run[2:]),
-        "row_3": ",".join(sum(runs[at + 3 : at + 4], ())), "row_6": ",".join(sum(runs[at + 6 : at + 7], ())),
+        "row": ",".join(run),
+        "row4": ",".join(run[1:]),
+        "row3": ",".join(run[2:]),
+        "row_3": ",".join(sum(runs[at + 3 : at + 4], ())),
+        "row_6": ",".join(sum(runs[at + 6 : at + 7], ())),
         "local": signs[1].join(cell.replace(".", signs[0]) for cell in run),
-        "mass_once": first[0], "position_once": first[1], "turns_once": first[4],
-        "before": spin + 1, "after": spin - 1, "ten": f"{600 / spin:.3f}", "later": f"{time + 0.1:.2f}",
-        "t1": f"{t[0]:.2f}", "t2": f"{t[1]:.2f}", "t3": f"{t[2]:.2f}",
-        "mean_of_2": f"{sum(t[:2]) / 2:.3f}", "mean_of_3": f"{sum(t) / 3:.3f}",
-        "surface": f"{100 * (ARM - RADIUS):.2f}", "tip": f"{25.0 - 100 * ARM:.1f}",
-        "period": f"{time / float(Fraction(run.turns)):.2f}" if re.fullmatch(r"[\d/]+", run.turns) else "",
-        "torque": f"{float(run.mass) / 1000 * G * ARM:.4f}" if is_plain(run.mass) else "",
-    }  # fmt: skip
+        "mass_once": first[0],
+        "position_once": first[1],
+        "turns_once": first[4],
+        "before": spin + 1,
+        "after": spin - 1,
+        "ten": f"{600 / spin:.3f}",
+        "later": f"{time + 0.1:.2f}",
+        "t1": f"{t[0]:.2f}",
+        "t2": f"{t[1]:.2f}",
+        "t3": f"{t[2]:.2f}",
+        "mean_of_2": f"{sum(t[:2]) / 2:.3f}",
+        "mean_of_3": f"{sum(t) / 3:.3f}",
+        "surface": f"{100 * (ARM - RADIUS):.2f}",
+        "tip": f"{25.0 - 100 * ARM:.1f}",
+        "period": f"{time / float(Fraction(run.turns)):.2f}"
+        if re.fullmatch(r"[\d/]+", run.turns)
+        else "",
+        "torque": f"{float(run.mass) / 1000 * G * ARM:.4f}"
+        if is_plain(run.mass)
+        else "",
+    }
 
 
 def is_plain(text: str) -> bool:
@@ -226,9 +242,18 @@ TABLE = tomllib.loads(
 )
 LANGUAGES, HEADERS = TABLE.pop("languages"), TABLE.pop("headers")
 HABITS = [
-    *(Habit(f"{code}: {way}", text, language=tuple(words)) for code, words in LANGUAGES.items()
-      for way, text in IN_ALL_LANGUAGES.items()),
-    *(Habit(f"header: {header}", f"{','.join(HEAD[:3])},{header}\n*{{mass}},{{position}},{{spin}},{{time}}\n",
-            turns=f"{turns} {turns} {turns}") for header, turns in HEADERS.items()),
+    *(
+        Habit(f"{code}: {way}", text, language=tuple(words))
+        for code, words in LANGUAGES.items()
+        for way, text in IN_ALL_LANGUAGES.items()
+    ),
+    *(
+        Habit(
+            f"header: {header}",
+            f"{','.join(HEAD[:3])},{header}\n*{{mass}},{{position}},{{spin}},{{time}}\n",
+            turns=f"{turns} {turns} {turns}",
+        )
+        for header, turns in HEADERS.items()
+    ),
     *(Habit(name, **habit) for name, habit in TABLE.items()),
-]  # fmt: skip
+]

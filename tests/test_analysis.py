@@ -85,8 +85,11 @@ class TestPublished:
         assert "G414" in codes(a)
 
     def test_seven_arms(self) -> None:
-        a = gyrodata.analyze(seven_arms().encode(), settings={"angle": "40 deg"},
-                             mapping={"time": "Precession period,T (s)"})  # fmt: skip
+        a = gyrodata.analyze(
+            seven_arms().encode(),
+            settings={"angle": "40 deg"},
+            mapping={"time": "Precession period,T (s)"},
+        )
         assert published(a, "through_origin").inertia.value == pytest.approx(
             0.00415, abs=1e-5
         )

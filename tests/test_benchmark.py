@@ -47,8 +47,11 @@ def test_each_lab_has_the_model_that_its_physics_asks_for(done: Benchmark) -> No
         for panel in done.motion
     }
     assert good == {
-        "usual": "eq. (9)", "tilted": "eq. (8)", "released": "mean rate of a release", "slow": "full motion",
-    }  # fmt: skip
+        "usual": "eq. (9)",
+        "tilted": "eq. (8)",
+        "released": "mean rate of a release",
+        "slow": "full motion",
+    }
     for panel in done.motion:
         assert panel.winner.error < panel.bound == pytest.approx(0.3 * panel.u)
         # No model is exact by construction.
@@ -116,9 +119,13 @@ def test_york_s_line_is_that_of_odrpack() -> None:
     (lab,) = draw_labs(SCENES[0], 1, 2)
     product, torque = (np.diag(covariance) for covariance in covariances(lab))
     found = odrpack.odr_fit(
-        lambda x, beta: beta[0] * x + beta[1], lab.product, lab.torque, np.array([4e-3, 1e-3]),
-        weight_x=1 / product, weight_y=1 / torque,
-    )  # fmt: skip
+        lambda x, beta: beta[0] * x + beta[1],
+        lab.product,
+        lab.torque,
+        np.array([4e-3, 1e-3]),
+        weight_x=1 / product,
+        weight_y=1 / torque,
+    )
     assert ESTIMATORS["York's line"](lab)[0] == pytest.approx(found.beta[0], rel=1e-5)
 
 

@@ -302,8 +302,14 @@ class TestFix:
         assert "left for you: 2" in told
         rows = [line.split(",") for line in fixed.splitlines() if line[0] != "#"]
         assert rows[0] == [
-            "mass [g]", "position [cm]", "spin [rpm]", "time [s]", "turns", "run", "humidity",
-        ]  # fmt: skip
+            "mass [g]",
+            "position [cm]",
+            "spin [rpm]",
+            "time [s]",
+            "turns",
+            "run",
+            "humidity",
+        ]
         assert [row[2] for row in rows[1::2]] == ["201", "402", "201", "400", "200"]
         assert rows[3][-1] == "door"
 

@@ -138,11 +138,17 @@ def test_demo_writes_a_log_and_keeps_another_file(typed: Callable[..., Result]) 
 
 
 SAME = {
-    "demo.csv --no-report": "analyze demo.csv --no-report", "--no-report demo.csv": "analyze demo.csv --no-report",
-    "fit demo.csv --no-report": "analyze demo.csv --no-report", "plot demo.csv -f csv": "analyze demo.csv -f csv",
-    "help check": "check --help", "help": "--help", "-h": "--help", "": "--help", "version": "--version",
+    "demo.csv --no-report": "analyze demo.csv --no-report",
+    "--no-report demo.csv": "analyze demo.csv --no-report",
+    "fit demo.csv --no-report": "analyze demo.csv --no-report",
+    "plot demo.csv -f csv": "analyze demo.csv -f csv",
+    "help check": "check --help",
+    "help": "--help",
+    "-h": "--help",
+    "": "--help",
+    "version": "--version",
     "docs theory": "explain theory",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("line", SAME)
@@ -158,14 +164,24 @@ def test_word_that_users_try_runs_the_command_that_is_meant(
     [
         ("anal demo.csv", "no such command 'anal'", "did you mean 'analyze'?"),
         ("analyze", "missing argument 'LOG'", "for example: gyro analyze demo.csv"),
-        ("analyze demo.csv --json", "no such option: --json", "did you mean --format json?"),
-        ("check demo.csv -f JSON", "invalid value for '--format' / '-f': 'JSON' is not one of 'text', 'json', 'ndjson'",
-         "did you mean json?"),
-        ("template log.xlsx", "got unexpected extra argument(s) (log.xlsx)",
-         "to write a file: gyro template --out log.xlsx"),
+        (
+            "analyze demo.csv --json",
+            "no such option: --json",
+            "did you mean --format json?",
+        ),
+        (
+            "check demo.csv -f JSON",
+            "invalid value for '--format' / '-f': 'JSON' is not one of 'text', 'json', 'ndjson'",
+            "did you mean json?",
+        ),
+        (
+            "template log.xlsx",
+            "got unexpected extra argument(s) (log.xlsx)",
+            "to write a file: gyro template --out log.xlsx",
+        ),
         ("check demo.csv --loud", "no such option: --loud", "see: gyro check --help"),
     ],
-)  # fmt: skip
+)
 def test_usage_error_has_a_code_and_a_hint(
     line: str, message: str, hint: str, typed: Callable[..., Result]
 ) -> None:

@@ -222,23 +222,42 @@ def total_spin(lab: dict[str, float]) -> float:
 
 
 BY_CODE: dict[str, Callable[[dict[str, float]], float]] = {
-    "tilted rod, eq. (9) for eq. (8)":
-        lambda lab: physics.tilt_bias(lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]),
-    "tilted rod, total spin taken for ψ̇":
-        lambda lab: physics.tilt_bias(lab["φ̇"], total_spin(lab), lab["pitch"], lab["I_zz"], lab["I"])
-                    - (1 - lab["ψ̇"] / total_spin(lab)),
-    "nutation after letting go": lambda lab: physics.release_bias(lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]),
-    "nutation, its phase at one click, at most":
-        lambda lab: physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"],
-    "falling spin, plain mean of start and end": lambda lab: 2 * mean_spin(lab) / (lab["start"] + lab["end"]) - 1,
+    "tilted rod, eq. (9) for eq. (8)": lambda lab: physics.tilt_bias(
+        lab["φ̇"], lab["ψ̇"], lab["pitch"], lab["I_zz"], lab["I"]
+    ),
+    "tilted rod, total spin taken for ψ̇": lambda lab: (
+        physics.tilt_bias(
+            lab["φ̇"], total_spin(lab), lab["pitch"], lab["I_zz"], lab["I"]
+        )
+        - (1 - lab["ψ̇"] / total_spin(lab))
+    ),
+    "nutation after letting go": lambda lab: physics.release_bias(
+        lab["M"], lab["ψ̇"], lab["I_zz"], lab["I"]
+    ),
+    "nutation, its phase at one click, at most": lambda lab: (
+        physics.click_error(lab["ψ̇"], lab["I_zz"], lab["I"]) / lab["T"]
+    ),
+    "falling spin, plain mean of start and end": lambda lab: (
+        2 * mean_spin(lab) / (lab["start"] + lab["end"]) - 1
+    ),
     # At the midpoint a viscous fall has reached the geometric mean.
-    "falling spin, midpoint for the mean": lambda lab: mean_spin(lab) / math.sqrt(lab["start"] * lab["end"]) - 1,
-    "law by which the spin falls": lambda lab: physics.decay_law_doubt(lab["start"], lab["end"]),
-    "rod sighted 1° off at each end": lambda lab: SOURCES["angle"].default.absolute / lab["f"],
-    "ruler's zero off by 1 mm": lambda lab: SOURCES["position_zero"].default.absolute / lab["x"],
-    "weight 25.4 mm wide spins along": lambda lab: physics.cylinder_inertia(lab["m"], 0.0254) / lab["I_zz"],
+    "falling spin, midpoint for the mean": lambda lab: (
+        mean_spin(lab) / math.sqrt(lab["start"] * lab["end"]) - 1
+    ),
+    "law by which the spin falls": lambda lab: physics.decay_law_doubt(
+        lab["start"], lab["end"]
+    ),
+    "rod sighted 1° off at each end": lambda lab: (
+        SOURCES["angle"].default.absolute / lab["f"]
+    ),
+    "ruler's zero off by 1 mm": lambda lab: (
+        SOURCES["position_zero"].default.absolute / lab["x"]
+    ),
+    "weight 25.4 mm wide spins along": lambda lab: (
+        physics.cylinder_inertia(lab["m"], 0.0254) / lab["I_zz"]
+    ),
     "the Earth's rotation, at a pole": lambda lab: physics.EARTH_ROTATION / lab["φ̇"],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("name", "found"), BY_CODE.items())
@@ -341,21 +360,50 @@ def u_of_g(line: str) -> float:
 Claim = tuple[str, str, Callable[[], Any]]
 
 CLAIMS: list[Claim] = [
-    ("approximations", "changes I_zz by less than {} u is left out", lambda: changes.DROP_ONE),
+    (
+        "approximations",
+        "changes I_zz by less than {} u is left out",
+        lambda: changes.DROP_ONE,
+    ),
     ("approximations", "stays below {} u together", lambda: changes.DROP_ALL),
-    ("statistics", "{} labs, the 95 % interval of the recommended fit contains the true value in {:.1f} %",
-     lambda: selfchecked()[:2]),
-    ("statistics", "± 2u of the line without an intercept in {:.1f} %", lambda: selfchecked()[2]),
-    ("statistics", "and of the line with an intercept in {:.1f} %", lambda: selfchecked()[3]),
+    (
+        "statistics",
+        "{} labs, the 95 % interval of the recommended fit contains the true value in {:.1f} %",
+        lambda: selfchecked()[:2],
+    ),
+    (
+        "statistics",
+        "± 2u of the line without an intercept in {:.1f} %",
+        lambda: selfchecked()[2],
+    ),
+    (
+        "statistics",
+        "and of the line with an intercept in {:.1f} %",
+        lambda: selfchecked()[3],
+    ),
     ("statistics", "gyrodata {}:", lambda: gyrodata.__version__),
-    ("statistics", "one press of the button is {:.2f} s late",
-     lambda: SOURCES["time_bias"].default.absolute * math.sqrt(2)),
-    ("statistics", "see to {:.0f}° that a rod is over a screw",
-     lambda: 360 * SOURCES["angle"].default.absolute / math.sqrt(2)),
-    ("statistics", "With `# latitude:` it is {:.2f} %", lambda: u_of_g("# latitude: 45 deg\n")),
-    ("statistics", "I = {} I_zz + m x² with {:.0f} %", lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U)),
+    (
+        "statistics",
+        "one press of the button is {:.2f} s late",
+        lambda: SOURCES["time_bias"].default.absolute * math.sqrt(2),
+    ),
+    (
+        "statistics",
+        "see to {:.0f}° that a rod is over a screw",
+        lambda: 360 * SOURCES["angle"].default.absolute / math.sqrt(2),
+    ),
+    (
+        "statistics",
+        "With `# latitude:` it is {:.2f} %",
+        lambda: u_of_g("# latitude: 45 deg\n"),
+    ),
+    (
+        "statistics",
+        "I = {} I_zz + m x² with {:.0f} %",
+        lambda: (DEFAULT_TRANSVERSE_RATIO, 100 * TRANSVERSE_U),
+    ),
     ("first-timer", "Below {}, look for the cause", lambda: findings.NO_ACCIDENT),
-]  # fmt: skip
+]
 """What a page says, with {} for what the code gives in its place."""
 
 

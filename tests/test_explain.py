@@ -113,10 +113,18 @@ def test_every_key_of_a_log_is_explained(key: str) -> None:
 
 @pytest.mark.parametrize(
     ("asked", "found"),
-    [("454", "G454, warning"), ("chi square", "chi-square, "), ("m0", "M0, "), ("THEORY.md", "# Theory"),
-     ("thoery", "did you mean theory?"), ("budgt", "did you mean budget?"), ("u_tme", "did you mean u_time?"),
-     ("G4544", "did you mean G454?"), ("G999", 'there is no page, code, word or key "G999"')],
-)  # fmt: skip
+    [
+        ("454", "G454, warning"),
+        ("chi square", "chi-square, "),
+        ("m0", "M0, "),
+        ("THEORY.md", "# Theory"),
+        ("thoery", "did you mean theory?"),
+        ("budgt", "did you mean budget?"),
+        ("u_tme", "did you mean u_time?"),
+        ("G4544", "did you mean G454?"),
+        ("G999", 'there is no page, code, word or key "G999"'),
+    ],
+)
 def test_a_name_or_the_nearest_one_is_found(asked: str, found: str) -> None:
     done = explain(asked)
     assert (found in done.output, done.exit_code) == (

@@ -104,8 +104,14 @@ def test_the_commands_that_a_report_names_answer() -> None:
     report = markdown_report(analyze(path))
     commands = re.findall("`gyro ((?:predict|explain) [^`]*)`", report)
     assert [command.split()[1] for command in commands] == [
-        "tip", "precession", "twist", "earth", "platform", "statistics", "theory"
-    ]  # fmt: skip
+        "tip",
+        "precession",
+        "twist",
+        "earth",
+        "platform",
+        "statistics",
+        "theory",
+    ]
     for command in commands:
         done = gyro(
             *(str(path) if word == path.name else word for word in command.split())

@@ -84,9 +84,16 @@ def test_what_is_printed_and_written(graded: tuple[Result, Path]) -> None:
             == student.slip
         ), student.file
     assert {path.name for path in folder.iterdir()} == {
-        "class.html", "desk-todo.csv", "feedback", "feedback.zip", "flags.csv", "grades.csv", "grades.json",
-        "journal.ndjson", "published",
-    }  # fmt: skip
+        "class.html",
+        "desk-todo.csv",
+        "feedback",
+        "feedback.zip",
+        "flags.csv",
+        "grades.csv",
+        "grades.json",
+        "journal.ndjson",
+        "published",
+    }
     stems = {
         Path(name).stem for name in make_sample_class.make() if name != "README.txt"
     }
@@ -271,9 +278,12 @@ def test_a_dry_run_tells_what_would_change_and_writes_nothing(
     changes = json.loads(done.stdout)["changes"]
     jsonschema.validate(json.loads(done.stdout), schema.json_schema("grades"))
     assert changes[0] == {
-        "student": "103", "name": "castilloines", "from": "17.00", "to": "18.50",
+        "student": "103",
+        "name": "castilloines",
+        "from": "17.00",
+        "to": "18.50",
         "parts": [{"column": "inertia", "from": "3.00", "to": "4.50"}],
-    }  # fmt: skip
+    }
 
 
 def test_points_typed_into_grades_csv_are_kept_and_belong_in_the_desk(

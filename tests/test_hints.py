@@ -71,14 +71,23 @@ CASES: list[tuple[str, str]] = [
     ("G206", headed(HEAD.replace("spin [rpm]", "spin"))),
     ("G207", table(f"{NO_TURNS}T [s],turns", *FIRST[:3], period, lambda row: row[4])),
     ("G214", f"Task III\n{GOOD}"),
-    ("G231", table(f"{NO_TURNS}t [s],T [s],turns", *FIRST[:3], period, FIRST[3], lambda row: row[4])),
+    (
+        "G231",
+        table(
+            f"{NO_TURNS}t [s],T [s],turns",
+            *FIRST[:3],
+            period,
+            FIRST[3],
+            lambda row: row[4],
+        ),
+    ),
     ("G301", table(f"{NO_TURNS}Time for 1/3 rev (s)", *FIRST)),
     ("G301", table(f"{NO_TURNS}T Ω(120°) (s)", *FIRST)),
     ("G301", headed(HEAD.replace("spin [rpm]", "phi_dot (rpm)"))),
     ("G305", f"# u_tme: 0.2 s\n{GOOD}"),
     ("G404", GOOD.partition("\n")[2]),
     ("G407", GOOD.replace(",14.8,", ",15,")),
-]  # fmt: skip
+]
 """Code and log; the hint is that of the code's first diagnostic."""
 
 OTHERWISE = {
@@ -235,8 +244,13 @@ def then_good(words: str) -> Callable[[str], str]:
 
 NO_G = GOOD.partition("\n")[2]
 COMMAS = [TABLE[0], *([cell.replace(".", ",") for cell in row] for row in TABLE[1:])]
-HERTZ = table("mass [g],position [cm],spin [1/s],time [s],turns", *FIRST[:2],
-              lambda row: f"{float(row[2]) / 60:.4f}", FIRST[3], lambda row: row[4])  # fmt: skip
+HERTZ = table(
+    "mass [g],position [cm],spin [1/s],time [s],turns",
+    *FIRST[:2],
+    lambda row: f"{float(row[2]) / 60:.4f}",
+    FIRST[3],
+    lambda row: row[4],
+)
 LOWER = "".join(f"{','.join(row[1:])}\n" for row in (TABLE[0], *TABLE[7:]))
 """The last three runs in a table of their own, without the weight."""
 SURFACE_HEAD = ["mass [g]", "distance from ball surface [cm]", *TABLE[0][2:]]
@@ -249,42 +263,151 @@ READER: list[tuple[str, str | bytes, Callable[[str], Any]]] = [
     ("G104", "%PDF-1.7 a report, not a log", then_good("CSV UTF-8")),
     ("G105", GOOD.encode() + b"\0", then_good("CSV UTF-8")),
     ("G107", gzip.compress(GOOD.encode())[:-30], then_good("the CSV itself")),
-    ("G109", above("# ± by hand").encode("latin-1"),
-     lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)"))),
-    ("G147", written([list(column) for column in zip(*TABLE, strict=True)]), then_good("")),
-    ("G201", written(TABLE[1:]), lambda hint: written([named(hint, r"such as: (.*)").split(", "), *TABLE[1:]])),
+    (
+        "G109",
+        above("# ± by hand").encode("latin-1"),
+        lambda hint: above("# ± by hand").encode(named(hint, r"as (\S+)")),
+    ),
+    (
+        "G147",
+        written([list(column) for column in zip(*TABLE, strict=True)]),
+        then_good(""),
+    ),
+    (
+        "G201",
+        written(TABLE[1:]),
+        lambda hint: written([named(hint, r"such as: (.*)").split(", "), *TABLE[1:]]),
+    ),
     ("G202", written(TABLE[:1]), then_good("one row for each timed run")),
-    ("G208", HERTZ, lambda hint: HERTZ.replace("1/s", named(hint, r"write (\S+) .*for revolutions"))),
-    ("G209", written(COMMAS), lambda hint: written(COMMAS, named(hint, r"columns with (\S)"))),
-    ("G209", written([TABLE[0], *([*row, "7"] for row in TABLE[1:])], ";"),
-     lambda hint: written([row[:5] for row in TABLE], ";") if "remove the cell that is too many" in hint else ""),
+    (
+        "G208",
+        HERTZ,
+        lambda hint: HERTZ.replace(
+            "1/s", named(hint, r"write (\S+) .*for revolutions")
+        ),
+    ),
+    (
+        "G209",
+        written(COMMAS),
+        lambda hint: written(COMMAS, named(hint, r"columns with (\S)")),
+    ),
+    (
+        "G209",
+        written([TABLE[0], *([*row, "7"] for row in TABLE[1:])], ";"),
+        lambda hint: (
+            written([row[:5] for row in TABLE], ";")
+            if "remove the cell that is too many" in hint
+            else ""
+        ),
+    ),
     ("G210", written([[*row, row[1]] for row in TABLE]), then_good("remove the other")),
-    ("G212", written(TABLE[:7]) + "\n" + LOWER,
-     lambda hint: written(TABLE[:7]) + "\n" + named(hint, r'such as "(mass )[\d.]+ g"') + "60.2 g\n" + LOWER),
-    ("G215", written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
-     lambda hint: written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]]) if "left blank" in hint else ""),
+    (
+        "G212",
+        written(TABLE[:7]) + "\n" + LOWER,
+        lambda hint: (
+            written(TABLE[:7])
+            + "\n"
+            + named(hint, r'such as "(mass )[\d.]+ g"')
+            + "60.2 g\n"
+            + LOWER
+        ),
+    ),
+    (
+        "G215",
+        written([*TABLE, ["60.2", "14.8", "212", "0", "1/3"]]),
+        lambda hint: (
+            written([*TABLE, ["60.2", "14.8", "212", "", "1/3"]])
+            if "left blank" in hint
+            else ""
+        ),
+    ),
     ("G219", changed(1, 0, ""), then_good("the value in each of these rows")),
     ("G222", written(TABLE, "_"), then_good("put a comma")),
     ("G224", written([[*row, *["0"] * 240] for row in TABLE]), then_good("about ten")),
-    ("G226", changed(9, 4, '"1/3'), lambda hint: changed(9, 4, '"1/3' + named(hint, r"close it with (\S),"))),
-    ("G227", DOUBTED, lambda hint: DOUBTED.replace("little", named(hint, r'value: "([^"]+)"'))),
-    ("G229", written([[*TABLE[0], "note"], *([*row[:3], *row[3].split("."), row[4]] for row in TABLE[1:])]),
-     lambda hint: quoted([TABLE[0], *([*row[:3], row[3].replace(".", ","), row[4]] for row in TABLE[1:])])
-     if '("13,06")' in hint else ""),
-    ("G230", written([PERIOD_HEAD, *TABLE[1:]]),
-     lambda hint: (written([PERIOD_HEAD, *TABLE[1:]]), {"mapping": {"time": named(hint, r'--map time="([^"]+)"')}})),
-    ("G232", written([[*TABLE[0][:3], "time [s]", " 1/3 turn"], *(row[:4] for row in TABLE[1:7])]),
-     lambda hint: written([[*TABLE[0][:3], named(hint, r'as "([^"]+)"')], *(row[:4] for row in TABLE[1:7])])),
-    ("G302", changed(3, 4, ""), lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, ""))),
-    ("G303", written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
-     then_good("delete one column")),
-    ("G306", above("# g: fast", NO_G),
-     lambda hint: above(named(explanations()["G306"].remedy, r'"(# g: [^"]+)"'), NO_G)),
+    (
+        "G226",
+        changed(9, 4, '"1/3'),
+        lambda hint: changed(9, 4, '"1/3' + named(hint, r"close it with (\S),")),
+    ),
+    (
+        "G227",
+        DOUBTED,
+        lambda hint: DOUBTED.replace("little", named(hint, r'value: "([^"]+)"')),
+    ),
+    (
+        "G229",
+        written(
+            [
+                [*TABLE[0], "note"],
+                *([*row[:3], *row[3].split("."), row[4]] for row in TABLE[1:]),
+            ]
+        ),
+        lambda hint: (
+            quoted(
+                [
+                    TABLE[0],
+                    *(
+                        [*row[:3], row[3].replace(".", ","), row[4]]
+                        for row in TABLE[1:]
+                    ),
+                ]
+            )
+            if '("13,06")' in hint
+            else ""
+        ),
+    ),
+    (
+        "G230",
+        written([PERIOD_HEAD, *TABLE[1:]]),
+        lambda hint: (
+            written([PERIOD_HEAD, *TABLE[1:]]),
+            {"mapping": {"time": named(hint, r'--map time="([^"]+)"')}},
+        ),
+    ),
+    (
+        "G232",
+        written(
+            [[*TABLE[0][:3], "time [s]", " 1/3 turn"], *(row[:4] for row in TABLE[1:7])]
+        ),
+        lambda hint: written(
+            [
+                [*TABLE[0][:3], named(hint, r'as "([^"]+)"')],
+                *(row[:4] for row in TABLE[1:7]),
+            ]
+        ),
+    ),
+    (
+        "G302",
+        changed(3, 4, ""),
+        lambda hint: above(named(hint, r'"(# turns: )') + "1/3", changed(3, 4, "")),
+    ),
+    (
+        "G303",
+        written([[*TABLE[0], "angle [deg]"], *([*row, "90"] for row in TABLE[1:])]),
+        then_good("delete one column"),
+    ),
+    (
+        "G306",
+        above("# g: fast", NO_G),
+        lambda hint: above(
+            named(explanations()["G306"].remedy, r'"(# g: [^"]+)"'), NO_G
+        ),
+    ),
     ("G307", f"# g: 9.81 m/s^2\n{GOOD}", then_good("keep one")),
-    ("G340", written([SURFACE_HEAD, *TABLE[1:]]),
-     lambda hint: above(named(hint, r'"(# position_from: centre)"'), written([SURFACE_HEAD, *TABLE[1:]]))),
-    ("G342", GOOD.replace("1/3", "0.33"), lambda hint: GOOD.replace("1/3", named(hint, r"write (\S+) where"))),
-]  # fmt: skip
+    (
+        "G340",
+        written([SURFACE_HEAD, *TABLE[1:]]),
+        lambda hint: above(
+            named(hint, r'"(# position_from: centre)"'),
+            written([SURFACE_HEAD, *TABLE[1:]]),
+        ),
+    ),
+    (
+        "G342",
+        GOOD.replace("1/3", "0.33"),
+        lambda hint: GOOD.replace("1/3", named(hint, r"write (\S+) where")),
+    ),
+]
 """Code, log, and what the words of the hint make of it."""
 
 

@@ -54,11 +54,15 @@ def found(log: str, code: str, **settings: str) -> list[gyrodata.Diagnostic]:
         (UNDELAYED + TIMED, "spin", 20 * np.pi / 3),
         (FALLING, "spin", 440 * 400 * np.log(1.1) / 40 * RPM),
         ("# g: 9.803 m/s^2\n" + HEAD + ROW, "torque", 0.020 * 9.803 * 0.15),
-        ("force [N],position [cm],spin [rpm],time [s],turns\n0.20,15.0,400,24,1\n", "torque", 0.03),
+        (
+            "force [N],position [cm],spin [rpm],time [s],turns\n0.20,15.0,400,24,1\n",
+            "torque",
+            0.03,
+        ),
         (PERIOD, "time", 39.0),
         (RATE, "precession_rate", 0.16),
     ],
-)  # fmt: skip
+)
 def test_reading_in_any_form_has_its_si_value(
     log: str, field: str, value: float
 ) -> None:
@@ -83,39 +87,88 @@ TIP = "# position_from: tip\n# rod_length: 30 cm\n# u_rod_length: 1 mm\n"
     ("log", "shares"),
     [
         # What is not stated has the default of its kind and the rounding of its last digit.
-        (HEAD + ROW, {
-            "time": math.hypot(0.14, 0.1 * DIGIT) / 7.1, "mass": math.hypot(0.002, DIGIT / 20), "mass_scale": 0.0005,
-            "position": 0.1 * DIGIT / 15, "position_zero": 0.1 / 15, "spin": math.hypot(0.002, DIGIT / 206),
-            "spin_scale": 0.001, "spin_delay": LATE_BY_2_S, "g": 0.001, "angle": 3 * 2**0.5 / 360,
-        }),
-        ("# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
-         + HEAD + ROW, {"time": 0.3 / 7.1, "mass": 0.01, "position_zero": 0.2 / 15,
-          "spin_delay": 3 * LATE}),
+        (
+            HEAD + ROW,
+            {
+                "time": math.hypot(0.14, 0.1 * DIGIT) / 7.1,
+                "mass": math.hypot(0.002, DIGIT / 20),
+                "mass_scale": 0.0005,
+                "position": 0.1 * DIGIT / 15,
+                "position_zero": 0.1 / 15,
+                "spin": math.hypot(0.002, DIGIT / 206),
+                "spin_scale": 0.001,
+                "spin_delay": LATE_BY_2_S,
+                "g": 0.001,
+                "angle": 3 * 2**0.5 / 360,
+            },
+        ),
+        (
+            "# u_time: 0.3 s\n# u_mass: 1 %\n# u_position_zero: 2 mm\n# u_time_bias: 0.1 s\n# u_spin_delay: 3 s\n"
+            + HEAD
+            + ROW,
+            {
+                "time": 0.3 / 7.1,
+                "mass": 0.01,
+                "position_zero": 0.2 / 15,
+                "spin_delay": 3 * LATE,
+            },
+        ),
         # Gravity is known better from a latitude, and given is exact.
         ("# latitude: 45 deg\n" + HEAD + ROW, {"g": 0.0001}),
         ("# u_g: 1 %\n# latitude: 33.9 S\n" + HEAD + ROW, {"g": 0.01}),
         # A period or a rate has its own uncertainty, which serves for the time beside it.
-        (SIGHTED + "turns,precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n",
-         {"time": 0.2 / 7.06}),
-        ("# u_precession_rate: 0.016 rad/s\n# u_spin: 20 rpm\n" + RATE,
-         {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None}),
+        (
+            SIGHTED
+            + "turns,precession_period [s],u_precession_period [s]\n20,15,206,7.06,1/3,21.18,0.6\n",
+            {"time": 0.2 / 7.06},
+        ),
+        (
+            "# u_precession_rate: 0.016 rad/s\n# u_spin: 20 rpm\n" + RATE,
+            {"precession_rate": 0.1, "spin": 0.05, "time_bias": None, "angle": None},
+        ),
         ("# u_angle: 3 deg\n" + HEAD + ROW, {"angle": 3 * 3 * 2**0.5 / 360}),
         (SIGHTED + "angle [deg]\n20.0,15.0,206,7.06,120 ± 3\n", {"angle": 3 * 3 / 360}),
-        (HEAD + ROW.replace("1/3", "0.33"), {"angle": 2**0.5 / 360 / 0.33, "rounded_turns": 0.01 / 3**0.5 / 0.33}),
-        (HEAD + ROW.replace("1/3", "0.3333333"), {"angle": 3 * 2**0.5 / 360, "rounded_turns": None}),
+        (
+            HEAD + ROW.replace("1/3", "0.33"),
+            {"angle": 2**0.5 / 360 / 0.33, "rounded_turns": 0.01 / 3**0.5 / 0.33},
+        ),
+        (
+            HEAD + ROW.replace("1/3", "0.3333333"),
+            {"angle": 3 * 2**0.5 / 360, "rounded_turns": None},
+        ),
         # A spin read more than once, timed, or given for the whole log.
-        (FALLING, {"spin": math.hypot(0.002, DIGIT / 420) / 2**0.5, "spin_delay": None}),
-        ("# u_decay_exponent: 1\n" + FALLING, {"decay_exponent": np.log(1.1) ** 2 / 12}),
+        (
+            FALLING,
+            {"spin": math.hypot(0.002, DIGIT / 420) / 2**0.5, "spin_delay": None},
+        ),
+        (
+            "# u_decay_exponent: 1\n" + FALLING,
+            {"decay_exponent": np.log(1.1) ** 2 / 12},
+        ),
         (TIMED, {"spin": math.hypot(0.14 / 10 / 0.3, 0.01 * DIGIT / 3)}),
-        ("# u_spin_time: 0.03 s\n# u_spin_turns: 0.1\n" + TIMED, {"spin": math.hypot(0.01, 0.01)}),
+        (
+            "# u_spin_time: 0.03 s\n# u_spin_turns: 0.1\n" + TIMED,
+            {"spin": math.hypot(0.01, 0.01)},
+        ),
         # What is added to a position makes its zero less certain.
-        (SURFACE + HEAD + ROW.replace("15.0", "10.0"), {"position_zero": math.hypot(0.1, 0.5 * DIGIT) / 15}),
+        (
+            SURFACE + HEAD + ROW.replace("15.0", "10.0"),
+            {"position_zero": math.hypot(0.1, 0.5 * DIGIT) / 15},
+        ),
         (TIP + HEAD + ROW, {"position_zero": math.hypot(0.1, 0.1) / 15}),
         # A force or a torque instead of a mass.
-        ("torque [mN*m],spin [rpm],time [s],turns\n30,400,39,1\n",
-         {"mass": None, "position": None, "position_zero": None, "g": None, "torque": math.hypot(0.005, DIGIT / 30)}),
+        (
+            "torque [mN*m],spin [rpm],time [s],turns\n30,400,39,1\n",
+            {
+                "mass": None,
+                "position": None,
+                "position_zero": None,
+                "g": None,
+                "torque": math.hypot(0.005, DIGIT / 30),
+            },
+        ),
     ],
-)  # fmt: skip
+)
 def test_each_source_of_error_has_its_size(
     log: str, shares: dict[str, float | None]
 ) -> None:
@@ -339,16 +392,42 @@ def test_derived_column_that_is_a_tenth_off_is_named(header: str, value: float) 
 @pytest.mark.parametrize(
     ("log", "code", "line", "words"),
     [
-        (HEAD.strip() + ",precession period [s]\n20.00,15.0,206,7.06,1/3,21.2\n20.00,15.0,407,13.06,1/3,13.06\n",
-         "G401", 3, "0.333 times"),
-        (HEAD.strip() + ",precession_sense\n20,15,206,7.06,1/3,ccw\n" + "20,15,206,7.06,1/3,cw\n" * 2
-         + "0,,401,160.2,1/12,cw\n", "G402", None, "most written directions are opposite"),
-        (FALLING.replace("440,400", "400,409"), "G403", 2, "the spin rises by 2 % while"),
-        (FALLING.replace("440,400", "500,550"), "G403", 2, "the spin rises by 10 % while"),
-        (HEAD + ROW + "20,15,2,7.06,1/3\n" * 2, "G405", 3,
-         'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs'),
+        (
+            HEAD.strip()
+            + ",precession period [s]\n20.00,15.0,206,7.06,1/3,21.2\n20.00,15.0,407,13.06,1/3,13.06\n",
+            "G401",
+            3,
+            "0.333 times",
+        ),
+        (
+            HEAD.strip()
+            + ",precession_sense\n20,15,206,7.06,1/3,ccw\n"
+            + "20,15,206,7.06,1/3,cw\n" * 2
+            + "0,,401,160.2,1/12,cw\n",
+            "G402",
+            None,
+            "most written directions are opposite",
+        ),
+        (
+            FALLING.replace("440,400", "400,409"),
+            "G403",
+            2,
+            "the spin rises by 2 % while",
+        ),
+        (
+            FALLING.replace("440,400", "500,550"),
+            "G403",
+            2,
+            "the spin rises by 10 % while",
+        ),
+        (
+            HEAD + ROW + "20,15,2,7.06,1/3\n" * 2,
+            "G405",
+            3,
+            'the precession is faster than the spin ("spin [rpm]") in 2 of 3 runs',
+        ),
     ],
-)  # fmt: skip
+)
 def test_readings_that_contradict_each_other_are_named(
     log: str, code: str, line: int | None, words: str
 ) -> None:
@@ -367,8 +446,10 @@ def test_i_zz_is_that_of_ball_and_rod() -> None:
     rows = []
     for mass, position, diameter in ((200, 15, 6), (400, 15, 8), (300, -15, 6)):
         whole = 4.44e-3 + 0.5 * mass * 1e-3 * (diameter / 200) ** 2
-        rows += [f"{mass},{position},{s},{2 * np.pi * whole * s * RPM / (mass * 1e-5 * 9.803 * 15):.8f},1,{diameter}\n"
-                 for s in (200, 400, 600)]  # fmt: skip
+        rows += [
+            f"{mass},{position},{s},{2 * np.pi * whole * s * RPM / (mass * 1e-5 * 9.803 * 15):.8f},1,{diameter}\n"
+            for s in (200, 400, 600)
+        ]
     log = head + "".join(rows)
     assert result(log)["inertia"]["value"] == pytest.approx(4.44e-3, rel=1e-5)
     # What is left out makes it wrong by 2 %.
@@ -393,14 +474,27 @@ SHAPES = {
     "nutating": HEAD.strip() + ",pitch [deg],nutation_period [s]\n",
 }
 CELLS = {
-    "mass": (40, 80, 60), "position": (15.0,) * 3, "torque": (58.8, 117.6, 88.2), "force": (0.392, 0.784, 0.588),
-    "spin": (200, 400, 600), "spin_start": (230, 460, 690), "spin_end": (170, 340, 510),
-    "spin_period": (0.3, 0.15, 0.1), "spin_period_start": (0.27, 0.135, 0.09), "spin_period_end": (0.33, 0.165, 0.11),
-    "spin_time": (3.0, 1.5, 1.0), "spin_turns": (10,) * 3,
-    "time": (3.31, 3.31, 6.62), "turns": ("1/3",) * 3, "angle": (120,) * 3, "precession_period": (9.94, 9.94, 19.87),
-    "precession_rate": (0.632, 0.632, 0.316), "pitch": (40.0,) * 3, "transverse_inertia": (0.006,) * 3,
+    "mass": (40, 80, 60),
+    "position": (15.0,) * 3,
+    "torque": (58.8, 117.6, 88.2),
+    "force": (0.392, 0.784, 0.588),
+    "spin": (200, 400, 600),
+    "spin_start": (230, 460, 690),
+    "spin_end": (170, 340, 510),
+    "spin_period": (0.3, 0.15, 0.1),
+    "spin_period_start": (0.27, 0.135, 0.09),
+    "spin_period_end": (0.33, 0.165, 0.11),
+    "spin_time": (3.0, 1.5, 1.0),
+    "spin_turns": (10,) * 3,
+    "time": (3.31, 3.31, 6.62),
+    "turns": ("1/3",) * 3,
+    "angle": (120,) * 3,
+    "precession_period": (9.94, 9.94, 19.87),
+    "precession_rate": (0.632, 0.632, 0.316),
+    "pitch": (40.0,) * 3,
+    "transverse_inertia": (0.006,) * 3,
     "nutation_period": (0.4, 0.2, 0.13),
-}  # fmt: skip
+}
 STATED = {
     "number": "0.03",
     "angle": "0.4 deg",

@@ -26,9 +26,16 @@ def rpm(mass: float, time: float) -> float:
 
 # Each time could be one in minutes and seconds; the hand is up to 0.1 s off.
 RUNS = [
-    (20.12, 6.52, 0.06), (20.12, 13.06, -0.1), (20.12, 19.54, 0.05), (40.31, 3.48, 0.02), (40.31, 6.58, 0.08),
-    (40.31, 10.06, -0.07), (60.25, 2.27, -0.05), (60.25, 4.41, 0.03), (60.25, 6.53, -0.02),
-]  # fmt: skip
+    (20.12, 6.52, 0.06),
+    (20.12, 13.06, -0.1),
+    (20.12, 19.54, 0.05),
+    (40.31, 3.48, 0.02),
+    (40.31, 6.58, 0.08),
+    (40.31, 10.06, -0.07),
+    (60.25, 2.27, -0.05),
+    (60.25, 4.41, 0.03),
+    (60.25, 6.53, -0.02),
+]
 ROWS = [
     [f"{mass:.2f}", "14.8", f"{rpm(mass, time + off):.0f}", f"{time:.2f}", "1/3"]
     for mass, time, off in RUNS
@@ -139,9 +146,13 @@ class TestColons:
 
     @pytest.mark.parametrize(
         ("head", "cell", "seconds"),
-        [("time", "01:06.52", 66.52), ("time [min:s]", "01:06.52", 66.52), ("t (mm:ss)", "2:05", 125.0),
-         ("time [s]", "01:06.52", 66.52)],
-    )  # fmt: skip
+        [
+            ("time", "01:06.52", 66.52),
+            ("time [min:s]", "01:06.52", 66.52),
+            ("t (mm:ss)", "2:05", 125.0),
+            ("time [s]", "01:06.52", 66.52),
+        ],
+    )
     def test_a_clock_time_is_read_in_minutes(
         self, head: str, cell: str, seconds: float
     ) -> None:

@@ -77,13 +77,47 @@ def typed_as(hint: str, text: str, meant: str = "") -> str:
 
 
 NAMES: list[tuple[str, str, str, dict[str, str], str, dict[str, str]]] = [
-    (WITHOUT_TURNS, "G501", "settings", {"trns": "1/3"}, "did you mean turns", {"turns": "1/3"}),
-    (WITHOUT_G, "G501", "settings", {"gg": "9.803 m/s^2"}, "did you mean g", {"g": "9.803 m/s^2"}),
-    (CLOCK, "G502", "mapping", {"time": "Zeitpunkt"}, r'"clock \[s\]"', {"time": "clock [s]"}),
-    (CLOCK, "G503", "mapping", {"tme": "clock [s]"}, "did you mean time", {"time": "clock [s]"}),
-    (CLOCK, "G503", "mapping", {"time": "clock [s]", "spin": "clock [s]"}, "leave --map spin=… out",
-     {"time": "clock [s]"}),
-]  # fmt: skip
+    (
+        WITHOUT_TURNS,
+        "G501",
+        "settings",
+        {"trns": "1/3"},
+        "did you mean turns",
+        {"turns": "1/3"},
+    ),
+    (
+        WITHOUT_G,
+        "G501",
+        "settings",
+        {"gg": "9.803 m/s^2"},
+        "did you mean g",
+        {"g": "9.803 m/s^2"},
+    ),
+    (
+        CLOCK,
+        "G502",
+        "mapping",
+        {"time": "Zeitpunkt"},
+        r'"clock \[s\]"',
+        {"time": "clock [s]"},
+    ),
+    (
+        CLOCK,
+        "G503",
+        "mapping",
+        {"tme": "clock [s]"},
+        "did you mean time",
+        {"time": "clock [s]"},
+    ),
+    (
+        CLOCK,
+        "G503",
+        "mapping",
+        {"time": "clock [s]", "spin": "clock [s]"},
+        "leave --map spin=… out",
+        {"time": "clock [s]"},
+    ),
+]
 
 
 @pytest.mark.parametrize(

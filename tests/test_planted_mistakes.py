@@ -67,8 +67,13 @@ def scaled(column: int, factor: float) -> Callable[[Rows], Rows]:
 
 def log_text(rows: Rows, header: dict[int, str], lines: list[str]) -> str:
     head = [header.get(i, name) for i, name in enumerate(HEADER)]
-    cells = [[f"{v:.6g}" if i != TURNS else {1 / 3: "1/3", 2 / 3: "2/3"}.get(v, f"{v:g}") for i, v in enumerate(row)]
-             for row in rows]  # fmt: skip
+    cells = [
+        [
+            f"{v:.6g}" if i != TURNS else {1 / 3: "1/3", 2 / 3: "2/3"}.get(v, f"{v:g}")
+            for i, v in enumerate(row)
+        ]
+        for row in rows
+    ]
     g = [] if any(line.startswith("# g:") for line in lines) else [f"# g: {G} m/s^2"]
     return (
         "\n".join([*g, *lines, ",".join(head), *(",".join(row) for row in cells)])
@@ -79,37 +84,109 @@ def log_text(rows: Rows, header: dict[int, str], lines: list[str]) -> str:
 PLANTED: dict[str, tuple[Callable[[Rows], Rows], dict[int, str], list[str], str]] = {
     # name: how the rows change, headers that change, lines above, and words that name the cause if the ball is stated
     "01 kg under g": (scaled(MASS, 1e-3), {}, [], r"in (kg|kilograms)"),
-    "02 cm under mm": (list, {POSITION: "position [mm]"}, [], r"positions are in (cm|centimetres)"),
-    "03 arm from the surface": (changed(POSITION, lambda v: v - 5.08), {}, [], r"ball's surface"),
+    "02 cm under mm": (
+        list,
+        {POSITION: "position [mm]"},
+        [],
+        r"positions are in (cm|centimetres)",
+    ),
+    "03 arm from the surface": (
+        changed(POSITION, lambda v: v - 5.08),
+        {},
+        [],
+        r"ball's surface",
+    ),
     "04 inches under cm": (scaled(POSITION, 1 / 2.54), {}, [], r"inch"),
     "05 rad/s under rpm": (scaled(SPIN, np.pi / 30), {}, [], r"spins are in rad/s"),
     "06 rpm under rad/s": (list, {SPIN: "spin [rad/s]"}, [], r"spins are in rpm"),
     "07 g under kg": (list, {MASS: "mass [kg]"}, [], r"in g\b|\[g\]"),
     "08 rpm under Hz": (list, {SPIN: "spin [Hz]"}, [], r"rpm"),
-    "09 spin and time exchanged": (lambda rows: [[*r[:2], r[TIME], r[TURNS], r[SPIN]] for r in rows], {}, [],
-                                   r"other way round|exchanged"),
-    "10 a time with its point misplaced": (changed(TIME, lambda v: v * 10, 4), {}, [], r"12\.95 s would fit"),
+    "09 spin and time exchanged": (
+        lambda rows: [[*r[:2], r[TIME], r[TURNS], r[SPIN]] for r in rows],
+        {},
+        [],
+        r"other way round|exchanged",
+    ),
+    "10 a time with its point misplaced": (
+        changed(TIME, lambda v: v * 10, 4),
+        {},
+        [],
+        r"12\.95 s would fit",
+    ),
     "11 a wrong count of turns": (changed(TURNS, lambda v: 1.0, 4), {}, [], r"2/3"),
-    "12 the mass of another weight": (changed(MASS, lambda v: 60.2, 1), {}, [], r"20\.1 g, .*would fit"),
-    "13 half turns written as turns": (changed(TURNS, lambda v: 0.5, mass=60.2), {}, [], r"1 turn"),
-    "14 a weight of 40.3 g typed as 43.0": (changed(MASS, lambda v: 43.0, mass=40.3), {}, [], r"40\.3 g"),
+    "12 the mass of another weight": (
+        changed(MASS, lambda v: 60.2, 1),
+        {},
+        [],
+        r"20\.1 g, .*would fit",
+    ),
+    "13 half turns written as turns": (
+        changed(TURNS, lambda v: 0.5, mass=60.2),
+        {},
+        [],
+        r"1 turn",
+    ),
+    "14 a weight of 40.3 g typed as 43.0": (
+        changed(MASS, lambda v: 43.0, mass=40.3),
+        {},
+        [],
+        r"40\.3 g",
+    ),
     "15 spin of the start": (scaled(SPIN, 1.12), {}, [], r"spin.*start"),
-    "16 g in m/s^2 that is in cm/s^2": (list, {}, ["# g: 981 m/s^2"], r"g is between 9\.7 and 9\.9"),
-    "17 g in cm/s^2 that is in m/s^2": (list, {}, ["# g: 9.81 cm/s^2"], r"g is between 9\.7 and 9\.9"),
-    "18 a hanger of 5 g forgotten": (changed(MASS, lambda v: v - 5.0), {}, [], r"hanger"),
-    "19 two exchanged digits of a time": (changed(TIME, lambda v: float(f"{v:.2f}"[1::-1] + f"{v:.2f}"[2:]), 4), {}, [],
-                                          r"12\.95 s would fit"),
+    "16 g in m/s^2 that is in cm/s^2": (
+        list,
+        {},
+        ["# g: 981 m/s^2"],
+        r"g is between 9\.7 and 9\.9",
+    ),
+    "17 g in cm/s^2 that is in m/s^2": (
+        list,
+        {},
+        ["# g: 9.81 cm/s^2"],
+        r"g is between 9\.7 and 9\.9",
+    ),
+    "18 a hanger of 5 g forgotten": (
+        changed(MASS, lambda v: v - 5.0),
+        {},
+        [],
+        r"hanger",
+    ),
+    "19 two exchanged digits of a time": (
+        changed(TIME, lambda v: float(f"{v:.2f}"[1::-1] + f"{v:.2f}"[2:]), 4),
+        {},
+        [],
+        r"12\.95 s would fit",
+    ),
     "20 a run counted from 2": (changed(TURNS, lambda v: 2.0, 7), {}, [], r"1 turn"),
     "21 minutes under s": (scaled(TIME, 1 / 60), {}, [], r"min"),
     "22 s under min": (list, {TIME: "time [min]"}, [], r"in s\b|\[s\]"),
-    "23 whole turns as thirds": (lambda rows: [[*r[:3], 1 / 3, r[4] / r[3]] for r in rows], {}, [],
-                                 r"whole turns are timed"),
-    "24 a spin with exchanged digits": (changed(SPIN, lambda v: 934.0, 1), {}, [], r"394 rpm would fit"),
+    "23 whole turns as thirds": (
+        lambda rows: [[*r[:3], 1 / 3, r[4] / r[3]] for r in rows],
+        {},
+        [],
+        r"whole turns are timed",
+    ),
+    "24 a spin with exchanged digits": (
+        changed(SPIN, lambda v: 934.0, 1),
+        {},
+        [],
+        r"394 rpm would fit",
+    ),
     "25 a run typed twice": (lambda rows: [*rows, rows[-1]], {}, [], r"identical"),
     "26 two strips of tape": (scaled(SPIN, 2.0), {}, [], r"strips|twice"),
-    "27 the ball's radius as its diameter": (list, {}, ["# ball_diameter: 5.08 cm"], r"radius"),
-    "28 a position with its point misplaced": (changed(POSITION, lambda v: 1.48, 4), {}, [], r"14\.8 cm, .*would fit"),
-}  # fmt: skip
+    "27 the ball's radius as its diameter": (
+        list,
+        {},
+        ["# ball_diameter: 5.08 cm"],
+        r"radius",
+    ),
+    "28 a position with its point misplaced": (
+        changed(POSITION, lambda v: 1.48, 4),
+        {},
+        [],
+        r"14\.8 cm, .*would fit",
+    ),
+}
 
 CANNOT_BE_SEEN = {"03", "04", "15", "23", "26"}
 """Without the ball nothing in the log contradicts these; the answer says that it was not checked against the ball."""

@@ -22,9 +22,13 @@ HEADER = "run,mass [g],position [cm],spin [rpm],time [s],turns"
 
 
 def log(
-    masses: list[float], spins: list[float], position: float = 15.0, scale: float = 1.0, wrong: int = -1,
+    masses: list[float],
+    spins: list[float],
+    position: float = 15.0,
+    scale: float = 1.0,
+    wrong: int = -1,
     names: list[str] | None = None,
-) -> bytes:  # fmt: skip
+) -> bytes:
     """A log without noise but for a fixed ± 0.1 s; `scale` multiplies I_zz and the masses."""
     rows = ["# g: 9.803 m/s^2", HEADER]
     for number, (mass, spin) in enumerate((m, s) for m in masses for s in spins):
@@ -66,8 +70,12 @@ SEEN = [
 ]
 PLACED = r"<g [^>]*translate\(([-\d.]+) ([-\d.]+)\)(?: rotate\(([-\d.]+)\))? scale\(([\d.]+).*?>(.*?)</g>"
 TEXT = re.compile(rf"<!-- (.*?) -->\s*{PLACED}", re.DOTALL)
-UNITS = {"period": ["[rpm", "[s"], "product": ["[rpm", "[rad²/s²"], "torque": ["[rad²/s²", "N·m"],
-         "residuals": ["u"]}  # fmt: skip
+UNITS = {
+    "period": ["[rpm", "[s"],
+    "product": ["[rpm", "[rad²/s²"],
+    "torque": ["[rad²/s²", "N·m"],
+    "residuals": ["u"],
+}
 
 
 def drawn(analysis: Analysis, medium: str = "screen") -> dict[str, str]:

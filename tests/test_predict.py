@@ -75,42 +75,96 @@ NUMBERS = [
     (f"{ROD} --spin 400rpm --pitch 10deg", "period", 2 * math.pi / roots(10)[0], 1e-11),
     (f"{ROD} --spin '-400 rpm'", "slow", -TORQUE / (INERTIA * SPIN), 1e-11),
     # A conical pendulum.
-    (f"{ROD} --spin 0rpm --pitch -30deg", "slow", math.sqrt(TORQUE / ((ACROSS - INERTIA) * 0.5)), 1e-11),
+    (
+        f"{ROD} --spin 0rpm --pitch -30deg",
+        "slow",
+        math.sqrt(TORQUE / ((ACROSS - INERTIA) * 0.5)),
+        1e-11,
+    ),
     # The least spin of 60 g at 60 degrees, and of an upright rod: published values in rpm.
     (f"{ROD} --spin 50rpm --pitch 60deg", "critical_spin", 61.32 * RPM, 1e-4),
     *(
-        (f"precession {I_ZZ} --transverse '5.74e-3 kg m^2' --mass {grams}g --position 15cm --spin 99rpm",
-         "sleeping.critical_spin", rpm * RPM, 0.01)
+        (
+            f"precession {I_ZZ} --transverse '5.74e-3 kg m^2' --mass {grams}g --position 15cm --spin 99rpm",
+            "sleeping.critical_spin",
+            rpm * RPM,
+            0.01,
+        )
         for grams, rpm in ((20, 56), (40, 79), (60, 97))
     ),
     # Let go from rest: 1.02 % slower in the mean, by elliptic integrals.
-    (f"{ROD} --spin 200rpm", "released.mean_rate", TORQUE / (INERTIA * 200 * RPM) / 1.0102, 1e-4),
+    (
+        f"{ROD} --spin 200rpm",
+        "released.mean_rate",
+        TORQUE / (INERTIA * 200 * RPM) / 1.0102,
+        1e-4,
+    ),
     (f"{ROD} --spin 200rpm", "released.sag", SAG, 5 * SAG**2),
-    (f"{ROD} --spin 200rpm", "released.nutation_rate", INERTIA * 200 * RPM / ACROSS, 0.02),
+    (
+        f"{ROD} --spin 200rpm",
+        "released.nutation_rate",
+        INERTIA * 200 * RPM / ACROSS,
+        0.02,
+    ),
     (f"{ROD} --spin 0rpm", "released.greatest_sag", math.pi / 2, 1e-9),
     # Eqs. (7) integrated for tilted rods.
     *(
-        (f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --g '9.8 m/s^2' --spin {rpm}rpm --pitch {pitch}deg",
-         place, value, 1e-4)
-        for pitch, rpm, rate, sag in ((60, 144, 7.108, 6.346), (80, 108, 2.564, 12.626), (-70, 144, 11.674, 1.9242))
-        for place, value in (("released.nutation_rate", rate), ("released.sag", math.radians(sag)))
+        (
+            f"precession {I_ZZ} --transverse '7.104e-3 kg m^2' --g '9.8 m/s^2' --spin {rpm}rpm --pitch {pitch}deg",
+            place,
+            value,
+            1e-4,
+        )
+        for pitch, rpm, rate, sag in (
+            (60, 144, 7.108, 6.346),
+            (80, 108, 2.564, 12.626),
+            (-70, 144, 11.674, 1.9242),
+        )
+        for place, value in (
+            ("released.nutation_rate", rate),
+            ("released.sag", math.radians(sag)),
+        )
     ),
     (STAR, "east.-1.azimuth_deg", 180, 1e-8),
     (STAR, "east.-1.altitude_deg", 47.5, 1e-8),
     (STAR, "axis.-1.altitude_deg", 42.5, 1e-9),
     ("earth --latitude 42.5deg", "sidereal_day_hours", 86164.0905 / 3600, 1e-6),
     (STAR.replace("42.5", "-42.5"), "axis.-1.azimuth_deg", 180, 1e-9),
-    (f"earth {I_ZZ} --spin '-400 rpm'", "drift_torque", INERTIA * SPIN * 2 * math.pi / 86164.1, 1e-6),
+    (
+        f"earth {I_ZZ} --spin '-400 rpm'",
+        "drift_torque",
+        INERTIA * SPIN * 2 * math.pi / 86164.1,
+        1e-6,
+    ),
     (f"platform {WHEEL} --from 0deg --to 90deg", "period", 12, 1e-11),
-    (f"platform {WHEEL} --from 70deg --to -20deg", "rate",
-     WHEEL_MOMENTUM * (math.sin(math.radians(70)) + math.sin(math.radians(20))) / 4, 1e-11),
-    (f"twist {HELD} --time 0.5s --handles 30cm", "force", WHEEL_MOMENTUM * 2 * math.pi / 0.3, 1e-11),
+    (
+        f"platform {WHEEL} --from 70deg --to -20deg",
+        "rate",
+        WHEEL_MOMENTUM * (math.sin(math.radians(70)) + math.sin(math.radians(20))) / 4,
+        1e-11,
+    ),
+    (
+        f"twist {HELD} --time 0.5s --handles 30cm",
+        "force",
+        WHEEL_MOMENTUM * 2 * math.pi / 0.3,
+        1e-11,
+    ),
     (f"twist {HELD} --time 0.5s", "momentum_change", 2 * WHEEL_MOMENTUM, 1e-11),
-    (f"{PULL} {I_ZZ} --spin 4000rpm", "speed", 0.5 * 0.2**2 / (INERTIA * 4000 * RPM), 1e-4),
+    (
+        f"{PULL} {I_ZZ} --spin 4000rpm",
+        "speed",
+        0.5 * 0.2**2 / (INERTIA * 4000 * RPM),
+        1e-4,
+    ),
     (f"{PULL} {I_ZZ} --spin '-400 rpm'", "angle_deg", -90, 1e-11),
     # Without spin Newton's law: the angular acceleration is L F/I.
-    (f"{PULL} {I_ZZ} --transverse '6e-3 kg m^2' --spin 0rpm", "acceleration", 0.5 * 0.2**2 / 6e-3, 1e-11),
-]  # fmt: skip
+    (
+        f"{PULL} {I_ZZ} --transverse '6e-3 kg m^2' --spin 0rpm",
+        "acceleration",
+        0.5 * 0.2**2 / 6e-3,
+        1e-11,
+    ),
+]
 
 
 @pytest.mark.parametrize(("command", "place", "value", "rel"), NUMBERS)
@@ -156,9 +210,14 @@ def test_a_weight_beyond_the_centre_lifts_the_rod() -> None:
 # The first example loads scipy.
 @settings(max_examples=40, deadline=None)
 @given(
-    st.sampled_from([0.0, 1.0, -1.0]), st.floats(-5, 3), st.sampled_from([0.0, 1.0, -1.0]), st.floats(-3, 4),
-    st.floats(-9, 3), st.sampled_from([0.5, 1.0, 1.3, 40.0]), st.floats(-1.57, 1.57),
-)  # fmt: skip
+    st.sampled_from([0.0, 1.0, -1.0]),
+    st.floats(-5, 3),
+    st.sampled_from([0.0, 1.0, -1.0]),
+    st.floats(-3, 4),
+    st.floats(-9, 3),
+    st.sampled_from([0.5, 1.0, 1.3, 40.0]),
+    st.floats(-1.57, 1.57),
+)
 def test_any_rod_has_numbers_or_a_reason(
     side: float,
     load: float,

@@ -48,13 +48,29 @@ def values(text: str) -> list[tuple[float, float | None]]:
 WAYS: list[tuple[str, float, float | None]] = [
     ("(4.441 ± 0.023) × 10⁻³ kg·m²", 4.441e-3, 2.3e-5),
     ("4.63e-3 ± 2 % kg m^2", 4.63e-3, 9.26e-5),
-    *((text, 4.4e-3, 1e-4) for text in (
-        "4.400(100)e-3 kg·m²", "4.4e-3 ± 0.196e-3 kg m^2 (95 %)", "4.4 ± 0.2 (k = 2) g m^2", "4.4 ± 0.1 × 10⁻³ kg m²",
-        r"4.4e-3 \pm 0.1e-3 kg m^2", "4,4e-3 ± 0,1e-3 кг·м²", "4.4e-3 kg m^2 ± 0.1 g m^2",
-    )),
-    *((text, 4.4e-3, None) for text in ("4.4 x 10^-3 kg m^2", "4.4·10^{-3} kg m^2", "0,0044 kg m^2", "44000 g cm^2")),
+    *(
+        (text, 4.4e-3, 1e-4)
+        for text in (
+            "4.400(100)e-3 kg·m²",
+            "4.4e-3 ± 0.196e-3 kg m^2 (95 %)",
+            "4.4 ± 0.2 (k = 2) g m^2",
+            "4.4 ± 0.1 × 10⁻³ kg m²",
+            r"4.4e-3 \pm 0.1e-3 kg m^2",
+            "4,4e-3 ± 0,1e-3 кг·м²",
+            "4.4e-3 kg m^2 ± 0.1 g m^2",
+        )
+    ),
+    *(
+        (text, 4.4e-3, None)
+        for text in (
+            "4.4 x 10^-3 kg m^2",
+            "4.4·10^{-3} kg m^2",
+            "0,0044 kg m^2",
+            "44000 g cm^2",
+        )
+    ),
     ("½ g m^2", 5e-4, None),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(

@@ -198,8 +198,12 @@ class TestDirection:
 
     def test_only_same_or_other_direction_counts(self) -> None:
         for loaded, unloaded, sign in (
-            ("ccw", "ccw", 1), ("cw", "cw", 1), ("ccw", "cw", -1), ("cw", "ccw", -1), ("", "ccw", 1)
-        ):  # fmt: skip
+            ("ccw", "ccw", 1),
+            ("cw", "cw", 1),
+            ("ccw", "cw", -1),
+            ("cw", "ccw", -1),
+            ("", "ccw", 1),
+        ):
             found = gyrodata.analyze(with_direction(loaded, unloaded).encode())
             assert found.residual_torque.value * sign > 4 * found.residual_torque.u
             assert {one.code for one in found.diagnostics} <= {"G418"}

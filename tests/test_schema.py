@@ -103,10 +103,18 @@ def test_grades(tmp_path: Path) -> None:
         check(json.loads(text), schema.json_schema("grades"))
 
 
-@pytest.mark.parametrize("command", [
-    "precession", "precession --spin 4rpm --pitch 40deg", "earth --latitude 52deg", "platform", "twist",
-    "tip --spin 0rpm", f"precession --log {LOGS[0]}",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "command",
+    [
+        "precession",
+        "precession --spin 4rpm --pitch 40deg",
+        "earth --latitude 52deg",
+        "platform",
+        "twist",
+        "tip --spin 0rpm",
+        f"precession --log {LOGS[0]}",
+    ],
+)
 def test_predictions(command: str) -> None:
     check(
         json.loads(gyro("predict", *shlex.split(command), "--format", "json")),

@@ -123,9 +123,16 @@ def test_an_exact_log_gives_the_truth_to_eight_digits(
     tilted=st.none() | st.tuples(st.floats(0.6, 2.0), st.integers(-50, 50)),
 )
 def test_an_exact_log_of_any_lab_gives_the_truth(
-    inertia: float, imbalance: float, bias: float, masses: list[float], positions: tuple[float, ...], rpm: list[int],
-    turns: float, lost: float | None, tilted: tuple[float, int] | None,
-) -> None:  # fmt: skip
+    inertia: float,
+    imbalance: float,
+    bias: float,
+    masses: list[float],
+    positions: tuple[float, ...],
+    rpm: list[int],
+    turns: float,
+    lost: float | None,
+    tilted: tuple[float, int] | None,
+) -> None:
     # Spins that are nearly equal cannot distinguish the timing bias from the inertia.
     bias = bias if max(rpm) > 1.2 * min(rpm) else 0.0
     truth = Truth(
@@ -147,10 +154,15 @@ def test_an_exact_log_of_any_lab_gives_the_truth(
 @pytest.mark.parametrize(
     ("sense", "pitch", "turns", "constant", "ratio"),
     [
-        (1, 0.0, 1.0, 60.0, 1.3), (1, 0.9, 1.0, 40.0, 1.3), (1, -0.9, 1.0, 40.0, 1.3), (-1, -0.9, 1 / 3, 20.0, 1.8),
-        (1, 1.0, 1.0, 60.0, 0.7), (1, 1e-5, 1.0, 60.0, 1.3), (1, 0.7, 1.0, 1e7, 1.3),
+        (1, 0.0, 1.0, 60.0, 1.3),
+        (1, 0.9, 1.0, 40.0, 1.3),
+        (1, -0.9, 1.0, 40.0, 1.3),
+        (-1, -0.9, 1 / 3, 20.0, 1.8),
+        (1, 1.0, 1.0, 60.0, 0.7),
+        (1, 1e-5, 1.0, 60.0, 1.3),
+        (1, 0.7, 1.0, 1e7, 1.3),
     ],
-)  # fmt: skip
+)
 def test_the_time_of_a_falling_spin_is_that_of_the_integral(
     sense: int, pitch: float, turns: float, constant: float, ratio: float
 ) -> None:
@@ -202,9 +214,15 @@ def test_three_spin_readings_find_any_law_of_decay() -> None:
 
 @pytest.mark.parametrize(
     ("key", "role", "within"),
-    [("u_time", "time", 1), ("u_spin", "spin", 1), ("u_spin_scale", "spin", 0), ("u_mass", "mass", 0),
-     ("u_mass_scale", "mass", 0), ("u_position_zero", "position", 0)],
-)  # fmt: skip
+    [
+        ("u_time", "time", 1),
+        ("u_spin", "spin", 1),
+        ("u_spin_scale", "spin", 0),
+        ("u_mass", "mass", 0),
+        ("u_mass_scale", "mass", 0),
+        ("u_position_zero", "position", 0),
+    ],
+)
 def test_errors_have_the_stated_size_and_are_shared(
     key: str, role: str, within: int
 ) -> None:
@@ -247,8 +265,18 @@ def test_the_default_log_raises_no_diagnostic_and_same_bytes() -> None:
 
 
 def test_truth_is_in_the_record_and_in_the_first_line() -> None:
-    done = gyro("simulate", "--weights", "0g,20g", "--imbalance", "0.3 mN m", "--spin-decay", "10 %", "--spins=-400rpm",
-                "--seed", "5")  # fmt: skip
+    done = gyro(
+        "simulate",
+        "--weights",
+        "0g,20g",
+        "--imbalance",
+        "0.3 mN m",
+        "--spin-decay",
+        "10 %",
+        "--spins=-400rpm",
+        "--seed",
+        "5",
+    )
     truth = Truth(imbalance=3e-4, decay=Decay(lost=0.1))
     simulation = simulate(
         truth, Design(masses=(0, 0.02), spins=(-400 * physics.RPM,)), seed=5

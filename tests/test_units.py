@@ -46,8 +46,20 @@ def test_unit_that_would_take_for_ever_is_refused_at_once(text: str) -> None:
 
 def test_factors_are_those_of_the_registry_of_pint() -> None:
     registry = pint.UnitRegistry()
-    named = {"lb": "mass", "oz": "mass", "g": "mass", "inch": "length", "ft": "length", "mm": "length", "ms": "time",
-             "kgf": "force", "lbf": "force", "deg": "angle", "N*m": "torque", "kg*m^2": "inertia"}  # fmt: skip
+    named = {
+        "lb": "mass",
+        "oz": "mass",
+        "g": "mass",
+        "inch": "length",
+        "ft": "length",
+        "mm": "length",
+        "ms": "time",
+        "kgf": "force",
+        "lbf": "force",
+        "deg": "angle",
+        "N*m": "torque",
+        "kg*m^2": "inertia",
+    }
     for text, kind in named.items():
         name = {"kgf": "kilogram_force", "lbf": "pound_force"}.get(text, text)
         expected = registry.Quantity(1, name).to_base_units().magnitude
@@ -56,9 +68,14 @@ def test_factors_are_those_of_the_registry_of_pint() -> None:
 
 @pytest.mark.parametrize(
     ("name", "kind", "factor"),
-    [("milliseconds", "time", 1e-3), ("Ounces", "mass", 0.028349523125), ("feet", "length", 0.3048),
-     ("micrometers", "length", 1e-6), ("millinewtons", "force", 1e-3)],
-)  # fmt: skip
+    [
+        ("milliseconds", "time", 1e-3),
+        ("Ounces", "mass", 0.028349523125),
+        ("feet", "length", 0.3048),
+        ("micrometers", "length", 1e-6),
+        ("millinewtons", "force", 1e-3),
+    ],
+)
 def test_unit_written_as_a_word_is_converted_by_pint(
     name: str, kind: str, factor: float
 ) -> None:

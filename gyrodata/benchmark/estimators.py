@@ -143,11 +143,19 @@ class LabScene(Struct, frozen=True):
 
 SCENES = (
     LabScene("usual", "stated correctly"),
-    LabScene("threefold", "stopwatch 3 times worse than stated", noise={"u_time": Uncertainty(0.42)},
-             stated={"u_time": "0.14 s"}),
-    LabScene("third", "stopwatch 3 times better than stated", noise={"u_time": Uncertainty(0.14 / 3)},
-             stated={"u_time": "0.14 s"}),
-)  # fmt: skip
+    LabScene(
+        "threefold",
+        "stopwatch 3 times worse than stated",
+        noise={"u_time": Uncertainty(0.42)},
+        stated={"u_time": "0.14 s"},
+    ),
+    LabScene(
+        "third",
+        "stopwatch 3 times better than stated",
+        noise={"u_time": Uncertainty(0.14 / 3)},
+        stated={"u_time": "0.14 s"},
+    ),
+)
 """Nine runs: three weights at three spins, on one side of a ball that is not exactly balanced."""
 
 

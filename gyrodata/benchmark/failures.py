@@ -60,24 +60,33 @@ def _formulas() -> list[Failure]:
     )
     return [
         Failure(
-            "cosθ → 0: nearly level rod", "relative error",
-            "eq. (8), (−b + √D)/2a", _off(textbook_root(level, spin), true_rate(level, spin)),
-            "eq. (8), 2c/(b + √D)", _off(_rate(level, spin), true_rate(level, spin)),
+            "cosθ → 0: nearly level rod",
+            "relative error",
+            "eq. (8), (−b + √D)/2a",
+            _off(textbook_root(level, spin), true_rate(level, spin)),
+            "eq. (8), 2c/(b + √D)",
+            _off(_rate(level, spin), true_rate(level, spin)),
             "the textbook root is a difference of nearly equal numbers",
         ),
         Failure(
-            "rod tilted by 45°, 100 rpm", "relative error",
-            "eq. (9)", _off(TOP.torque / (INERTIA * 100 * RPM), true_rate(tilted, 100 * RPM)),
-            "eq. (8)", _off(_rate(tilted, 100 * RPM), true_rate(tilted, 100 * RPM)),
+            "rod tilted by 45°, 100 rpm",
+            "relative error",
+            "eq. (9)",
+            _off(TOP.torque / (INERTIA * 100 * RPM), true_rate(tilted, 100 * RPM)),
+            "eq. (8)",
+            _off(_rate(tilted, 100 * RPM), true_rate(tilted, 100 * RPM)),
             "eq. (9) is for a level rod",
         ),
         Failure(
-            "spin falls by half in a run", "relative error",
-            "arithmetic mean", _off((start + end) / 2, mean),
-            "harmonic mean", _off(float(physics.harmonic_mean_spin(start, end)), mean),
+            "spin falls by half in a run",
+            "relative error",
+            "arithmetic mean",
+            _off((start + end) / 2, mean),
+            "harmonic mean",
+            _off(float(physics.harmonic_mean_spin(start, end)), mean),
             "the precession is fastest when the spin is low",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _off(found: float, true: float) -> float:
@@ -152,11 +161,14 @@ def _near_vertical() -> Failure:
         math.cos(theta),
     ]
     return Failure(
-        "sinθ → 0: 0.2° past the vertical", "relative error",
-        "RK4, Euler angles", float(np.linalg.norm(angles - true)),
-        "RK4, vectors e3 and H", float(np.linalg.norm(vectors - true)),
+        "sinθ → 0: 0.2° past the vertical",
+        "relative error",
+        "RK4, Euler angles",
+        float(np.linalg.norm(angles - true)),
+        "RK4, vectors e3 and H",
+        float(np.linalg.norm(vectors - true)),
         "eqs. (7) in Euler angles contain a division by sinθ, the vectors do not",
-    )  # fmt: skip
+    )
 
 
 def _no_steady_precession() -> Failure:
@@ -168,11 +180,14 @@ def _no_steady_precession() -> Failure:
     )
     swept = float(np.unwrap(np.arctan2(path.axis[:, 1], path.axis[:, 0]))[-1])
     return Failure(
-        "no real root: 45° up, 40 rpm", "relative error",
-        "eq. (9)", _off(TOP.torque / (INERTIA * spin) * period, swept),
-        "mean rate of the whole motion", _off(float(motion.mean_precession_rate(TOP, spin, pitch)) * period, swept),
+        "no real root: 45° up, 40 rpm",
+        "relative error",
+        "eq. (9)",
+        _off(TOP.torque / (INERTIA * spin) * period, swept),
+        "mean rate of the whole motion",
+        _off(float(motion.mean_precession_rate(TOP, spin, pitch)) * period, swept),
         "D < 0: such a rod falls and swings, and eq. (9) does not show this",
-    )  # fmt: skip
+    )
 
 
 # --- fits -------------------------------------------------------------------------------------------------------
@@ -185,15 +200,27 @@ _OWN = {
 _SHARED = {**EXACT, **_OWN, "u_spin_scale": Uncertainty(0.0, 0.01)}
 
 CASES: tuple[tuple[LabScene, str, str], ...] = (
-    (LabScene("balance", "ball not balanced: M0 = 10 %", imbalance=0.1), "line through the origin",
-     "the line does not go through the origin"),
-    (LabScene("one torque", "one torque only", Design(masses=(0.040,), repeats=3)), "line with intercept",
-     "one torque does not determine M0; the recommended interval includes this"),
-    (LabScene("shared", "shared errors only", Design(repeats=3), _SHARED),
-     "York's line", "errors that all runs share do not average out"),
-    (LabScene("miscount", "wrong turn count in one run", miscounts=1), "line, full covariance",
-     "one run with half of the turns changes the line"),
-)  # fmt: skip
+    (
+        LabScene("balance", "ball not balanced: M0 = 10 %", imbalance=0.1),
+        "line through the origin",
+        "the line does not go through the origin",
+    ),
+    (
+        LabScene("one torque", "one torque only", Design(masses=(0.040,), repeats=3)),
+        "line with intercept",
+        "one torque does not determine M0; the recommended interval includes this",
+    ),
+    (
+        LabScene("shared", "shared errors only", Design(repeats=3), _SHARED),
+        "York's line",
+        "errors that all runs share do not average out",
+    ),
+    (
+        LabScene("miscount", "wrong turn count in one run", miscounts=1),
+        "line, full covariance",
+        "one run with half of the turns changes the line",
+    ),
+)
 """Simulated labs, the fit that fails, and the reason."""
 
 

@@ -257,14 +257,26 @@ def _draw_labs(scene: MotionScene, count: int, random: np.random.Generator) -> _
 
 
 MODELS: dict[str, Callable[[_Labs], Floats]] = {
-    "eq. (9)": lambda labs: labs.time * physics.horizontal_precession_rate(
-        labs.top.torque, labs.spin, labs.top.inertia
+    "eq. (9)": lambda labs: (
+        labs.time
+        * physics.horizontal_precession_rate(
+            labs.top.torque, labs.spin, labs.top.inertia
+        )
     ),
-    "eq. (8)": lambda labs: labs.time * physics.precession_rate(
-        labs.top.torque, labs.spin, labs.top.inertia, labs.top.transverse_inertia, labs.pitch
+    "eq. (8)": lambda labs: (
+        labs.time
+        * physics.precession_rate(
+            labs.top.torque,
+            labs.spin,
+            labs.top.inertia,
+            labs.top.transverse_inertia,
+            labs.pitch,
+        )
     ),
-    "mean rate of a release": lambda labs: labs.time * motion.mean_precession_rate(labs.top, labs.spin, labs.pitch),
-}  # fmt: skip
+    "mean rate of a release": lambda labs: (
+        labs.time * motion.mean_precession_rate(labs.top, labs.spin, labs.pitch)
+    ),
+}
 """Azimuth that each rod sweeps in its time [rad]. No model knows the push, and eq. (9) does not know the pitch."""
 
 

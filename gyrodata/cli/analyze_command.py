@@ -67,7 +67,9 @@ def analyze(
     config: ConfigOption = None,
     out: Annotated[Path | None, typer.Option("--out", "-o")] = None,
     table: Annotated[Table, typer.Option("--table")] = "runs",
-    stdin: Annotated[str, typer.Option("--stdin-filename", metavar="NAME")] = terminal.STDIN,
+    stdin: Annotated[
+        str, typer.Option("--stdin-filename", metavar="NAME")
+    ] = terminal.STDIN,
     no_report: Annotated[bool, typer.Option("--no-report")] = False,
     figures: Annotated[Figures, typer.Option("--figures")] = "png",
     style: Annotated[Style, typer.Option("--style")] = "screen",
@@ -79,7 +81,7 @@ def analyze(
     verbose: Annotated[bool, typer.Option("--verbose", "-v")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Fit the moment of inertia I_zz to a log, and write figures and a report.
 
     Exit codes: 0 done; 1 done, but a log has errors; 2 wrong use, or a log that cannot be read; 3 a fault of gyro,

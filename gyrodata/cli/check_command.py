@@ -190,7 +190,7 @@ def check(
     config: ConfigOption = None,
     strict: Annotated[bool, typer.Option("--strict")] = False,
     exit_zero: Annotated[bool, typer.Option("--exit-zero")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Check a log while you can still repeat or add runs.
 
     Exit codes: 0 nothing wrong (there may be advice); 1 something is wrong, or with --hand-in the answer is missing or

@@ -31,7 +31,9 @@ Platform = Literal[
 def grade(
     path: Annotated[Path | None, Argument(metavar="PATH")] = None,
     rubric: Annotated[Path | None, Option("--rubric", metavar="FILE")] = None,
-    print_rubric: Annotated[Literal["simple", "full", "manual"] | None, Option("--print-rubric")] = None,
+    print_rubric: Annotated[
+        Literal["simple", "full", "manual"] | None, Option("--print-rubric")
+    ] = None,
     lms: Annotated[Platform, Option("--lms", metavar="PLATFORM")] = "auto",
     pattern: Annotated[str | None, Option("--pattern", metavar="REGEX")] = None,
     attempts: Annotated[Literal["newest", "oldest"], Option("--attempts")] = "newest",
@@ -49,7 +51,7 @@ def grade(
     form: Annotated[Form, Option("--format", "-f")] = "text",
     quiet: Annotated[bool, Option("--quiet", "-q")] = False,
     exit_zero: Annotated[bool, Option("--exit-zero")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Grade a class: each student against their own data, with feedback for everybody and a page of the class.
 
     A second run grades only what has changed, and says why. Write your own decisions into desk.csv in the folder of
@@ -102,12 +104,14 @@ def grade(
     complain((*found.diagnostics, *unknown_exceptions(judged, found)), quiet)
     target = None if dry_run else folder
     options = classroom.GradingOptions(
-        workers=count_workers() if workers is None else workers, limit=timeout,
+        workers=count_workers() if workers is None else workers,
+        limit=timeout,
         cluster=_executor_of(cluster) if cluster else None,
-        journal=None if folder is None else folder / classroom.JOURNAL, keep=not dry_run,
+        journal=None if folder is None else folder / classroom.JOURNAL,
+        keep=not dry_run,
         figures=target / output.FIGURES if target is not None and figures else None,
         progress=None if quiet else progress_bar(len(found.items), "graded "),
-    )  # fmt: skip
+    )
     years = _earlier(previous or [])
     with ExitStack() as at_work:
         if folder is not None:

@@ -163,7 +163,7 @@ def earth(
     spin: MayBe = None,
     log: LogOption = None,
     form: FormatOption = "text",
-) -> None:  # fmt: skip
+) -> None:
     """Predict the directions of two balanced gyroscopes as the Earth rotates.
 
     One starts along the Earth's axis, to the pole that is above the horizon. The other starts level, to the east.
@@ -197,7 +197,7 @@ def platform(
     start: Annotated[str, typer.Option("--from", metavar="QUANTITY")] = "0 deg",
     end: Annotated[str, typer.Option("--to", metavar="QUANTITY")] = "90 deg",
     form: FormatOption = "text",
-) -> None:  # fmt: skip
+) -> None:
     """Predict the rotation of a turntable when a spinning wheel is tipped on it.
 
     The turntable is at rest before. The angular momentum about the vertical does not change.
@@ -225,7 +225,7 @@ def twist(
     time: Text = "1 s",
     handles: Text = "40 cm",
     form: FormatOption = "text",
-) -> None:  # fmt: skip
+) -> None:
     """Predict the torque on your hands when a spinning wheel is turned over.
 
     The axle is level, with one end in each hand, and turns at a steady rate W. This needs a torque I w W, at right

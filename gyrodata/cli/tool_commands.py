@@ -16,17 +16,29 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    inertia: Annotated[str, typer.Option("--inertia", metavar="QUANTITY")] = "4.44e-3 kg m^2",
-    weights: Annotated[str, typer.Option("--weights", metavar="QUANTITIES")] = "20g,40g,60g",
+    inertia: Annotated[
+        str, typer.Option("--inertia", metavar="QUANTITY")
+    ] = "4.44e-3 kg m^2",
+    weights: Annotated[
+        str, typer.Option("--weights", metavar="QUANTITIES")
+    ] = "20g,40g,60g",
     position: Annotated[str, typer.Option("--position", metavar="QUANTITIES")] = "15cm",
-    spins: Annotated[str, typer.Option("--spins", metavar="QUANTITIES")] = "200,400,600rpm",
+    spins: Annotated[
+        str, typer.Option("--spins", metavar="QUANTITIES")
+    ] = "200,400,600rpm",
     turns: Annotated[str, typer.Option("--turns", metavar="NUMBERS")] = "1",
     pitch: Annotated[str, typer.Option("--pitch", metavar="QUANTITIES")] = "0deg",
-    imbalance: Annotated[str | None, typer.Option("--imbalance", metavar="QUANTITY")] = None,
-    spin_decay: Annotated[str | None, typer.Option("--spin-decay", metavar="QUANTITY")] = None,
-    noise: Annotated[str, typer.Option("--noise", metavar="none|typical|FILE")] = "typical",
+    imbalance: Annotated[
+        str | None, typer.Option("--imbalance", metavar="QUANTITY")
+    ] = None,
+    spin_decay: Annotated[
+        str | None, typer.Option("--spin-decay", metavar="QUANTITY")
+    ] = None,
+    noise: Annotated[
+        str, typer.Option("--noise", metavar="none|typical|FILE")
+    ] = "typical",
     seed: Annotated[int, typer.Option("--seed", min=0)] = 1,
-) -> None:  # fmt: skip
+) -> None:
     """Print a simulated log with a known true value, for gyro analyze or any other fit.
 
     Each weight at each position with each pitch, spin and number of turns is one run. The rod precesses steadily.
@@ -113,7 +125,7 @@ def selfcheck(
 def benchmark(
     out: Annotated[Path, typer.Option("--out", "-o")] = Path("gyro-benchmark"),
     quick: Annotated[bool, typer.Option("--quick")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Chart speed against accuracy on this machine, and show where methods fail.
 
     There are four charts: models of the motion, integrators, fits, and methods that fail with their solutions. Each is

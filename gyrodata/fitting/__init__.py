@@ -17,9 +17,25 @@ from gyrodata.fitting.adjustment import (
 )
 from gyrodata.fitting.adjustment import torques_differ, transverse_inertia
 from gyrodata.fitting.inertia import (
-    AS_STATED, ChosenModel, Estimate, FitResult, Model, Outlier, Share, Widths, balance_scale, conserved_spin,
-    corrected, earth_is_told, fit, fit_model, is_corrected, lightest_torque, relative_u, times_stated,
-)  # fmt: skip
+    AS_STATED,
+    ChosenModel,
+    Estimate,
+    FitResult,
+    Model,
+    Outlier,
+    Share,
+    Widths,
+    balance_scale,
+    conserved_spin,
+    corrected,
+    earth_is_told,
+    fit,
+    fit_model,
+    is_corrected,
+    lightest_torque,
+    relative_u,
+    times_stated,
+)
 from gyrodata.fitting.lines import LineFit, fit_line
 from gyrodata.fitting.posterior import (
     K_95,
@@ -29,6 +45,12 @@ from gyrodata.fitting.posterior import (
     scatter_prior,
 )
 from gyrodata.fitting.screening import (
-    TEXTBOOK, USUAL_COUNTS, explaining_counts, insist_on_lines, ordinary_line, rivals, screen,
-)  # fmt: skip
+    TEXTBOOK,
+    USUAL_COUNTS,
+    explaining_counts,
+    insist_on_lines,
+    ordinary_line,
+    rivals,
+    screen,
+)
 from gyrodata.measurements import DEFAULT_TRANSVERSE_RATIO

@@ -559,12 +559,22 @@ def adjust(
     )
     gain = q @ inverse[0] * scale[0]
     adjusted = Adjusted(
-        problem=problem, unknowns=unknowns[:3] * scale,
-        covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale), gain=gain, shared=unknowns[3:],
-        slopes=at.slopes, scale=scale, rows=rows[:count, :-1], kept=kept, weighted=weighted, independent_variance=own,
-        deviations=sense * closed / np.sqrt(variance), influence=gain[:count] * weighted / rest, chi2=chi2,
+        problem=problem,
+        unknowns=unknowns[:3] * scale,
+        covariance=inverse[:3] @ inverse[:3].T * np.outer(scale, scale),
+        gain=gain,
+        shared=unknowns[3:],
+        slopes=at.slopes,
+        scale=scale,
+        rows=rows[:count, :-1],
+        kept=kept,
+        weighted=weighted,
+        independent_variance=own,
+        deviations=sense * closed / np.sqrt(variance),
+        influence=gain[:count] * weighted / rest,
+        chi2=chi2,
         converged=bool(converged),
-    )  # fmt: skip
+    )
     _insist_on_solution(adjusted, start.inertia, factor)
     return adjusted
 

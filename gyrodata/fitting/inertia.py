@@ -303,10 +303,15 @@ def fit(
         if abs(ends[2]) > CONTRADICTED * math.hypot(allowed, (ends[3] - ends[1]) / 2):
             contradicted = allowed
     return replace(
-        first, inertia=inertia, residual_torque=residual_torque, timing_bias=bias, posterior=answer,
-        contradicted_balance=contradicted, budget=_budget(first, inertia.u or 0.0),
+        first,
+        inertia=inertia,
+        residual_torque=residual_torque,
+        timing_bias=bias,
+        posterior=answer,
+        contradicted_balance=contradicted,
+        budget=_budget(first, inertia.u or 0.0),
         as_stated=min(begun, key=attrgetter("chi2")),
-    )  # fmt: skip
+    )
 
 
 def lightest_torque(measured: Measurements, kept: Floats) -> float:
@@ -360,10 +365,17 @@ def _result(
         adjusted.problem.measured.torque[adjusted.kept > 0]
     )
     return FitResult(
-        inertia=inertia, residual_torque=residual_torque, timing_bias=bias, covariance=adjusted.covariance, chi2=chi2,
-        dof=int(adjusted.kept.sum()) - 1 - int(differ), deviations=adjusted.deviations, widths=widths, sense=sense,
+        inertia=inertia,
+        residual_torque=residual_torque,
+        timing_bias=bias,
+        covariance=adjusted.covariance,
+        chi2=chi2,
+        dof=int(adjusted.kept.sum()) - 1 - int(differ),
+        deviations=adjusted.deviations,
+        widths=widths,
+        sense=sense,
         adjusted=adjusted,
-    )  # fmt: skip
+    )
 
 
 def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
@@ -380,11 +392,14 @@ def _integrate_at(result: FitResult, tested: bool = True) -> Posterior:
     rows[:, 1] *= lightest / adjusted.scale[1]
     rows[:, 0] *= unit[0] / adjusted.scale[0]
     conditions = posterior.Conditions(
-        unknowns=rows[:, :3], shared=rows[:, 3:],
+        unknowns=rows[:, :3],
+        shared=rows[:, 3:],
         left=result.widths.scatter * adjusted.weighted - rows[:, 3:] @ adjusted.shared,
-        ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0), unit=unit, runs=float(adjusted.kept.sum()),
+        ended=adjusted.unknowns / np.where(unit > 0, unit, 1.0),
+        unit=unit,
+        runs=float(adjusted.kept.sum()),
         scatter=result.widths.scatter,
-    )  # fmt: skip
+    )
     test = measured.balance_test if tested else None
     width = None if test is None else test(inertia) / lightest
     scale = balance_scale(measured, inertia, lightest) / lightest

@@ -201,11 +201,20 @@ def grade_class(
         ]
     )
     return ClassGrades(
-        source=items[0].source.resolve().name, submissions=submissions, rubric=rubric,
-        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades), references=references,
-        scatters=scatters, flags=flags, again=again, damaged=damaged, desk=desk, roster=roster, partners=partners,
+        source=items[0].source.resolve().name,
+        submissions=submissions,
+        rubric=rubric,
+        grades=tuple(desk.applied(grade, made[grade.student].seen) for grade in grades),
+        references=references,
+        scatters=scatters,
+        flags=flags,
+        again=again,
+        damaged=damaged,
+        desk=desk,
+        roster=roster,
+        partners=partners,
         figures={student: one.figures for student, one in made.items() if one.figures},
-    )  # fmt: skip
+    )
 
 
 # --- the work that needs the files of a submission: it is done in workers, where time and memory are limited --------

@@ -558,7 +558,15 @@ ASKS: Mapping[str, str] = TABLES["asks"]
 """Requirements that a procedure criterion may contain, and the diagnostic of a log that does not meet them."""
 
 JUDGES: Mapping[str, Callable[[Criterion, Evidence], Mark]] = {
-    "log": _log, "procedure": _procedure, "own_data": _own_data, "reference": _reference, "uncertainty": _uncertainty,
-    "units": _units, "constancy": _constancy, "files": _files,
-    "manual": lambda criterion, evidence: mark(criterion, "a person gives these points", {}, None),
-}  # fmt: skip
+    "log": _log,
+    "procedure": _procedure,
+    "own_data": _own_data,
+    "reference": _reference,
+    "uncertainty": _uncertainty,
+    "units": _units,
+    "constancy": _constancy,
+    "files": _files,
+    "manual": lambda criterion, evidence: mark(
+        criterion, "a person gives these points", {}, None
+    ),
+}

@@ -157,8 +157,12 @@ def fingerprint(readings: Readings, measured: Measurements) -> Fingerprint:
     }
     lines = tuple([measured.lines[i] for i in order.tolist()])
     return Fingerprint(
-        sha256=readings.sha256, by_hand=timing.role == "time", lines=lines, simulated=_simulated(readings), **kept
-    )  # fmt: skip
+        sha256=readings.sha256,
+        by_hand=timing.role == "time",
+        lines=lines,
+        simulated=_simulated(readings),
+        **kept,
+    )
 
 
 def _simulated(readings: Readings) -> int:

@@ -225,16 +225,26 @@ def grade_submission(
         )
     doubts = filter(None, [answers.other if reported is None else "", wide])
     grade = replace(
-        blank, marks=tuple(criteria.judge(criterion, evidence) for criterion in rubric.criteria),
-        slips=evidence.slips, look=(*blank.look, *_looks(evidence), *doubts), station=station_of(readings),
+        blank,
+        marks=tuple(
+            criteria.judge(criterion, evidence) for criterion in rubric.criteria
+        ),
+        slips=evidence.slips,
+        look=(*blank.look, *_looks(evidence), *doubts),
+        station=station_of(readings),
         partner=partners_in(readings, submission.reports()),
         reported={name: getattr(answer, name) for name in _REPORTED if answer},
-        own={one.name: {"value": one.value, "u": one.u} for one in own.values}, inertia=analysis.inertia.value,
-        inertia_u=analysis.inertia.u, matched=evidence.matched.name if evidence.matched else None,
-        d=evidence.d if evidence.matched else None, bench=bench,
-        scatters=() if times_stated(analysis.measurements) else criteria.scatter_of(analysis),
+        own={one.name: {"value": one.value, "u": one.u} for one in own.values},
+        inertia=analysis.inertia.value,
+        inertia_u=analysis.inertia.u,
+        matched=evidence.matched.name if evidence.matched else None,
+        d=evidence.d if evidence.matched else None,
+        bench=bench,
+        scatters=()
+        if times_stated(analysis.measurements)
+        else criteria.scatter_of(analysis),
         fingerprint=fingerprint(readings, analysis.measurements),
-    )  # fmt: skip
+    )
     return (
         added_up(grade)
         if rubric.class_reference
@@ -524,13 +534,25 @@ def not_graded(
     """Return the grade of a submission of which only the lateness is judged: it has no points, which is not zero."""
     late = judge_lateness(rubric.late, submission, rubric.points)
     return Grade(
-        student=submission.student, name=submission.name, why=why, out_of=rubric.points,
-        marks=tuple(criteria.mark(criterion, "not judged", {}, None) for criterion in rubric.criteria),
-        look=(late.reason,) if late.look else (), reported={}, own={}, late_seconds=late.seconds,
-        late_deduction=late.deduct, late_reason=late.reason,
-        diagnostics=tuple(diagnostic.to_dict() for diagnostic in found), title=rubric.title, rubric=rubric.digest,
+        student=submission.student,
+        name=submission.name,
+        why=why,
+        out_of=rubric.points,
+        marks=tuple(
+            criteria.mark(criterion, "not judged", {}, None)
+            for criterion in rubric.criteria
+        ),
+        look=(late.reason,) if late.look else (),
+        reported={},
+        own={},
+        late_seconds=late.seconds,
+        late_deduction=late.deduct,
+        late_reason=late.reason,
+        diagnostics=tuple(diagnostic.to_dict() for diagnostic in found),
+        title=rubric.title,
+        rubric=rubric.digest,
         digest=submission.digest,
-    )  # fmt: skip
+    )
 
 
 def _why_not(error: Exception) -> str:

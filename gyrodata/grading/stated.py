@@ -33,9 +33,13 @@ OVER_USUAL, OVER_BENCH = 5.0, 2.0
 """A larger stated uncertainty, in units of the default or of that of the bench, is a question to a person."""
 
 _LIKE = {
-    "spin_time": "time", "spin_time_start": "time", "spin_time_end": "time", "precession_period": "time",
-    "turns": "angle", "nutation_period": "transverse_inertia",
-}  # fmt: skip
+    "spin_time": "time",
+    "spin_time_start": "time",
+    "spin_time_end": "time",
+    "precession_period": "time",
+    "turns": "angle",
+    "nutation_period": "transverse_inertia",
+}
 """Roles with the default of another source than that of their name or part."""
 
 _RULER = Uncertainty(0.0005)  # a ruler is read to half a millimetre [m]

@@ -47,12 +47,19 @@ def _find_contradictions(
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         rate = 2 * np.pi * measured.turns / measured.time
         expected = {
-            "mass": measured.mass, "position": np.abs(measured.position), "torque": torque, "spin": measured.spin,
+            "mass": measured.mass,
+            "position": np.abs(measured.position),
+            "torque": torque,
+            "spin": measured.spin,
             "force": torque / np.abs(measured.position),
-            "time": measured.time, "turns": measured.turns, "angle": 2 * np.pi * measured.turns,
-            "precession_period": measured.time / measured.turns, "precession_rate": rate,
-            "spin_period": 2 * np.pi / measured.spin, "inertia": torque / (rate * measured.spin),
-        }  # fmt: skip
+            "time": measured.time,
+            "turns": measured.turns,
+            "angle": 2 * np.pi * measured.turns,
+            "precession_period": measured.time / measured.turns,
+            "precession_rate": rate,
+            "spin_period": 2 * np.pi / measured.spin,
+            "inertia": torque / (rate * measured.spin),
+        }
     for column in (*readings.columns.values(), *readings.others):
         # These columns are always the readings themselves, unless there are two of them.
         of_runs = column.role in (

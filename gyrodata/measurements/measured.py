@@ -236,21 +236,54 @@ def measure(readings: Readings) -> Measurements:
     )
     (balance_test, balance_test_from), still = _balance(readings), readings.unmoved
     return Measurements(
-        runs=readings.runs, lines=readings.lines, time=time, turns=turns, spin=spin,
-        mass=load if kind == "mass" else nothing, position=position, force=load if kind == "force" else nothing,
-        given_torque=load if kind == "torque" else nothing, torque=torque, sense=sense, pitch=pitch,
-        transverse_inertia=transverse, spin_start=spins.start, spin_end=spins.end, g=g, timed=timed,
-        timing_bias_u=bias.absolute if timed else 0.0, balance_test=balance_test, balance_test_from=balance_test_from,
-        sources=tuple(parts.list_sources(readings, timing, time, turns, spin, position, pitch, drag)),
-        spin_readings=len(spin_columns(readings)), motion=readings.motion, tachometer=readings.tachometer,
-        precession_sense=None if directions is None else np.nan_to_num(directions), balanced=readings.balanced,
-        added=added, latitude=latitude,
-        mass_step=np.array(columns["mass"].steps) if kind == "mass" else np.zeros(count),
-        position_step=np.array(columns["position"].steps) if "position" in columns else np.zeros(count),
-        torque_unseen=None if still is None else _torque_unseen(readings, still, diagnostics),
-        nutation_ratio=spin * nutation / (2 * np.pi) if nutation is not None and transverse is None else None,
-        drag=drag, delay_factor=spins.delay_factor, diagnostics=tuple(diagnostics),
-    )  # fmt: skip
+        runs=readings.runs,
+        lines=readings.lines,
+        time=time,
+        turns=turns,
+        spin=spin,
+        mass=load if kind == "mass" else nothing,
+        position=position,
+        force=load if kind == "force" else nothing,
+        given_torque=load if kind == "torque" else nothing,
+        torque=torque,
+        sense=sense,
+        pitch=pitch,
+        transverse_inertia=transverse,
+        spin_start=spins.start,
+        spin_end=spins.end,
+        g=g,
+        timed=timed,
+        timing_bias_u=bias.absolute if timed else 0.0,
+        balance_test=balance_test,
+        balance_test_from=balance_test_from,
+        sources=tuple(
+            parts.list_sources(
+                readings, timing, time, turns, spin, position, pitch, drag
+            )
+        ),
+        spin_readings=len(spin_columns(readings)),
+        motion=readings.motion,
+        tachometer=readings.tachometer,
+        precession_sense=None if directions is None else np.nan_to_num(directions),
+        balanced=readings.balanced,
+        added=added,
+        latitude=latitude,
+        mass_step=np.array(columns["mass"].steps)
+        if kind == "mass"
+        else np.zeros(count),
+        position_step=np.array(columns["position"].steps)
+        if "position" in columns
+        else np.zeros(count),
+        torque_unseen=None
+        if still is None
+        else _torque_unseen(readings, still, diagnostics),
+        nutation_ratio=spin * nutation / (2 * np.pi)
+        if nutation is not None and transverse is None
+        else None,
+        drag=drag,
+        delay_factor=spins.delay_factor,
+        diagnostics=tuple(diagnostics),
+    )
 
 
 def without_loads(readings: Readings) -> Readings:

@@ -170,8 +170,15 @@ def _draw_orders(orders: Sequence[Order]) -> Figure:
             for name, (most, least) in best
         ]
         ax.set_title(f"{turns} turn{'s' * (turns > 1)} about the vertical")
-        ax.text(0.99, 0.99, "\n".join(["fewest evaluations:", *wins]), transform=ax.transAxes, ha="right", va="top",
-                fontsize=8)  # fmt: skip
+        ax.text(
+            0.99,
+            0.99,
+            "\n".join(["fewest evaluations:", *wins]),
+            transform=ax.transAxes,
+            ha="right",
+            va="top",
+            fontsize=8,
+        )
     one.set(ylabel="error of the direction e3", ylim=(1e-13, 1e3))
     many.legend(
         *one.get_legend_handles_labels(),

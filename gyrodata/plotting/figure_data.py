@@ -90,14 +90,26 @@ def gather(analysis: Analysis) -> Scene:
     product_u = np.abs(product) * np.hypot(time_u, spin_u)
     inertia, imbalance = analysis.inertia.value, analysis.residual_torque.value
     return Scene(
-        analysis=analysis, inertia=inertia, imbalance=imbalance, groups=_groups(analysis),
-        names=tuple(_short(run.run) for run in runs), hollow=np.array([run.flagged or run.left_out for run in runs]),
-        left_out=np.array([run.left_out for run in runs]), spin=measured.spin / RPM,
-        spin_u=measured.spin / RPM * spin_u, period=period, period_u=period * time_u, product=product,
-        product_u=product_u, unit=unit, unit_size=unit_size, torque=measured.torque / unit_size,
-        torque_u=torque_u / unit_size, rest=(measured.torque + imbalance - inertia * product) / unit_size,
+        analysis=analysis,
+        inertia=inertia,
+        imbalance=imbalance,
+        groups=_groups(analysis),
+        names=tuple(_short(run.run) for run in runs),
+        hollow=np.array([run.flagged or run.left_out for run in runs]),
+        left_out=np.array([run.left_out for run in runs]),
+        spin=measured.spin / RPM,
+        spin_u=measured.spin / RPM * spin_u,
+        period=period,
+        period_u=period * time_u,
+        product=product,
+        product_u=product_u,
+        unit=unit,
+        unit_size=unit_size,
+        torque=measured.torque / unit_size,
+        torque_u=torque_u / unit_size,
+        rest=(measured.torque + imbalance - inertia * product) / unit_size,
         rest_u=np.hypot(torque_u, inertia * product_u) / unit_size,
-    )  # fmt: skip
+    )
 
 
 def _relative(measured: Measurements, *quantities: str) -> Floats:

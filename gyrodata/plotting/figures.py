@@ -368,10 +368,18 @@ def _draw_runs(
             members = [i for i in group.members if scene.hollow[i] == hollow]
             if members:
                 ax.plot(
-                    at_x[members], at_y[members], linestyle="none", marker=group.look.marker, color=colour,
-                    markerfacecolor="white" if hollow else colour, markeredgecolor=colour if hollow else "white",
-                    markeredgewidth=1.3 if hollow else 0.5, zorder=4 if hollow else 3, clip_on=False, label=label,
-                )  # fmt: skip
+                    at_x[members],
+                    at_y[members],
+                    linestyle="none",
+                    marker=group.look.marker,
+                    color=colour,
+                    markerfacecolor="white" if hollow else colour,
+                    markeredgecolor=colour if hollow else "white",
+                    markeredgewidth=1.3 if hollow else 0.5,
+                    zorder=4 if hollow else 3,
+                    clip_on=False,
+                    label=label,
+                )
                 label = "_"
     if x_u.any() or y_u.any():
         of_bars: Any = list(colours[inside])
@@ -437,10 +445,20 @@ def _name_runs(ax: Axes, x: Floats, y: Floats, names: Mapping[int, str]) -> None
         middles.append(places[best])
         halves.append(half)
         ax.annotate(
-            name, (x[i], y[i]), tuple(offsets[best]), textcoords="offset points", ha="center", va="center",
-            fontsize=7.5, zorder=5, parse_math=False, bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
-            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5} if abs(offsets[best][1]) > 11 else None,
-        )  # fmt: skip
+            name,
+            (x[i], y[i]),
+            tuple(offsets[best]),
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            zorder=5,
+            parse_math=False,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.5},
+            arrowprops={"arrowstyle": "-", "color": SOFT, "lw": 0.5}
+            if abs(offsets[best][1]) > 11
+            else None,
+        )
 
 
 def _labelled(scene: Scene) -> int:

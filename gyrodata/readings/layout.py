@@ -527,8 +527,13 @@ def said_in(row: Row, with_time: bool = False) -> Given:
         ):
             found["turns"] = {turns: filled[-1]}  # "Number of turns: 1/3", "turns 1"
     # "60 g (on the scale: 60.0 g)" is one mass.
-    values = {role: {(w.value, w.unit) if (w := quantities.take_apart(text)) else text for text in texts}
-              for role, texts in found.items()}  # fmt: skip
+    values = {
+        role: {
+            (w.value, w.unit) if (w := quantities.take_apart(text)) else text
+            for text in texts
+        }
+        for role, texts in found.items()
+    }
     one = {role: texts for role, texts in found.items() if len(values[role]) == 1}
     return {
         role: max(texts.items(), key=lambda item: len(item[0]))
@@ -716,8 +721,15 @@ def read_notes(grid: Grid, faults: Faults) -> str:
             origins.append(roles.noted_origin(", ".join(row.texts)))
             texts += [", ".join(row.texts)] if not is_head(row) else []
         # The header "centre to inner face (cm)" is a position, and not that of the middle of the weight.
-        words = [at for at in words if not roles.parse_header(typed := row.texts[at]).roles
-                 or (roles.contains(roles.ALTERED["position"], typed) and not roles.origin_in(typed))]  # fmt: skip
+        words = [
+            at
+            for at in words
+            if not roles.parse_header(typed := row.texts[at]).roles
+            or (
+                roles.contains(roles.ALTERED["position"], typed)
+                and not roles.origin_in(typed)
+            )
+        ]
         note = ", ".join(row.texts[at] for at in words)
         if words and note not in notes and roles.altered_role(note):
             notes[note] = grid.cell(row, words[0])
@@ -955,8 +967,11 @@ class _Sheet:
             ] * self.fresh  # "time of one turn, x from the centre" above the names
             self.begin(row)
         elif self.fresh and (units := _units(row.texts)):
-            kinds = [(kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
-                     for _, header in self.here if header.unit and header.roles]  # fmt: skip
+            kinds = [
+                (kinds_of(header.unit), set(map(roles.kind_of_role, header.roles)))
+                for _, header in self.here
+                if header.unit and header.roles
+            ]
             if any(
                 map(frozenset.isdisjoint, *zip(*kinds, strict=True)) if kinds else ()
             ):
@@ -1023,8 +1038,12 @@ class _Sheet:
             row.texts[filled[0]],
             quantities.take_apart(row.texts[filled[0]]),
         )
-        timed = [at for at, (_, header) in enumerate(self.here)
-                 if set(header.roles).intersection(roles.TIMINGS) or "time" in kinds_of(header.unit or "")]  # fmt: skip
+        timed = [
+            at
+            for at, (_, header) in enumerate(self.here)
+            if set(header.roles).intersection(roles.TIMINGS)
+            or "time" in kinds_of(header.unit or "")
+        ]
         # "standard error" may be in the column of the times; "l2.3" is a time.
         label = (
             filled[0]

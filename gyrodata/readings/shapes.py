@@ -235,8 +235,11 @@ def _stacked(grid: Grid, faults: Faults) -> Grid:
         ]
         for row in below:
             texts = [*row.texts, *[""] * (len(head.texts) - len(row.texts))]
-            rows += [Row(row.line, [texts[at] for at in group], tuple(map(row.spot, group))) for group in groups
-                     if any(texts[at] for at in group[len(shared) :])]  # fmt: skip
+            rows += [
+                Row(row.line, [texts[at] for at in group], tuple(map(row.spot, group)))
+                for group in groups
+                if any(texts[at] for at in group[len(shared) :])
+            ]
         faults.add(
             "stacked",
             grid.cell(head, min(several[0])),
@@ -344,8 +347,12 @@ def _rows_of_sentences(grid: Grid) -> list[Row]:
     parts: list[tuple[int, str, layout.Given]] = []
     block: list[tuple[int, str, layout.Given]] = []
     # The commas of "215,392,582" separate cells.
-    lines = [re.sub(r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line)
-             for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]]  # fmt: skip
+    lines = [
+        re.sub(
+            r"[0-9.]+(?:,[0-9.]+){2,}", lambda cells: cells[0].replace(",", " "), line
+        )
+        for line in grid.lines[grid.rows[0].line - 1 : grid.rows[-1].line]
+    ]
     runs_in_lines = (
         (number, one)
         for number, line in enumerate(lines, grid.rows[0].line)

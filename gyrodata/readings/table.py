@@ -1080,10 +1080,13 @@ class TableReader:
         texts = [text for text in places if not all(head in text for head in heads)]
         texts = list(filter(turns_in, texts))
         timed = [
-            re.search(layout.TIMED, text) or "turns" in layout.said_in(sources.Row(1, [text]))
-            or not layout.TIME_WORDS.isdisjoint(word.rstrip("s") for word in roles.squeezed_words(text))
+            re.search(layout.TIMED, text)
+            or "turns" in layout.said_in(sources.Row(1, [text]))
+            or not layout.TIME_WORDS.isdisjoint(
+                word.rstrip("s") for word in roles.squeezed_words(text)
+            )
             for text in texts
-        ]  # fmt: skip
+        ]
         # A run without a weight has 0 turns.
         lines = {
             text: said

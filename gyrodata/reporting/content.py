@@ -103,11 +103,22 @@ def report(analysis: Analysis) -> elements.Report:
         for key, text in (known[one] for one in BYLINE if one in known)
     ]
     return elements.Report(
-        name=analysis.name, size=size,
-        title=say("Gyroscope lab {}: {}, {}", "worksheet" if is_worksheet else "report", analysis.name, size),
-        byline=say("{}", " · ".join(lines)), read_as=_read_as(n), doubts=tuple(_doubts(analysis)), answer=answer,
-        top=tuple(_top(n)), brief=tuple(_brief(n)), sections=sections,
-    )  # fmt: skip
+        name=analysis.name,
+        size=size,
+        title=say(
+            "Gyroscope lab {}: {}, {}",
+            "worksheet" if is_worksheet else "report",
+            analysis.name,
+            size,
+        ),
+        byline=say("{}", " · ".join(lines)),
+        read_as=_read_as(n),
+        doubts=tuple(_doubts(analysis)),
+        answer=answer,
+        top=tuple(_top(n)),
+        brief=tuple(_brief(n)),
+        sections=sections,
+    )
 
 
 # --- the first screen --------------------------------------------------------------------------------------------

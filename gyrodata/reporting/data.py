@@ -121,9 +121,18 @@ def log_row(
 _QUANTITIES = ("inertia", "residual_torque", "timing_bias")
 _PARTS = ("value", "u", "unit", "interval_95_low", "interval_95_high")
 _LOG_COLUMNS = (
-    "log", "rows", *(f"{name}_{part}" for name in _QUANTITIES for part in _PARTS),
-    "model", "chi2", "dof", "p", "birge", "scatter", "sha256", "diagnostics",
-)  # fmt: skip
+    "log",
+    "rows",
+    *(f"{name}_{part}" for name in _QUANTITIES for part in _PARTS),
+    "model",
+    "chi2",
+    "dof",
+    "p",
+    "birge",
+    "scatter",
+    "sha256",
+    "diagnostics",
+)
 """Columns of the table of logs: the names in the JSON, joined if one contains the other."""
 
 

@@ -154,16 +154,44 @@ def _head(head: Head) -> str:
 # --- text from the tool and from the log ------------------------------------------------------------------------------
 
 _SPECIAL = {
-    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "%": r"\%", "_": r"\_",
-    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
-}  # fmt: skip
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "%": r"\%",
+    "_": r"\_",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}
 
 _MATH = {
-    "φ": r"\varphi", "ψ": r"\psi", "θ": r"\theta", "τ": r"\tau", "π": r"\pi", "χ": r"\chi", "σ": r"\sigma",
-    "ω": r"\omega", "Ω": r"\Omega", "Δ": r"\Delta", "Σ": r"\Sigma", "×": r"\times", "±": r"\pm", "·": r"\cdot",
-    "−": "-", "∝": r"\propto", "≤": r"\le", "≥": r"\ge", "≈": r"\approx", "√": r"\surd", "→": r"\to", "∞": r"\infty",
-    "I_zz": "I_{zz}", "M0": "M_0",
-}  # fmt: skip
+    "φ": r"\varphi",
+    "ψ": r"\psi",
+    "θ": r"\theta",
+    "τ": r"\tau",
+    "π": r"\pi",
+    "χ": r"\chi",
+    "σ": r"\sigma",
+    "ω": r"\omega",
+    "Ω": r"\Omega",
+    "Δ": r"\Delta",
+    "Σ": r"\Sigma",
+    "×": r"\times",
+    "±": r"\pm",
+    "·": r"\cdot",
+    "−": "-",
+    "∝": r"\propto",
+    "≤": r"\le",
+    "≥": r"\ge",
+    "≈": r"\approx",
+    "√": r"\surd",
+    "→": r"\to",
+    "∞": r"\infty",
+    "I_zz": "I_{zz}",
+    "M0": "M_0",
+}
 
 _LEVEL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹ⁿ₀₁₂₃₄₅₆₇₈₉", "-0123456789n0123456789")
 _TOKEN = rf"\b(?:I_zz|M0)\b|[{''.join(one for one in _MATH if len(one) == 1)}]\u0307?|[⁻⁰-⁹¹²³ⁿ]+|[₀-₉]+"

@@ -23,10 +23,20 @@ from gyrodata.units import Uncertainty, UnitError
 TYPICAL: Mapping[str, Uncertainty] = {
     f"u_{key}": Uncertainty(0.0003) if key == "position" else SOURCES[key].default
     for key in (
-        "time", "time_bias", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch",
-        "transverse_inertia", "spin_delay", "decay_exponent",
+        "time",
+        "time_bias",
+        "spin",
+        "spin_scale",
+        "mass",
+        "mass_scale",
+        "position",
+        "position_zero",
+        "pitch",
+        "transverse_inertia",
+        "spin_delay",
+        "decay_exponent",
     )
-} | {"u_turns": SOURCES["angle"].default}  # fmt: skip
+} | {"u_turns": SOURCES["angle"].default}
 """The uncertainties that are assumed if a log does not state them."""
 
 EXACT: Mapping[str, Uncertainty] = dict.fromkeys(TYPICAL, Uncertainty()) | {
@@ -42,9 +52,18 @@ _SPINS = tuple(
     role for roles in SPIN_SETS for role in roles if "u_spin" in u_keys(role)
 )
 _ERRORS = (
-    "time", "spin", "spin_scale", "mass", "mass_scale", "position", "position_zero", "pitch", "transverse_inertia", "g",
+    "time",
+    "spin",
+    "spin_scale",
+    "mass",
+    "mass_scale",
+    "position",
+    "position_zero",
+    "pitch",
+    "transverse_inertia",
+    "g",
     "turns",
-)  # fmt: skip
+)
 """The kinds of errors, in the order in which they are drawn. Readings of one weight or position share an error."""
 
 

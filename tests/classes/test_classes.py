@@ -5,9 +5,14 @@ import pytest
 from classes.cells import CELLS
 
 SIZES = {
-    "A ": 30, "B ": 35, "G ": 80, "D every": 25, "D other": 25,
-    "D beside": 25, "D honest": 20,
-}  # fmt: skip
+    "A ": 30,
+    "B ": 35,
+    "G ": 80,
+    "D every": 25,
+    "D other": 25,
+    "D beside": 25,
+    "D honest": 20,
+}
 """Size of the class for the cells whose names begin so."""
 
 

@@ -12,9 +12,17 @@ Files = dict[str, str | bytes]
 """What a student hands in, by name."""
 
 UNITS = {
-    "kg m^2": 1.0, "kg·m²": 1.0, "kg*m^2": 1.0, "kg-m^2": 1.0, "kg m2": 1.0, "N m s^2": 1.0,
-    "g m^2": 1e-3, "kg cm^2": 1e-4, "g cm^2": 1e-7, "g·cm²": 1e-7,
-}  # fmt: skip
+    "kg m^2": 1.0,
+    "kg·m²": 1.0,
+    "kg*m^2": 1.0,
+    "kg-m^2": 1.0,
+    "kg m2": 1.0,
+    "N m s^2": 1.0,
+    "g m^2": 1e-3,
+    "kg cm^2": 1e-4,
+    "g cm^2": 1e-7,
+    "g·cm²": 1e-7,
+}
 """Units as typed, and what they are in kg*m^2."""
 
 

@@ -86,9 +86,15 @@ class Calls:
                 return super().write(data)
 
         def opened(
-            file: Any, mode: str = "r", buffering: int = -1, encoding: str | None = None, errors: str | None = None,
-            newline: str | None = None, closefd: bool = True, opener: Any = None,
-        ) -> Any:  # fmt: skip
+            file: Any,
+            mode: str = "r",
+            buffering: int = -1,
+            encoding: str | None = None,
+            errors: str | None = None,
+            newline: str | None = None,
+            closefd: bool = True,
+            opener: Any = None,
+        ) -> Any:
             if "site-packages" in str(file):  # fonts and code of libraries
                 return real(
                     file, mode, buffering, encoding, errors, newline, closefd, opener

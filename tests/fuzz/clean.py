@@ -24,9 +24,11 @@ def draw_clean(seed: int) -> str:
     )
     masses = np.linspace(20, 20 + 20 * random.uniform(0.5, 1.5) * (kinds - 1), kinds)
     orders = (
-        np.arange(runs) % kinds, np.arange(runs) * kinds // runs, random.integers(0, kinds, runs),
+        np.arange(runs) % kinds,
+        np.arange(runs) * kinds // runs,
+        random.integers(0, kinds, runs),
         np.arange(runs) // int(random.integers(1, 12)) % kinds,
-    )  # fmt: skip
+    )
     which = orders[random.integers(4)]
     # One torque alone tells M0 from I_zz by what is assumed of it.
     which[:2] = 0, kinds - 1

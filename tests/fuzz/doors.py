@@ -31,10 +31,30 @@ from gyrodata.errors import GyroError
 from gyrodata.readings import read_log, write_log
 
 HOSTILE = (
-    "\x1b[2J\x1b]0;x\x07", "\u202eDNA\u202c", "=1+1", "@SUM(A1)", "<script>alert(1)</script>", "</title>",
-    "\"><img src=x onerror=1>", "\\input{/etc/passwd}", "$\\end{document}", "%", "#_^~&", "| a | b", "a\nb",
-    "[x](javascript:1)", "\x85\x9b31m", "\u2028", "Ёлка 山", "a" * 300, "", '"', "{{ 7*7 }}", "\u200b", "\x00",
-)  # fmt: skip
+    "\x1b[2J\x1b]0;x\x07",
+    "\u202eDNA\u202c",
+    "=1+1",
+    "@SUM(A1)",
+    "<script>alert(1)</script>",
+    "</title>",
+    '"><img src=x onerror=1>',
+    "\\input{/etc/passwd}",
+    "$\\end{document}",
+    "%",
+    "#_^~&",
+    "| a | b",
+    "a\nb",
+    "[x](javascript:1)",
+    "\x85\x9b31m",
+    "\u2028",
+    "Ёлка 山",
+    "a" * 300,
+    "",
+    '"',
+    "{{ 7*7 }}",
+    "\u200b",
+    "\x00",
+)
 BARE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 """What a terminal obeys, or what turns a line around."""
 FOREIGN = re.compile(
@@ -213,10 +233,23 @@ def rubric(seed: int) -> str:
 
 
 PATHS = (
-    "doejane_{n}_5432_lab.csv", "Jane Doe_{n}_assignsubmission_file/lab.csv", "submission_{n}/lab.csv", "s{n}.csv",
-    "s{n}/report.md", "submission_metadata.yml", "../up{n}.csv", "/abs{n}.csv", "a\\..\\b{n}.csv", "s{n}/{h}",
-    "s{n}.zip", "s{n}/lab.csv.gz", "s{n}/lab.xlsx", "x" * 250 + "{n}.csv", "s{n}/", "con{n}.csv",
-)  # fmt: skip
+    "doejane_{n}_5432_lab.csv",
+    "Jane Doe_{n}_assignsubmission_file/lab.csv",
+    "submission_{n}/lab.csv",
+    "s{n}.csv",
+    "s{n}/report.md",
+    "submission_metadata.yml",
+    "../up{n}.csv",
+    "/abs{n}.csv",
+    "a\\..\\b{n}.csv",
+    "s{n}/{h}",
+    "s{n}.zip",
+    "s{n}/lab.csv.gz",
+    "s{n}/lab.xlsx",
+    "x" * 250 + "{n}.csv",
+    "s{n}/",
+    "con{n}.csv",
+)
 
 
 def zips(seed: int) -> str:
@@ -284,10 +317,34 @@ def value_of(rng: random.Random, parameter: Any) -> str:
         return str(rng.choice(list(choices)))
     key = rng.choice(sorted(KEYS))
     usual = (
-        "log.csv", "class", "rubric.toml", "book.csv", "out", "-", "7", "0.5", "15cm", "20g,40g", "200,400rpm", "1/3",
-        "4.44e-3 kg m^2", "42.5 deg", "3 s", f"{key}={rng.choice(KEYS[key])}", rng.choice(KEYS[key]), key, "mass=m",
-        "all", "json", "steady", "0", "100000000000", "1:3", "2,,3", "1e-3..2e-3 kg m^2",
-    )  # fmt: skip
+        "log.csv",
+        "class",
+        "rubric.toml",
+        "book.csv",
+        "out",
+        "-",
+        "7",
+        "0.5",
+        "15cm",
+        "20g,40g",
+        "200,400rpm",
+        "1/3",
+        "4.44e-3 kg m^2",
+        "42.5 deg",
+        "3 s",
+        f"{key}={rng.choice(KEYS[key])}",
+        rng.choice(KEYS[key]),
+        key,
+        "mass=m",
+        "all",
+        "json",
+        "steady",
+        "0",
+        "100000000000",
+        "1:3",
+        "2,,3",
+        "1e-3..2e-3 kg m^2",
+    )
     return rng.choice(usual if rng.random() < 0.6 else (*JUNK, *HOSTILE)).replace(
         "\x00", ""
     )

@@ -34,10 +34,18 @@ from gates import (
 )
 
 GATES = {
-    "logs": logs.gate, "json": reports.gate_json, "printed": reports.gate_printed, "class": classroom.gate,
-    "published": published.gate, "coverage": intervals.gate, "fuzz": fuzzed.gate, "hostile": hostile.gate,
-    "what-if": whatif.gate, "relations": comparison.gate, "ratios": ratios.gate,
-}  # fmt: skip
+    "logs": logs.gate,
+    "json": reports.gate_json,
+    "printed": reports.gate_printed,
+    "class": classroom.gate,
+    "published": published.gate,
+    "coverage": intervals.gate,
+    "fuzz": fuzzed.gate,
+    "hostile": hostile.gate,
+    "what-if": whatif.gate,
+    "relations": comparison.gate,
+    "ratios": ratios.gate,
+}
 
 
 def main() -> None:

@@ -28,18 +28,30 @@ from gyrodata.cli import app
 
 STATIONS = 6
 MISTAKES: dict[str, dict[str, float]] = {
-    "rpm_as_rad_s": {"spin": 1 / RPM}, "minutes_as_seconds": {"spin": 60.0}, "two_pi_missing": {"rate": 0.5 / np.pi},
-    "two_pi_twice": {"rate": 2 * np.pi}, "both_in_rpm": {"rate": 30 / np.pi, "spin": 1 / RPM},
-    "g_as_kg": {"torque": 1e3}, "cm_as_m": {"torque": 100.0}, "missing_g": {"torque": 1 / G},
-    "diameter_for_radius": {"torque": 2.0}, "radius_halved": {"torque": 0.5}, "turns_forgotten": {"turns": 1.0},
-    "degrees_per_second": {"rate": 180 / np.pi}, "exponent_lost": {"answer": 1e3}, "power_of_ten": {"answer": 0.1},
-}  # fmt: skip
+    "rpm_as_rad_s": {"spin": 1 / RPM},
+    "minutes_as_seconds": {"spin": 60.0},
+    "two_pi_missing": {"rate": 0.5 / np.pi},
+    "two_pi_twice": {"rate": 2 * np.pi},
+    "both_in_rpm": {"rate": 30 / np.pi, "spin": 1 / RPM},
+    "g_as_kg": {"torque": 1e3},
+    "cm_as_m": {"torque": 100.0},
+    "missing_g": {"torque": 1 / G},
+    "diameter_for_radius": {"torque": 2.0},
+    "radius_halved": {"torque": 0.5},
+    "turns_forgotten": {"turns": 1.0},
+    "degrees_per_second": {"rate": 180 / np.pi},
+    "exponent_lost": {"answer": 1e3},
+    "power_of_ten": {"answer": 0.1},
+}
 """By what each mistake multiplies a quantity on the way; ``turns``: all turns are taken for one."""
 WAYS = (
-    "# reported_inertia: {v}e{p} ± {u}e{p} kg m^2", "# I_zz = ({v} ± {u})e{p} kg*m^2",
-    "# I_zz: {v}×10^{p} ± {u}×10^{p} kg m^2", "# Result: I = {v}e{p} ± {u}e{p} kg·m²",
-    "# inertia: {v}e{p} kg m^2, u = {u}e{p}", "# reported_inertia: about {v}e{p} ± {u}e{p} kg m^2 (1 sigma)",
-)  # fmt: skip
+    "# reported_inertia: {v}e{p} ± {u}e{p} kg m^2",
+    "# I_zz = ({v} ± {u})e{p} kg*m^2",
+    "# I_zz: {v}×10^{p} ± {u}×10^{p} kg m^2",
+    "# Result: I = {v}e{p} ± {u}e{p} kg·m²",
+    "# inertia: {v}e{p} kg m^2, u = {u}e{p}",
+    "# reported_inertia: about {v}e{p} ± {u}e{p} kg m^2 (1 sigma)",
+)
 COPIES = (
     lambda rows: rows,
     lambda rows: Table(*(column[[4, 0, 8, 2, 6, 1, 3, 7, 5]] for column in rows)),

@@ -30,12 +30,26 @@ MASS, POSITION, SPIN, TIME, TURNS = (
     "turns",
 )
 SLIPS = (
-    (MASS, 1, "mass [kg]"), (MASS, 1e-3, MASS), (MASS, 1 / 28.3495, MASS), (POSITION, 1, "position [m]"),
-    (POSITION, 1, "position [mm]"), (POSITION, 10, POSITION), (POSITION, 2, POSITION), (POSITION, 1 / 2.54, POSITION),
-    (SPIN, 1, "spin [Hz]"), (SPIN, 1, "spin [rad/s]"), (SPIN, 0.10472, SPIN), (SPIN, 1 / 60, SPIN), (SPIN, 2, SPIN),
-    (TIME, 1 / 60, TIME), (TIME, 1e3, TIME), (TIME, 1, "time [min]"), (TIME, 1, SPIN), (TURNS, 3, TURNS),
+    (MASS, 1, "mass [kg]"),
+    (MASS, 1e-3, MASS),
+    (MASS, 1 / 28.3495, MASS),
+    (POSITION, 1, "position [m]"),
+    (POSITION, 1, "position [mm]"),
+    (POSITION, 10, POSITION),
+    (POSITION, 2, POSITION),
+    (POSITION, 1 / 2.54, POSITION),
+    (SPIN, 1, "spin [Hz]"),
+    (SPIN, 1, "spin [rad/s]"),
+    (SPIN, 0.10472, SPIN),
+    (SPIN, 1 / 60, SPIN),
+    (SPIN, 2, SPIN),
+    (TIME, 1 / 60, TIME),
+    (TIME, 1e3, TIME),
+    (TIME, 1, "time [min]"),
+    (TIME, 1, SPIN),
+    (TURNS, 3, TURNS),
     (TURNS, 360, TURNS),
-)  # fmt: skip
+)
 """Column, the factor on its numbers, and the header that is written over it; SPIN over TIME exchanges the two."""
 
 
@@ -119,8 +133,12 @@ def usual(place: str, text: str) -> Log:
     if place in ("set", "map"):
         return given(usual("", "").data, f"--{place} {shlex.quote(text)}")
     text = text.replace("⇥", "\t")
-    rows = [[MASS, POSITION, SPIN, TIME, TURNS], ["20.1", "14.8", "212", "6.95", "1/3"],
-            ["40.3", "14.8", "398", "6.71", "1/3"], ["60.2", "14.8", "604", "20.12", "1"]]  # fmt: skip
+    rows = [
+        [MASS, POSITION, SPIN, TIME, TURNS],
+        ["20.1", "14.8", "212", "6.95", "1/3"],
+        ["40.3", "14.8", "398", "6.71", "1/3"],
+        ["60.2", "14.8", "604", "20.12", "1"],
+    ]
     if (role := place.removeprefix("header ")) in ROLES:
         rows[2 if role == place else 0][ROLES.index(role)] = text
     above = f"{text}\n" if place == "line" else ""

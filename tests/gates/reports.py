@@ -27,26 +27,54 @@ from gates.stored import Found, compare
 from gyrodata.cli import app
 
 KNOWN = (
-    "sample_data/air_gyroscope.csv", "sample_data/heidelberg_ball.csv", "sample_data/salort_one_torque.csv",
-    "class/adlernina_101_9001_lab.csv", "contradicting", "falling", "few", "followed", "forces", "odd", "rates",
-    "released", "tilted", "unloaded", "half way", "published: stacked timings with merged cells",
-    "published: one torque with an uncertainty in each row", "en: xlsx, one table a weight",
-    "turns became dates, d-mmm", "corpus/three-weights-in-turn.csv",
-    "corpus/released-half-a-turn-of-nutation.csv", "slip: time [s] x 0.0166667 as time [s]",
-)  # fmt: skip
+    "sample_data/air_gyroscope.csv",
+    "sample_data/heidelberg_ball.csv",
+    "sample_data/salort_one_torque.csv",
+    "class/adlernina_101_9001_lab.csv",
+    "contradicting",
+    "falling",
+    "few",
+    "followed",
+    "forces",
+    "odd",
+    "rates",
+    "released",
+    "tilted",
+    "unloaded",
+    "half way",
+    "published: stacked timings with merged cells",
+    "published: one torque with an uncertainty in each row",
+    "en: xlsx, one table a weight",
+    "turns became dates, d-mmm",
+    "corpus/three-weights-in-turn.csv",
+    "corpus/released-half-a-turn-of-nutation.csv",
+    "slip: time [s] x 0.0166667 as time [s]",
+)
 DRAWN = {
-    "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"), "thirds": Bench(thirds=True),
+    "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"),
+    "thirds": Bench(thirds=True),
     "one torque, balanced": Bench(masses=(40,), lines="# balanced: yes\n"),
-    "balance test": Bench(lines="# balance_drift: 5 deg in 60 s at 400 rpm\n"), "hand 0.5 s": Bench(hand=0.5),
-    "M0 20 %": Bench(imbalance=0.2), "tilted by 30 deg": Bench(pitch=30.0),
+    "balance test": Bench(lines="# balance_drift: 5 deg in 60 s at 400 rpm\n"),
+    "hand 0.5 s": Bench(hand=0.5),
+    "M0 20 %": Bench(imbalance=0.2),
+    "tilted by 30 deg": Bench(pitch=30.0),
     "two runs": Bench(masses=(20, 60), spins=(400,)),
-}  # fmt: skip
+}
 PARTS = {
-    "inertia": "value u interval_95", "residual_torque": "value u", "timing_bias": "value u", "goodness": "chi2 dof p",
-    "fits": "name inertia.value constant.value", "budget": "source share", "effects": "effect bias kept",
-    "sensitivity": "name inertia.value inertia.u", "torques": "torque product.value product.u",
-    "power_law": "torque exponent u", "model": "", "advice": "", "doubts": "kind",
-}  # fmt: skip
+    "inertia": "value u interval_95",
+    "residual_torque": "value u",
+    "timing_bias": "value u",
+    "goodness": "chi2 dof p",
+    "fits": "name inertia.value constant.value",
+    "budget": "source share",
+    "effects": "effect bias kept",
+    "sensitivity": "name inertia.value inertia.u",
+    "torques": "torque product.value product.u",
+    "power_law": "torque exponent u",
+    "model": "",
+    "advice": "",
+    "doubts": "kind",
+}
 """What is kept of each part of the result."""
 DIGESTED = "if_balanced constants exponent constancy ball runs patterns uncertainties fits budget torques power_law"
 """Parts of the result of which a digest of all fields is kept, with five digits."""
@@ -111,24 +139,41 @@ def gate_json(accept: bool = False, part: bool = False) -> Found:
     )
 
 
-SHOWN = ("sample_data/air_gyroscope.csv", "sample_data/heidelberg_ball.csv", "sample_data/salort_one_torque.csv",
-         "tilted", "released", "odd", "rates", "half way")  # fmt: skip
+SHOWN = (
+    "sample_data/air_gyroscope.csv",
+    "sample_data/heidelberg_ball.csv",
+    "sample_data/salort_one_torque.csv",
+    "tilted",
+    "released",
+    "odd",
+    "rates",
+    "half way",
+)
 COMMANDS = {
-    "text": "analyze -v --no-report --format text", "check": "check", "markdown": "analyze --format markdown",
+    "text": "analyze -v --no-report --format text",
+    "check": "check",
+    "markdown": "analyze --format markdown",
     "latex": "analyze --format latex",
-}  # fmt: skip
+}
 
 
 OTHERS = (
-    "predict precession --log LOG", "predict precession --log LOG --pitch 30deg --spin 200rpm",
+    "predict precession --log LOG",
+    "predict precession --log LOG --pitch 30deg --spin 200rpm",
     "predict precession --log LOG --mass 400g --position 15cm --spin 60rpm --pitch 60deg",
-    "predict earth --latitude 48deg --log LOG", "predict twist --wheel-spin 300rpm",
-    "predict platform --platform-inertia 4kg*m^2 --from 0deg --to 90deg", "predict tip --log LOG --force 2N",
-    "simulate --seed 1", "simulate --seed 2 --turns 1/3,1 --weights 20g,40g",
-    "simulate --seed 3 --spin-decay 600s --pitch 20deg", "simulate --seed 4 --spin-decay 10% --turns 1/3",
-    "simulate --seed 5 --imbalance 0.3mN*m --position 15cm,-10cm --noise none", "simulate --seed 6 --spin-decay 600s",
-    "analyze LOG --model horizontal", "analyze LOG --keep-flagged --format csv",
-)  # fmt: skip
+    "predict earth --latitude 48deg --log LOG",
+    "predict twist --wheel-spin 300rpm",
+    "predict platform --platform-inertia 4kg*m^2 --from 0deg --to 90deg",
+    "predict tip --log LOG --force 2N",
+    "simulate --seed 1",
+    "simulate --seed 2 --turns 1/3,1 --weights 20g,40g",
+    "simulate --seed 3 --spin-decay 600s --pitch 20deg",
+    "simulate --seed 4 --spin-decay 10% --turns 1/3",
+    "simulate --seed 5 --imbalance 0.3mN*m --position 15cm,-10cm --noise none",
+    "simulate --seed 6 --spin-decay 600s",
+    "analyze LOG --model horizontal",
+    "analyze LOG --keep-flagged --format csv",
+)
 """Commands of which a digest is stored for each paragraph; LOG is the sample."""
 
 

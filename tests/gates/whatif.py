@@ -18,8 +18,12 @@ from gates.labs import Bench, typed
 from gates.logs import every_log
 from gates.stored import Found
 
-DRAWN = {"nine runs": Bench(), "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"), "thirds": Bench(thirds=True),
-         "rod at 30 deg": Bench(pitch=30.0)}  # fmt: skip
+DRAWN = {
+    "nine runs": Bench(),
+    "27 runs": Bench(repeats=3, lines="# u_time: 0.14 s\n"),
+    "thirds": Bench(thirds=True),
+    "rod at 30 deg": Bench(pitch=30.0),
+}
 KNOWN = (
     "sample_data/air_gyroscope.csv",
     "sample_data/heidelberg_ball.csv",

@@ -52,8 +52,11 @@ def constancy(student: dict[str, Any]) -> dict[str, Any]:
 
 
 UNCERTAINTIES = (
-    'u_time = "0.3 s"', 'u_spin = "1 % + 0.5 rpm"', 'u_position_zero = "2 mm"', 'u_imbalance = "0.5 mN m"',
-)  # fmt: skip
+    'u_time = "0.3 s"',
+    'u_spin = "1 % + 0.5 rpm"',
+    'u_position_zero = "2 mm"',
+    'u_imbalance = "0.5 mN m"',
+)
 
 
 @pytest.mark.parametrize(

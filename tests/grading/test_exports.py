@@ -216,10 +216,32 @@ def test_only_grades_and_comments_of_a_book_change(book: str, writer: str) -> No
 # --- Gradescope ---------------------------------------------------------------------------------------------
 
 RUBRIC = read_rubric(STATED.encode())
-TEST = {"score", "max_score", "status", "name", "name_format", "number", "output", "output_format", "tags",
-        "visibility", "extra_data"}  # fmt: skip
-RESULTS = {"score", "execution_time", "output", "output_format", "test_output_format", "test_name_format", "tests",
-           "visibility", "stdout_visibility", "extra_data", "leaderboard"}  # fmt: skip
+TEST = {
+    "score",
+    "max_score",
+    "status",
+    "name",
+    "name_format",
+    "number",
+    "output",
+    "output_format",
+    "tags",
+    "visibility",
+    "extra_data",
+}
+RESULTS = {
+    "score",
+    "execution_time",
+    "output",
+    "output_format",
+    "test_output_format",
+    "test_name_format",
+    "tests",
+    "visibility",
+    "stdout_visibility",
+    "extra_data",
+    "leaderboard",
+}
 """The keys of results as Gradescope publishes them."""
 # https://gradescope-autograders.readthedocs.io/en/latest/submission_metadata/
 METADATA = """{"id": 123456, "created_at": "2018-07-01T14:22:32.365935-07:00", "submission_method": "upload",

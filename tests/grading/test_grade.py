@@ -122,27 +122,60 @@ ONE_SPIN = report(sheet(np.random.default_rng(3), rpm=(400.0,)), fit="mean_of_ra
 UNEVEN = report(replace(ROWS, time=ROWS.time * np.tile([1.0, 1.12, 0.9], 3)))
 
 
-@pytest.mark.parametrize(("text", "criterion", "earned", "told"), [
-    (says("4.44e-3 ± 0.02e-3 kg m^2"), "units", 2, "has its unit"),
-    (says("4.44e-3 ± 0.02e-3"), "units", 1, "has no unit"),
-    (says("4.44e-3 ± 0.02e-3 kg m"), "units", 1, "is not a unit of a moment of inertia"),
-    (says("4.44213e-3 ± 0.02e-3 kg m^2"), "units", 1, "the value's last digit is finer"),
-    (
-        says("4.4e-3 ± 0.02e-3 kg m^2"),
-        "units",
-        1,
-        "coarser than that of its uncertainty: round both",
-    ),
-    (says("4.4423e-3 ± 0.0213e-3 kg m^2"), "units", 1, "the uncertainty has 3 digits"),
-    (says("4.442e-3 ± 0.102e-3 kg m^2 (k = 2)"), "units", 2, "has its unit"),
-    (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),
-    (report().replace("# g:", "# u_tme: 0.2 s\n# g:"), "log", 1.5, 'line 1: "# u_tme" is kept as a remark'),
-    (FEW, "procedure", 2, ""),
-    (UNEVEN, "constancy", 0, "more than the usual uncertainties of such readings"),
-    (ONE_SPIN, "constancy", 0, "no torque has two runs"),
-    (report(fit="with_constant"), "uncertainty", 3, "agrees with your runs, whose fits give "),
-    (ROWS.log(reported_line(VALUE, None)), "uncertainty", 0, "write it after the value: 4.4e-3 ± 0.1e-3 kg m^2"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "criterion", "earned", "told"),
+    [
+        (says("4.44e-3 ± 0.02e-3 kg m^2"), "units", 2, "has its unit"),
+        (says("4.44e-3 ± 0.02e-3"), "units", 1, "has no unit"),
+        (
+            says("4.44e-3 ± 0.02e-3 kg m"),
+            "units",
+            1,
+            "is not a unit of a moment of inertia",
+        ),
+        (
+            says("4.44213e-3 ± 0.02e-3 kg m^2"),
+            "units",
+            1,
+            "the value's last digit is finer",
+        ),
+        (
+            says("4.4e-3 ± 0.02e-3 kg m^2"),
+            "units",
+            1,
+            "coarser than that of its uncertainty: round both",
+        ),
+        (
+            says("4.4423e-3 ± 0.0213e-3 kg m^2"),
+            "units",
+            1,
+            "the uncertainty has 3 digits",
+        ),
+        (says("4.442e-3 ± 0.102e-3 kg m^2 (k = 2)"), "units", 2, "has its unit"),
+        (ROWS.log(reported_line(VALUE, U, unit=" kg m")), "inertia", 6, ""),
+        (
+            report().replace("# g:", "# u_tme: 0.2 s\n# g:"),
+            "log",
+            1.5,
+            'line 1: "# u_tme" is kept as a remark',
+        ),
+        (FEW, "procedure", 2, ""),
+        (UNEVEN, "constancy", 0, "more than the usual uncertainties of such readings"),
+        (ONE_SPIN, "constancy", 0, "no torque has two runs"),
+        (
+            report(fit="with_constant"),
+            "uncertainty",
+            3,
+            "agrees with your runs, whose fits give ",
+        ),
+        (
+            ROWS.log(reported_line(VALUE, None)),
+            "uncertainty",
+            0,
+            "write it after the value: 4.4e-3 ± 0.1e-3 kg m^2",
+        ),
+    ],
+)
 def test_fault_of_a_log_or_value_costs_its_points(
     text: str, criterion: str, earned: float, told: str
 ) -> None:
@@ -262,12 +295,24 @@ def test_lateness_is_taken_off_the_sum_down_to_zero() -> None:
     )
 
 
-@pytest.mark.parametrize(("text", "why"), [
-    (b"", "the log cannot be read"),
-    (b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,13.06,1/3\n", 'line 2: spin "56O"'),
-    (b"mass [g],position [cm],spin [rpm],time [s],turns\n0,,400,160.2,1/3\n", "no run has a torque"),
-    (b"mass [g],position [cm],spin [rpm],time [s]\n20,15,400,13.06\n", "the log cannot be analysed"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (b"", "the log cannot be read"),
+        (
+            b"mass [g],position [cm],spin [rpm],time [s],turns\n20,15,56O,13.06,1/3\n",
+            'line 2: spin "56O"',
+        ),
+        (
+            b"mass [g],position [cm],spin [rpm],time [s],turns\n0,,400,160.2,1/3\n",
+            "no run has a torque",
+        ),
+        (
+            b"mass [g],position [cm],spin [rpm],time [s]\n20,15,400,13.06\n",
+            "the log cannot be analysed",
+        ),
+    ],
+)
 def test_log_that_cannot_be_judged_has_no_points(text: bytes, why: str) -> None:
     found = grade(text)
     assert (found.status, found.points, set(points(found).values())) == (

@@ -59,10 +59,16 @@ def test_what_is_told_is_what_is_graded(tmp_path: Path) -> None:
         assert (read["inertia"] is None) == (habit == "PDF") == bool(code), habit
 
 
-@pytest.mark.parametrize(("files", "place"), [
-    ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
-    ({"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"}, "report.txt, line 3"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("files", "place"),
+    [
+        ({"lab.csv": LOG + f"I_zz,{ANSWER}\n"}, "lab.csv, line 12"),
+        (
+            {"lab.csv": LOG, "report.txt": f"Our report.\n\nI_zz = {ANSWER}\n"},
+            "report.txt, line 3",
+        ),
+    ],
+)
 def test_the_place_of_the_answer_is_told(
     files: Mapping[str, str], place: str, tmp_path: Path
 ) -> None:
@@ -107,12 +113,19 @@ def test_the_advice_carried_out_is_enough(what: str, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(("files", "given", "says"), [
-    ({"report.pdf": b"%PDF"}, ("",), "no log: only report.pdf"),
-    ({"a.csv": LOG, "b.csv": LOG.replace("20", "21")}, ("a.csv", "b.csv"), "several files that read as logs"),
-    ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
-    ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("files", "given", "says"),
+    [
+        ({"report.pdf": b"%PDF"}, ("",), "no log: only report.pdf"),
+        (
+            {"a.csv": LOG, "b.csv": LOG.replace("20", "21")},
+            ("a.csv", "b.csv"),
+            "several files that read as logs",
+        ),
+        ({"lab.csv": LOG}, ("", "lab.csv"), "not all of them are files"),
+        ({"lab.csv": LOG}, ("lab.csv", "report.txt"), "there is no file"),
+    ],
+)
 def test_what_cannot_be_a_hand_in_is_told(
     files: Mapping[str, str], given: tuple[str, ...], says: str, tmp_path: Path
 ) -> None:

@@ -276,7 +276,7 @@ OTHERS = {
     "the next group": "El momento de inercia es 0,00440 kg m2 con un error relativo del 1,136 %.\n"
     "El grupo de al lado obtuvo 0,00435 kg m2.",
     "an exercise": "Suppose you measure 4.5e-3 kg m^2 ± 2 %.\nOur result is I_zz = (4.40 ± 0.05)e-3 kg m^2.",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("whose", OTHERS)
@@ -434,8 +434,10 @@ def test_notebook_alone_is_a_log_and_names_what_it_lacks(tmp_path: Path) -> None
             tmp_path / str(len(kept)), {"ann/lab.ipynb": json.dumps({"cells": told})}
         )
         (item,) = find_submissions(folder).items
-        assert (item.problem, [one.code for one in item.read()[0].diagnostics if one.severity == "error"]) == (
-            None, [] if len(kept) == 2 else ["G301"])  # fmt: skip
+        assert (
+            item.problem,
+            [one.code for one in item.read()[0].diagnostics if one.severity == "error"],
+        ) == (None, [] if len(kept) == 2 else ["G301"])
 
 
 def test_every_word_of_the_desk_does_what_is_documented(room: Room) -> None:

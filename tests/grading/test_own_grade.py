@@ -91,10 +91,21 @@ def page(hidden: str, head: str = "") -> str:
 
 
 STYLES = (
-    "display:none", "DISPLAY: None !important", "visibility:hidden", "visibility:collapse", "opacity:0",
-    "font-size:0", "font-size: 1px", "color:white", "color:#fff", "color:#FEFEFE", "color: rgb(255, 255, 255)",
-    "color:transparent", "text-indent:-9999px", "position:absolute;left:-5000px",
-)  # fmt: skip
+    "display:none",
+    "DISPLAY: None !important",
+    "visibility:hidden",
+    "visibility:collapse",
+    "opacity:0",
+    "font-size:0",
+    "font-size: 1px",
+    "color:white",
+    "color:#fff",
+    "color:#FEFEFE",
+    "color: rgb(255, 255, 255)",
+    "color:transparent",
+    "text-indent:-9999px",
+    "position:absolute;left:-5000px",
+)
 PAGES = {
     **{style: page(f'<span style="{style}">{RIGHT}</span>') for style in STYLES},
     **{
@@ -202,8 +213,11 @@ def test_unseen_answer_in_the_log_is_none() -> None:
         logs[f"{state}/lab.xlsx"] = data.getvalue()
     found = grade(logs, "--lms", "folder")["students"]
     assert {key: one["status"] for key, one in found.items()} == {
-        "blanks": "not graded", "visible": "graded", "hidden": "not graded", "veryHidden": "not graded"
-    }  # fmt: skip
+        "blanks": "not graded",
+        "visible": "graded",
+        "hidden": "not graded",
+        "veryHidden": "not graded",
+    }
 
 
 SEEN = {
@@ -368,9 +382,17 @@ BY_SOURCE = {
 
 
 WIDE = {
-    **dict.fromkeys(SOURCES, "60 %"), "time": "5 s", "time_bias": "3 s", "angle": "20 deg", "spin_delay": "60 s",
-    "decay_exponent": "9", "position": "4 cm", "position_zero": "5 cm", "pitch": "30 deg", "spin": "60 rpm",
-}  # fmt: skip
+    **dict.fromkeys(SOURCES, "60 %"),
+    "time": "5 s",
+    "time_bias": "3 s",
+    "angle": "20 deg",
+    "spin_delay": "60 s",
+    "decay_exponent": "9",
+    "position": "4 cm",
+    "position_zero": "5 cm",
+    "pitch": "30 deg",
+    "spin": "60 rpm",
+}
 
 
 @pytest.fixture(scope="module")

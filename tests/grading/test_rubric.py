@@ -82,19 +82,31 @@ def test_example_of_each_code_raises_that_code_alone(code: str) -> None:
     assert f"error {code}: " in told
 
 
-@pytest.mark.parametrize(("text", "told"), [
-    (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is not a condition"),
-    (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
-    (HEAD.replace("izz", "total"), '"total" cannot be the id of a criterion'),
-    (HEAD.replace("own_data", "reference"), "compares with a reference, but none is given"),
-    (
-        HEAD + STATION.replace("4e-3 kg m^2", "4e-3"),
-        'mine.toml:8:1: error G723: inertia ± u: "4e-3 ± 1 %" has no unit',
-    ),
-    (HEAD + STATION.replace("u = '1 %'", ""), 'mine.toml:7:1: error G723: "u" is missing'),
-    (HEAD + RULES["LATE"].replace("15 min", "1 fortnight"), 'grace = "1 fortnight" cannot be used'),
-    ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (HEAD + 'full = "__import__(\'os\')"\nzero = "d >= 1"\n', "is not a condition"),
+        (HEAD.replace("= 4", "= nan"), "points = NaN cannot be used"),
+        (HEAD.replace("izz", "total"), '"total" cannot be the id of a criterion'),
+        (
+            HEAD.replace("own_data", "reference"),
+            "compares with a reference, but none is given",
+        ),
+        (
+            HEAD + STATION.replace("4e-3 kg m^2", "4e-3"),
+            'mine.toml:8:1: error G723: inertia ± u: "4e-3 ± 1 %" has no unit',
+        ),
+        (
+            HEAD + STATION.replace("u = '1 %'", ""),
+            'mine.toml:7:1: error G723: "u" is missing',
+        ),
+        (
+            HEAD + RULES["LATE"].replace("15 min", "1 fortnight"),
+            'grace = "1 fortnight" cannot be used',
+        ),
+        ("schema = 1\ntitle = '\udcff'\n", "mine.toml:2:1: error G721: is not UTF-8"),
+    ],
+)
 def test_fault_in_a_rubric_is_told_with_its_place(text: str, told: str) -> None:
     assert any(told in one for one in faults(text)), faults(text)
 

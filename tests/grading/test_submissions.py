@@ -75,26 +75,37 @@ def test_oldest_attempt_is_taken_where_that_is_asked_for(tmp_path: Path) -> None
     assert (oldest.submitted, oldest.log_file) == ("2026-03-09T14:05:59", "lab.csv")
 
 
-@pytest.mark.parametrize(("files", "log", "problem"), [
-    ({"lab.csv": LOG, "notes.txt": "x"}, "lab.csv", None),
-    ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv", None),
-    ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv", None),
-    ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv", None),
-    ({"a.csv": LOG, "b.csv": LOG.replace("406", "410")}, None, "several files that read as logs: a.csv, b.csv"),
-    ({"a_old.csv": LOG, "a_v2.csv": LOG.replace("406", "410")}, "a_v2.csv", None),
-    ({"a.csv": LOG.replace("\n40", "\n\n#40"), "b.csv": LOG}, "b.csv", None),
-    ({"log": LOG, "plot.png": ""}, "log", None),
-    ({"a.tex": TEX}, "a.tex", None),
-    ({"a.png": "", "b.txt": "I_zz = 4.4e-3 kg m^2"}, None, "no log; b.txt has the answer"),
-    (
-        {"a.xlsx": "PK\3\4"},
-        None,
-        "a.xlsx is damaged, such as a file that was not uploaded to its end; hand it in again",
-    ),
-    ({"lab.csv": ""}, None, "lab.csv is empty"),
-    ({"lab.rar": "x"}, None, "no log: only lab.rar"),
-    ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("files", "log", "problem"),
+    [
+        ({"lab.csv": LOG, "notes.txt": "x"}, "lab.csv", None),
+        ({"lab.xlsx": "x", "lab.tsv": LOG}, "lab.tsv", None),
+        ({"data.csv": LOG, "fit.csv": "slope,u\n1,2\n"}, "data.csv", None),
+        ({"lab (2).csv": LOG, "lab (1).csv": "", "lab.csv": ""}, "lab (2).csv", None),
+        (
+            {"a.csv": LOG, "b.csv": LOG.replace("406", "410")},
+            None,
+            "several files that read as logs: a.csv, b.csv",
+        ),
+        ({"a_old.csv": LOG, "a_v2.csv": LOG.replace("406", "410")}, "a_v2.csv", None),
+        ({"a.csv": LOG.replace("\n40", "\n\n#40"), "b.csv": LOG}, "b.csv", None),
+        ({"log": LOG, "plot.png": ""}, "log", None),
+        ({"a.tex": TEX}, "a.tex", None),
+        (
+            {"a.png": "", "b.txt": "I_zz = 4.4e-3 kg m^2"},
+            None,
+            "no log; b.txt has the answer",
+        ),
+        (
+            {"a.xlsx": "PK\3\4"},
+            None,
+            "a.xlsx is damaged, such as a file that was not uploaded to its end; hand it in again",
+        ),
+        ({"lab.csv": ""}, None, "lab.csv is empty"),
+        ({"lab.rar": "x"}, None, "no log: only lab.rar"),
+        ({"a.png": "", "b.docx": ""}, None, "no log: only a.png, b.docx"),
+    ],
+)
 def test_log_among_several_files_is_found_or_its_lack_told(
     files: dict[str, str], log: str | None, problem: str | None, tmp_path: Path
 ) -> None:
@@ -106,13 +117,19 @@ def test_log_among_several_files_is_found_or_its_lack_told(
     assert (one.log_name, one.problem) == (log and f"ann/{log}", problem)
 
 
-@pytest.mark.parametrize(("file", "feedback"), [
-    ("doejane_LATE_9876_55501_lab.csv", "doejane_LATE_9876_55501_lab.html"),
-    ("Zoë Ö_12_assignsubmission_file_/sub/lab.csv", "Zoë Ö_12_assignsubmission_file_/feedback.html"),
-    (STEM.format("jdoe", 9) + "_lab.csv", STEM.format("jdoe", 9) + "_lab.html"),
-    ("submission_7/lab.csv", "submission_7/feedback.html"),
-    ("jdoe.csv", "jdoe/feedback.html"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("file", "feedback"),
+    [
+        ("doejane_LATE_9876_55501_lab.csv", "doejane_LATE_9876_55501_lab.html"),
+        (
+            "Zoë Ö_12_assignsubmission_file_/sub/lab.csv",
+            "Zoë Ö_12_assignsubmission_file_/feedback.html",
+        ),
+        (STEM.format("jdoe", 9) + "_lab.csv", STEM.format("jdoe", 9) + "_lab.html"),
+        ("submission_7/lab.csv", "submission_7/feedback.html"),
+        ("jdoe.csv", "jdoe/feedback.html"),
+    ],
+)
 def test_feedback_has_the_name_that_the_platform_takes_back(
     file: str, feedback: str, tmp_path: Path
 ) -> None:

@@ -19,8 +19,15 @@ def test_under_drag_the_angle_is_that_of_the_harmonic_mean_spin(drop: float) -> 
     decay = 20.0
     time = -decay * np.log(1 - drop)
     state, rates = steady(TOP, FAST), vector_rates(TOP, INERTIA / decay)
-    path = solve_ivp(lambda _, row: rates(*row), (0, time), np.concatenate([state.axis, state.momentum]), "DOP853",
-                     np.linspace(0, time, 200), rtol=1e-8, atol=1e-12).y.T  # fmt: skip
+    path = solve_ivp(
+        lambda _, row: rates(*row),
+        (0, time),
+        np.concatenate([state.axis, state.momentum]),
+        "DOP853",
+        np.linspace(0, time, 200),
+        rtol=1e-8,
+        atol=1e-12,
+    ).y.T
     swept = np.unwrap(np.arctan2(path[:, 1], path[:, 0]))[-1]
     spin = np.sum(path[:, :3] * path[:, 3:], axis=-1) / INERTIA
     assert spin[-1] / spin[0] == pytest.approx(1 - drop, rel=1e-8)

@@ -36,8 +36,16 @@ def integrated(top: Top, spin: float, pitch: float) -> Nutation:
         return float(state[1])
 
     turns.terminal, turns.direction = True, -np.sign(top.torque)  # type: ignore[attr-defined]
-    done = solve_ivp(motion, (0, 9), [start, 0, 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-14, events=turns,
-                     dense_output=True)  # fmt: skip
+    done = solve_ivp(
+        motion,
+        (0, 9),
+        [start, 0, 0, 0, 0],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-14,
+        events=turns,
+        dense_output=True,
+    )
     half = done.t[-1]
     theta, _, turned, sagged, aside = done.y[:, -1]
     times = np.linspace(0, half, 2001)

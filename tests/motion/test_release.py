@@ -109,9 +109,15 @@ def azimuth(state: State) -> float:
 
 
 CASES = [
-    (TORQUE, 200 * RPM, -0.7), (TORQUE, 50 * RPM, 0.5), (-TORQUE, 400 * RPM, 0.2), (TORQUE, -600 * RPM, 0.0),
-    (TORQUE, 40 * RPM, math.pi / 2 - 1e-3), (-TORQUE, 4 * RPM, 0.3), (TORQUE, 100 * RPM, -1.5), (1e-6, 300 * RPM, 0.4),
-]  # fmt: skip
+    (TORQUE, 200 * RPM, -0.7),
+    (TORQUE, 50 * RPM, 0.5),
+    (-TORQUE, 400 * RPM, 0.2),
+    (TORQUE, -600 * RPM, 0.0),
+    (TORQUE, 40 * RPM, math.pi / 2 - 1e-3),
+    (-TORQUE, 4 * RPM, 0.3),
+    (TORQUE, 100 * RPM, -1.5),
+    (1e-6, 300 * RPM, 0.4),
+]
 
 
 @pytest.mark.parametrize(("torque", "spin", "pitch"), CASES)
@@ -225,10 +231,14 @@ def test_steady_precession_stays_steady(pitch: float, spin: float) -> None:
     )
 
 
-@pytest.mark.parametrize("state", [
-    released(TOP, 600 * RPM, 0.1), State(np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3 + 2e-4, 0.04, 0.02])),
-    State(np.array([0.6, 0.0, -0.8]), np.array([0.02, 0.04, 0.3])),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "state",
+    [
+        released(TOP, 600 * RPM, 0.1),
+        State(np.array([0.6, 0.0, 0.8]), np.array([0.02 / 3 + 2e-4, 0.04, 0.02])),
+        State(np.array([0.6, 0.0, -0.8]), np.array([0.02, 0.04, 0.3])),
+    ],
+)
 def test_an_integrator_at_its_tightest_agrees_with_the_series(state: State) -> None:
     found, _ = integrate(TOP, state, [0.0, 1.0, 4.0], rtol=1e-13, atol=1e-15)
     for i, time in enumerate((0.0, 1.0, 4.0)):

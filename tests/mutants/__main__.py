@@ -57,9 +57,15 @@ ROOMS = {
 """What of the package a room is, and its tests: files and folders."""
 
 PAIRS = [
-    (ast.Lt, ast.GtE), (ast.Gt, ast.LtE), (ast.Eq, ast.NotEq), (ast.In, ast.NotIn), (ast.Is, ast.IsNot),
-    (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or),
-]  # fmt: skip
+    (ast.Lt, ast.GtE),
+    (ast.Gt, ast.LtE),
+    (ast.Eq, ast.NotEq),
+    (ast.In, ast.NotIn),
+    (ast.Is, ast.IsNot),
+    (ast.Add, ast.Sub),
+    (ast.Mult, ast.Div),
+    (ast.And, ast.Or),
+]
 SWAPS: dict[Any, Any] = {ast.Pow: ast.Mult, **dict(PAIRS), **{b: a for a, b in PAIRS}}
 OPTIONS = [
     "-q",

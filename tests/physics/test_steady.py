@@ -105,9 +105,11 @@ def test_the_least_spin_of_the_lab() -> None:
         ) / RPM == pytest.approx(rpm, rel=0.005)
     # A rod that hangs or is level, a weight that lifts, a flat body with I < I_zz.
     for numbers in (
-        (TORQUE, INERTIA, TRANSVERSE, -0.5), (TORQUE, INERTIA, TRANSVERSE, 0.0), (-TORQUE, INERTIA, TRANSVERSE, 0.5),
+        (TORQUE, INERTIA, TRANSVERSE, -0.5),
+        (TORQUE, INERTIA, TRANSVERSE, 0.0),
+        (-TORQUE, INERTIA, TRANSVERSE, 0.5),
         (TORQUE, TRANSVERSE, INERTIA, 0.5),
-    ):  # fmt: skip
+    ):
         assert physics.least_spin(*numbers) == 0
 
 

@@ -70,7 +70,7 @@ HEADERS = (
     "m/g;l/cm (Mitte);n/(U/min);t(1 Umdr.)/s;Nr",
     "m (g);Dist from ctr [cm];how fast it spins [rpm];period s;nr",
     "m (g);r (cm) t.o.v. middelpunt;rpm;1回目 T [s];nr",
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("header", HEADERS)
@@ -86,8 +86,15 @@ TEX = (
     "$N$",
 )
 WIDE = ("m [g]   ", "x [cm]  ", "f [rpm] ", "t [s]   ", "turns")
-CLOCK = [[*row[:3], "12:01:10", f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}", "1"]
-         for row in ROWS]  # fmt: skip
+CLOCK = [
+    [
+        *row[:3],
+        "12:01:10",
+        f"12:{1 + (10 + float(row[3])) // 60:02.0f}:{(10 + float(row[3])) % 60:05.2f}",
+        "1",
+    ]
+    for row in ROWS
+]
 DISK = [
     [
         *row[:2],
@@ -112,91 +119,217 @@ PAIRS = [[*row[:2], f"{int(row[2]) + 6} - {int(row[2]) - 6}", *row[3:]] for row 
 FORMS = {
     "Markdown": table(" | ", [["---"] * 5, *ROWS], frame="| {} |\n"),
     "pipes": table("|"),
-    "a frame of signs": "+-----+-----+\n" + table(" | ", frame="| {} |\n") + "+-----+-----+\n",
+    "a frame of signs": "+-----+-----+\n"
+    + table(" | ", frame="| {} |\n")
+    + "+-----+-----+\n",
     "aligned by blanks": table("   ", head=WIDE),
     "one blank": table(" ", head=["m[g]", "x[cm]", "f[rpm]", "t[s]", "N"]),
     "constants above": "g = 9.80665\nBall diameter: 101.6 mm\n" + table(),
     "constants in cells": "g;9.80665;m/s^2\nBall mass;4.26 kg\n" + table(";"),
     "a key without its colon": "# latitude 45.3 deg\n" + table(),
-    "minutes and seconds": table(rows=[[*row[:3], f"{float(row[3]) // 60:.0f} min {float(row[3]) % 60:.2f} s", "1"]
-                                       for row in ROWS]),
-    "a blank between thousands": table(rows=[[*row[:3], "1 " + f"{float(row[3]) * 1e3 - 1000:.0f}"[-3:], "1"]
-                                             if 1 <= float(row[3]) < 2 else row for row in ROWS]),
+    "minutes and seconds": table(
+        rows=[
+            [*row[:3], f"{float(row[3]) // 60:.0f} min {float(row[3]) % 60:.2f} s", "1"]
+            for row in ROWS
+        ]
+    ),
+    "a blank between thousands": table(
+        rows=[
+            [*row[:3], "1 " + f"{float(row[3]) * 1e3 - 1000:.0f}"[-3:], "1"]
+            if 1 <= float(row[3]) < 2
+            else row
+            for row in ROWS
+        ]
+    ),
     "not measured": table(rows=[*ROWS, ["20.1", ARM, "300", "n/a", "1"]]),
-    "weights in N": table(rows=[[f"{float(row[0]) * 9.80665e-3:.5f}", *row[1:]] for row in ROWS],
-                          head=["Weight (N)", *HEAD[1:]]),
-    "ten turns": table(rows=[[*row[:3], f"{10 * float(row[3]):.2f}"] for row in ROWS], head=[*HEAD[:3], "10T (s)"]),
-    "a third in words": table(rows=[[*row[:3], f"{float(row[3]) / 3:.2f}", "Drittel"] for row in ROWS]),
+    "weights in N": table(
+        rows=[[f"{float(row[0]) * 9.80665e-3:.5f}", *row[1:]] for row in ROWS],
+        head=["Weight (N)", *HEAD[1:]],
+    ),
+    "ten turns": table(
+        rows=[[*row[:3], f"{10 * float(row[3]):.2f}"] for row in ROWS],
+        head=[*HEAD[:3], "10T (s)"],
+    ),
+    "a third in words": table(
+        rows=[[*row[:3], f"{float(row[3]) / 3:.2f}", "Drittel"] for row in ROWS]
+    ),
     "spin at start and end": table(rows=PAIRS),
-    "start and stop of a clock": table(rows=CLOCK, head=[*HEAD[:3], "start", "stop", "turns"]),
-    "ten turns of the disk": table(rows=DISK, head=[*HEAD[:2], "spin_turns", "spin_time_start [s]",
-                                                    "spin_time_end [s]", *HEAD[3:]]),
-    "LaTeX": "\\begin{tabular}{lllll}\n" + table(" & ", head=TEX, frame="{} \\\\ \\hline\n") + "\\end{tabular}\n",
-    "LaTeX with {,}": table(" & ", [[cell.replace(".", "{,}") for cell in row] for row in ROWS], frame="${}$ \\\\\n"),
-    "turned": "".join(",".join([name, *cells]) + "\n" for name, cells in zip(HEAD, COLUMNS, strict=True)),
+    "start and stop of a clock": table(
+        rows=CLOCK, head=[*HEAD[:3], "start", "stop", "turns"]
+    ),
+    "ten turns of the disk": table(
+        rows=DISK,
+        head=[
+            *HEAD[:2],
+            "spin_turns",
+            "spin_time_start [s]",
+            "spin_time_end [s]",
+            *HEAD[3:],
+        ],
+    ),
+    "LaTeX": "\\begin{tabular}{lllll}\n"
+    + table(" & ", head=TEX, frame="{} \\\\ \\hline\n")
+    + "\\end{tabular}\n",
+    "LaTeX with {,}": table(
+        " & ",
+        [[cell.replace(".", "{,}") for cell in row] for row in ROWS],
+        frame="${}$ \\\\\n",
+    ),
+    "turned": "".join(
+        ",".join([name, *cells]) + "\n"
+        for name, cells in zip(HEAD, COLUMNS, strict=True)
+    ),
     "turned, with one position": "".join(
         ",".join([name, *(cells if name != "position [cm]" else [ARM])]) + "\n"
-        for name, cells in zip(HEAD, COLUMNS, strict=True)),
+        for name, cells in zip(HEAD, COLUMNS, strict=True)
+    ),
     "fractions below an unknown name": table(rows=THIRDS, head=[*HEAD[:4], "how far"]),
     "a word for turns in an unknown name": table(head=[*HEAD[:4], "nb de tours faits"]),
-    "angles below an unknown name": table(rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]),
-    "what holds for all tables above the first": f"x = {ARM} cm, one turn each\n" + TITLED,
-    "a decimal comma in a line above": "x = 14,8 cm\n" + table(rows=[[row[0], *row[2:]] for row in ROWS],
-                                                             head=[HEAD[0], *HEAD[2:]]),
-    "± beside each column": table(rows=[[a, "0.1", b, "0.1", c, "2", d, "0.2", "1"] for a, b, c, d, _ in ROWS],
-                                  head=[HEAD[0], "±", HEAD[1], "±", HEAD[2], "±", HEAD[3], "±", "turns"]),
-    "snake case": table(rows=[[*row[:2], f"{float(row[2]) * math.pi / 30:.4f}", *row[3:]] for row in ROWS],
-                        head=["mass_g", "x_cm", "omega_rad_s", "t_s", "turns"]),
-    "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n" + table(";", [["ABC"[at // 3], *row[1:]]
-                                                                            for at, row in enumerate(ROWS)]),
-    "turns in the second row": "mass,spin,time (s),,\n(g),(rpm),1/3 turn,2/3 turn,1 turn\n" + table(
-        rows=[[*row[::2][:2], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))] for row in ROWS[1:]],
-        head=[*ROWS[0][::2][:2], *(f"{float(ROWS[0][3]) * k / 3:.2f}" for k in (1, 2, 3))]) + f"x = {ARM} cm\n",
-    "two parts": f"Part A: r = {ARM} cm\n" + table(rows=WITHOUT_ARM[:3], head=[HEAD[0], HEAD[2], "Time for 1 turn (s)"])
-    + f"\nPart B: mass 60.2 g, r = {ARM} cm\n" + table(rows=[one[1:] for one in WITHOUT_ARM[6:]],
-                                                       head=[HEAD[2], "Time for 1 turn (s)"]),
-    "other turns in each table": f"x = {ARM} cm\n" + "\n".join(
-        table(rows=[[*one[:2], f"{float(one[2]) * k / 3:.2f}"] for one in WITHOUT_ARM[3 * k - 3:3 * k]],
-              head=[HEAD[0], HEAD[2], f"time for {k}/3 turn (s)"]) for k in (1, 2)),
-    "two partners": table(rows=[[*row[:4], row[3]] for row in ROWS],
-                          head=[*HEAD[:3], "Ana's time (s)", "Bo's time (s)"])
+    "angles below an unknown name": table(
+        rows=[[*row[:4], "120"] for row in THIRDS], head=[*HEAD[:4], "Bogen (°)"]
+    ),
+    "what holds for all tables above the first": f"x = {ARM} cm, one turn each\n"
+    + TITLED,
+    "a decimal comma in a line above": "x = 14,8 cm\n"
+    + table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]]),
+    "± beside each column": table(
+        rows=[[a, "0.1", b, "0.1", c, "2", d, "0.2", "1"] for a, b, c, d, _ in ROWS],
+        head=[HEAD[0], "±", HEAD[1], "±", HEAD[2], "±", HEAD[3], "±", "turns"],
+    ),
+    "snake case": table(
+        rows=[
+            [*row[:2], f"{float(row[2]) * math.pi / 30:.4f}", *row[3:]] for row in ROWS
+        ],
+        head=["mass_g", "x_cm", "omega_rad_s", "t_s", "turns"],
+    ),
+    "letters for weights": "A = 20.1 g\nB = 40.3 g, C = 60.2 g\n"
+    + table(";", [["ABC"[at // 3], *row[1:]] for at, row in enumerate(ROWS)]),
+    "turns in the second row": "mass,spin,time (s),,\n(g),(rpm),1/3 turn,2/3 turn,1 turn\n"
+    + table(
+        rows=[
+            [*row[::2][:2], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))]
+            for row in ROWS[1:]
+        ],
+        head=[
+            *ROWS[0][::2][:2],
+            *(f"{float(ROWS[0][3]) * k / 3:.2f}" for k in (1, 2, 3)),
+        ],
+    )
+    + f"x = {ARM} cm\n",
+    "two parts": f"Part A: r = {ARM} cm\n"
+    + table(rows=WITHOUT_ARM[:3], head=[HEAD[0], HEAD[2], "Time for 1 turn (s)"])
+    + f"\nPart B: mass 60.2 g, r = {ARM} cm\n"
+    + table(
+        rows=[one[1:] for one in WITHOUT_ARM[6:]], head=[HEAD[2], "Time for 1 turn (s)"]
+    ),
+    "other turns in each table": f"x = {ARM} cm\n"
+    + "\n".join(
+        table(
+            rows=[
+                [*one[:2], f"{float(one[2]) * k / 3:.2f}"]
+                for one in WITHOUT_ARM[3 * k - 3 : 3 * k]
+            ],
+            head=[HEAD[0], HEAD[2], f"time for {k}/3 turn (s)"],
+        )
+        for k in (1, 2)
+    ),
+    "two partners": table(
+        rows=[[*row[:4], row[3]] for row in ROWS],
+        head=[*HEAD[:3], "Ana's time (s)", "Bo's time (s)"],
+    )
     + "all times are for one full revolution\n",
-    "one header with the turns": table(rows=[[*row[:4], row[3]] for row in ROWS],
-                                       head=[*HEAD[:3], "temps pour un tour t1 [s]", "t2 [s]"]),
-    "the turns as numbers": table(rows=[[*row[:3], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))]
-                                        for row in ROWS],
-                                  head=[*HEAD[:3], "T1/3 (s)", "T2/3 (s)", "T1 (s)"]),
-    "minutes in the unit": table(rows=[[*row[:3], f"{float(row[3]) // 60:.0f}:{float(row[3]) % 60:04.1f}"]
-                                       for row in ROWS], head=[*HEAD[:3], "Time for 1 turn (m:ss.s)"]),
-    "capital letters": table(head=["massGrams", "distCm", "spinRPM", "timeSec", "nRevs"]),
+    "one header with the turns": table(
+        rows=[[*row[:4], row[3]] for row in ROWS],
+        head=[*HEAD[:3], "temps pour un tour t1 [s]", "t2 [s]"],
+    ),
+    "the turns as numbers": table(
+        rows=[
+            [*row[:3], *(f"{float(row[3]) * k / 3:.2f}" for k in (1, 2, 3))]
+            for row in ROWS
+        ],
+        head=[*HEAD[:3], "T1/3 (s)", "T2/3 (s)", "T1 (s)"],
+    ),
+    "minutes in the unit": table(
+        rows=[
+            [*row[:3], f"{float(row[3]) // 60:.0f}:{float(row[3]) % 60:04.1f}"]
+            for row in ROWS
+        ],
+        head=[*HEAD[:3], "Time for 1 turn (m:ss.s)"],
+    ),
+    "capital letters": table(
+        head=["massGrams", "distCm", "spinRPM", "timeSec", "nRevs"]
+    ),
     "ten turns of the disk in the header": table(
-        rows=[[*row[:2], f"{597 / float(row[2]):.3f}", row[3], f"{603 / float(row[2]):.3f}"] for row in ROWS],
-        head=[*HEAD[:2], "Time for 10 rotations of disk before (s)", "Time for 1 precession (s)",
-              "Time for 10 rotations of disk after (s)"]),
+        rows=[
+            [
+                *row[:2],
+                f"{597 / float(row[2]):.3f}",
+                row[3],
+                f"{603 / float(row[2]):.3f}",
+            ]
+            for row in ROWS
+        ],
+        head=[
+            *HEAD[:2],
+            "Time for 10 rotations of disk before (s)",
+            "Time for 1 precession (s)",
+            "Time for 10 rotations of disk after (s)",
+        ],
+    ),
     "units beside the names": "".join(
-        ",".join([name.partition(" ")[0], name.partition("[")[2].rstrip("]") or "-", *cells]) + "\n"
-        for name, cells in zip(HEAD, COLUMNS, strict=True)),
-    "quotes of a word processor": table(rows=[[f"“{cell}”" for cell in row] for row in ROWS]),
-    "ditto marks between tabs": table("\t", rows=[[row[0] if at % 3 == 0 else '"', '"' if at else row[1], *row[2:]]
-                                                  for at, row in enumerate(ROWS)]),
-    "a legend in quotes": table(rows=[["ABC"[at // 3], *row[1:]] for at, row in enumerate(ROWS)])
+        ",".join(
+            [name.partition(" ")[0], name.partition("[")[2].rstrip("]") or "-", *cells]
+        )
+        + "\n"
+        for name, cells in zip(HEAD, COLUMNS, strict=True)
+    ),
+    "quotes of a word processor": table(
+        rows=[[f"“{cell}”" for cell in row] for row in ROWS]
+    ),
+    "ditto marks between tabs": table(
+        "\t",
+        rows=[
+            [row[0] if at % 3 == 0 else '"', '"' if at else row[1], *row[2:]]
+            for at, row in enumerate(ROWS)
+        ],
+    ),
+    "a legend in quotes": table(
+        rows=[["ABC"[at // 3], *row[1:]] for at, row in enumerate(ROWS)]
+    )
     + '"A = 20.1 g, B = 40.3 g, C = 60.2 g"\n',
-    "a result below the table": table(rows=[[*row, "", "4.4e-3"] for row in ROWS], head=[*HEAD, "ω", "I (kg m²)"])
+    "a result below the table": table(
+        rows=[[*row, "", "4.4e-3"] for row in ROWS], head=[*HEAD, "ω", "I (kg m²)"]
+    )
     + "2/5 m r²,,,,,,4.48e-3\n% error,,,,,,0.9%\n",
-    "footnotes": table(rows=[[*row[:3], f"{row[3]}*", row[4]] for row in ROWS], head=["mass¹ (g)", *HEAD[1:]])
+    "footnotes": table(
+        rows=[[*row[:3], f"{row[3]}*", row[4]] for row in ROWS],
+        head=["mass¹ (g)", *HEAD[1:]],
+    )
     + "¹ kitchen scale\n* by phone\n",
-    "the time of the day": table("\t", rows=[["14:05", *row] for row in ROWS],
-                                 head=["Time", *HEAD[:3], "Duration [s]", "Turns"]),
-    "other words for the ball": table(head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]),
-    "quotes for seconds": table(rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
-                                head=[*HEAD[:3], "time", "turns"]).replace('""', '"'),
-    "unknown units below the names": "mass,position,spin,T,Ωω\n" + table(
-        rows=[[*row[:4], "31"] for row in ROWS], head=["g", "cm", "rpm", "s", "rad²/s²"]),
-    "blank below a merged cell": "m [g]     x [cm]    f [rpm]   t [s]     turns\n" + "".join(
+    "the time of the day": table(
+        "\t",
+        rows=[["14:05", *row] for row in ROWS],
+        head=["Time", *HEAD[:3], "Duration [s]", "Turns"],
+    ),
+    "other words for the ball": table(
+        head=[*HEAD[:2], "RPM ball", "secs", "# rotations"]
+    ),
+    "quotes for seconds": table(
+        rows=[[*row[:3], row[3].replace(".", '"'), row[4]] for row in ROWS],
+        head=[*HEAD[:3], "time", "turns"],
+    ).replace('""', '"'),
+    "unknown units below the names": "mass,position,spin,T,Ωω\n"
+    + table(
+        rows=[[*row[:4], "31"] for row in ROWS], head=["g", "cm", "rpm", "s", "rad²/s²"]
+    ),
+    "blank below a merged cell": "m [g]     x [cm]    f [rpm]   t [s]     turns\n"
+    + "".join(
         f"{row[0] * (at % 3 == 0):10}{row[1] * (at % 3 == 0):10}{row[2]:10}{row[3]:10}{row[4]}\n"
-        for at, row in enumerate(ROWS)),
-    "a letter for a place": f"# hole K: {ARM} cm\n" + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
-}  # fmt: skip
+        for at, row in enumerate(ROWS)
+    ),
+    "a letter for a place": f"# hole K: {ARM} cm\n"
+    + table(rows=[[row[0], "K", *row[2:]] for row in ROWS]),
+}
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -214,28 +347,35 @@ def test_what_excel_saves_in_japan_china_and_korea(encoding: str) -> None:
     assert is_right(table(";", head=header.split(";")).encode(encoding))
 
 
-WITHOUT = {"turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
-           "position": table(rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]])}  # fmt: skip
+WITHOUT = {
+    "turns": table(rows=[row[:4] for row in ROWS], head=HEAD[:4]),
+    "position": table(
+        rows=[[row[0], *row[2:]] for row in ROWS], head=[HEAD[0], *HEAD[2:]]
+    ),
+}
 
 
-@pytest.mark.parametrize(("line", "missing"), [
-    ("Three marks on the circle, 120 deg apart", "turns"),
-    ("rod horizontal (90 deg to the axis)", "turns"),
-    ("1 turn = 360 deg", "turns"),
-    ("one screw every third of a turn", "turns"),
-    ("counterweight moved by 1/2 turn", "turns"),
-    ("Ventil eine halbe Umdrehung geöffnet", "turns"),
-    ("times at 1/3, 2/3 or 1 turn", "turns"),
-    ("Time of 1 turn = t/3", "turns"),
-    ("stopwatch: 3 trials of one turn, added together", "turns"),
-    ("We waited for the rod to turn", "turns"),
-    ("Runs 1-4: a quarter turn. Runs 5-9: a full turn.", "turns"),
-    ("Kugelradius r = 5.08 cm", "position"),
-    ("R = 5.08 cm (ball)", "position"),
-    ("a tape mark 5.0 cm wide", "position"),
-    ("The weight is 2.0 cm long.", "position"),
-    ("Position 15,5 cm", "position"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "missing"),
+    [
+        ("Three marks on the circle, 120 deg apart", "turns"),
+        ("rod horizontal (90 deg to the axis)", "turns"),
+        ("1 turn = 360 deg", "turns"),
+        ("one screw every third of a turn", "turns"),
+        ("counterweight moved by 1/2 turn", "turns"),
+        ("Ventil eine halbe Umdrehung geöffnet", "turns"),
+        ("times at 1/3, 2/3 or 1 turn", "turns"),
+        ("Time of 1 turn = t/3", "turns"),
+        ("stopwatch: 3 trials of one turn, added together", "turns"),
+        ("We waited for the rod to turn", "turns"),
+        ("Runs 1-4: a quarter turn. Runs 5-9: a full turn.", "turns"),
+        ("Kugelradius r = 5.08 cm", "position"),
+        ("R = 5.08 cm (ball)", "position"),
+        ("a tape mark 5.0 cm wide", "position"),
+        ("The weight is 2.0 cm long.", "position"),
+        ("Position 15,5 cm", "position"),
+    ],
+)
 def test_a_remark_about_something_else_gives_no_turns_and_no_position(
     line: str, missing: str
 ) -> None:
@@ -284,9 +424,14 @@ def test_statements_scripts_and_sentences_are_read(log: str | bytes) -> None:
 
 @pytest.mark.parametrize(
     ("header", "code"),
-    [("T/2 (s)", "G301"), ("ball diameter (cm)", "G301"), ("ruler (cm)", "G340"),
-     ("position from the end (cm)", "G340"), ("thirds of a turn", "G301")],
-)  # fmt: skip
+    [
+        ("T/2 (s)", "G301"),
+        ("ball diameter (cm)", "G301"),
+        ("ruler (cm)", "G340"),
+        ("position from the end (cm)", "G340"),
+        ("thirds of a turn", "G301"),
+    ],
+)
 def test_a_header_that_may_mean_something_else_is_asked_about(
     header: str, code: str
 ) -> None:

@@ -165,9 +165,13 @@ def test_a_note_is_quoted_with_its_quantity(note: str, role: str) -> None:
 
 @pytest.mark.parametrize(
     "note",
-    ["spin read at half time", "mass double-checked",
-     "measured the spin twice and took the mean", "rpm already halved"],
-)  # fmt: skip
+    [
+        "spin read at half time",
+        "mass double-checked",
+        "measured the spin twice and took the mean",
+        "rpm already halved",
+    ],
+)
 def test_usual_words_of_this_lab_raise_no_warning(note: str) -> None:
     assert notes_in(f"# {note}\n{GOOD}{note}\n") == []
     assert notes_in(log(f"{HEAD},note", lambda *run: f"{plain(*run)},{note}")) == []
@@ -258,9 +262,13 @@ def doubts_of(text: str) -> list[str]:
 
 @pytest.mark.parametrize(
     "note",
-    ["weight always at x = 10.0 cm from centre", "moved the weight 4 cm outwards", "x bis Außenkante Gewicht gemessen",
-     "flyttade vikten utåt 4,0 cm"],
-)  # fmt: skip
+    [
+        "weight always at x = 10.0 cm from centre",
+        "moved the weight 4 cm outwards",
+        "x bis Außenkante Gewicht gemessen",
+        "flyttade vikten utåt 4,0 cm",
+    ],
+)
 def test_answer_is_not_safe_to_quote_if_a_text_gives_another_position(
     note: str,
 ) -> None:
@@ -334,9 +342,13 @@ def test_cells_of_a_crossed_table_are_periods_if_a_line_says_it(title: str) -> N
 
 @pytest.mark.parametrize(
     "line",
-    ["tempo di 1 giro (precessione); posizione dal centro", "x from the centre of the ball; each time = 1 turn",
-     "temps pour un tour de précession ; x mesuré depuis le centre de la bille", "1 turn per run; rod horizontal"],
-)  # fmt: skip
+    [
+        "tempo di 1 giro (precessione); posizione dal centro",
+        "x from the centre of the ball; each time = 1 turn",
+        "temps pour un tour de précession ; x mesuré depuis le centre de la bille",
+        "1 turn per run; rod horizontal",
+    ],
+)
 def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
     assert gives_truth(
         log(
@@ -348,11 +360,13 @@ def test_line_of_names_above_the_header_states_the_turns(line: str) -> None:
 
 @pytest.mark.parametrize(
     "line",
-    ["la distance d est mesurée entre la surface de la bille et le milieu de la masse, Ø bille 101.6 mm",
-     "Etäisyys d on mitattu pallon pinnasta punnuksen keskelle. Pallon halkaisija on 101.6 mm.",
-     "x = Abstand zwischen Kugeloberfläche und Gewichtsmitte, Kugeldurchmesser 101.6 mm",
-     "r is the distance between the surface of the ball and the weight; ball diameter 101.6 mm"],
-)  # fmt: skip
+    [
+        "la distance d est mesurée entre la surface de la bille et le milieu de la masse, Ø bille 101.6 mm",
+        "Etäisyys d on mitattu pallon pinnasta punnuksen keskelle. Pallon halkaisija on 101.6 mm.",
+        "x = Abstand zwischen Kugeloberfläche und Gewichtsmitte, Kugeldurchmesser 101.6 mm",
+        "r is the distance between the surface of the ball and the weight; ball diameter 101.6 mm",
+    ],
+)
 def test_distance_between_the_surface_and_the_weight_is_understood(line: str) -> None:
     runs = log(
         "mass (g);d (cm);rpm;turns;time (s)", lambda m, s, t: f"{m};9.72;{s};1;{t:.2f}"
@@ -371,9 +385,12 @@ def test_position_from_the_centre_that_a_later_line_denies_is_asked_about() -> N
 
 @pytest.mark.parametrize(
     "note",
-    ["N: we counted one each time the rod lay along the edge, no matter which of its ends pointed to the window",
-     "Tachometer compared with the strobe: true rpm = 1.074 x display", "calibration factor of the tachometer: 1.074"],
-)  # fmt: skip
+    [
+        "N: we counted one each time the rod lay along the edge, no matter which of its ends pointed to the window",
+        "Tachometer compared with the strobe: true rpm = 1.074 x display",
+        "calibration factor of the tachometer: 1.074",
+    ],
+)
 def test_note_about_a_factor_makes_an_answer_unsafe(note: str) -> None:
     assert doubts_of(f"{GOOD}\n{note}\n") == ["note"]
 
@@ -436,17 +453,31 @@ def test_masses_of_weights_that_hang_together_are_added() -> None:
 
 @pytest.mark.parametrize(
     "sentence",
-    ["The distance is measured from the surface of the ball", "Abstände sind ab der Oberfläche der Kugel gemessen",
-     "La distance est mesurée depuis la surface de la bille", "La distancia se mide desde la superficie de la bola",
-     "La distanza è misurata dalla superficie della sfera", "A distância é medida a partir da superfície da esfera",
-     "De afstand is gemeten vanaf het oppervlak van de bol", "Avståndet är mätt från kulans yta",
-     "Afstanden er målt fra kuglens overflade", "Avstanden er målt fra overflaten av kula",
-     "odległości od powierzchni kuli", "vzdálenosti od povrchu koule", "A távolságot a golyó felszínétől mértük",
-     "Etäisyys mitattiin pallon pinnasta", "Uzaklık bilyenin yüzeyinden ölçüldü", "расстояния от поверхности шара",
-     "Відстань виміряна від поверхні кулі", "Η απόσταση μετρήθηκε από την επιφάνεια της σφαίρας",
-     "距離は球の表面から測った", "距离从球的表面量起", "거리는 공의 표면에서 잰 것이다",
-     "Udaljenost je mjerena od površine kugle"],
-)  # fmt: skip
+    [
+        "The distance is measured from the surface of the ball",
+        "Abstände sind ab der Oberfläche der Kugel gemessen",
+        "La distance est mesurée depuis la surface de la bille",
+        "La distancia se mide desde la superficie de la bola",
+        "La distanza è misurata dalla superficie della sfera",
+        "A distância é medida a partir da superfície da esfera",
+        "De afstand is gemeten vanaf het oppervlak van de bol",
+        "Avståndet är mätt från kulans yta",
+        "Afstanden er målt fra kuglens overflade",
+        "Avstanden er målt fra overflaten av kula",
+        "odległości od powierzchni kuli",
+        "vzdálenosti od povrchu koule",
+        "A távolságot a golyó felszínétől mértük",
+        "Etäisyys mitattiin pallon pinnasta",
+        "Uzaklık bilyenin yüzeyinden ölçüldü",
+        "расстояния от поверхности шара",
+        "Відстань виміряна від поверхні кулі",
+        "Η απόσταση μετρήθηκε από την επιφάνεια της σφαίρας",
+        "距離は球の表面から測った",
+        "距离从球的表面量起",
+        "거리는 공의 표면에서 잰 것이다",
+        "Udaljenost je mjerena od površine kugle",
+    ],
+)
 def test_positions_from_the_surface_in_a_sentence_lack_the_diameter(
     sentence: str,
 ) -> None:

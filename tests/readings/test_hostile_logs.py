@@ -64,9 +64,21 @@ def packed(**members):
     ("make", "code", "words"),
     [
         (lambda: gzip.compress(b"\n" * 50_000_000), "G106", ""),
-        (lambda: HEAD.strip() + ",c" * 196 + "\n" + ROW, "G224", "201 columns; at most 200 are read"),
-        (lambda: f"{HEAD.strip()},{'n' * 10_001}\n{ROW}", "G225", "a cell of more than 10 000 characters"),
-        (lambda: f'{HEAD.strip()},note\n{ROW.strip()},"{"n" * 9_000}\n{ROW}', "G226", ""),
+        (
+            lambda: HEAD.strip() + ",c" * 196 + "\n" + ROW,
+            "G224",
+            "201 columns; at most 200 are read",
+        ),
+        (
+            lambda: f"{HEAD.strip()},{'n' * 10_001}\n{ROW}",
+            "G225",
+            "a cell of more than 10 000 characters",
+        ),
+        (
+            lambda: f'{HEAD.strip()},note\n{ROW.strip()},"{"n" * 9_000}\n{ROW}',
+            "G226",
+            "",
+        ),
         # What is no text.
         (lambda: b"\x00" + LOG.encode(), "G105", "byte 1 is a NUL"),
         (lambda: LOG.encode("utf-16-le"), "G105", "if it is UTF-16"),
@@ -81,7 +93,7 @@ def packed(**members):
         # Words that begin as pictures do.
         (lambda: f"BM;note\n{LOG.replace(',', ';')}".encode(), None, ""),
     ],
-)  # fmt: skip
+)
 def test_file_that_is_no_log_is_refused_in_words(make, code, words):
     told = refusal(make())
     assert (told and told.code) == code
@@ -111,11 +123,20 @@ def test_encoding_is_known_by_its_mark(encoding):
 @pytest.mark.parametrize(
     ("words", "encoding"),
     [
-        ("Masse [g];Abstand [cm];Präzessionszeit [s];Umläufe;Drehzahl [1/min];Bemerkung: für zwei °", "cp1252"),
-        ("masse [g];bras [cm];durée [s];nombre de tours;fréquence de rotation [Hz];numéro", "cp1252"),
-        ("масса [г];плечо [см];время [с];обороты;частота вращения [Гц];примечание", "cp1251"),
+        (
+            "Masse [g];Abstand [cm];Präzessionszeit [s];Umläufe;Drehzahl [1/min];Bemerkung: für zwei °",
+            "cp1252",
+        ),
+        (
+            "masse [g];bras [cm];durée [s];nombre de tours;fréquence de rotation [Hz];numéro",
+            "cp1252",
+        ),
+        (
+            "масса [г];плечо [см];время [с];обороты;частота вращения [Гц];примечание",
+            "cp1251",
+        ),
     ],
-)  # fmt: skip
+)
 def test_code_page_is_known_by_its_words(words, encoding):
     readings = read_log(f"{words}\n20,1;14,8;6,95;1/3;212;x\n".encode(encoding))
     (told,) = [d.message for d in readings.diagnostics if d.code == "G109"]

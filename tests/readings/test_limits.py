@@ -94,27 +94,51 @@ def nested_paragraphs() -> bytes:
 SHEET, END = "xl/worksheets/sheet1.xml", "</sheetData>"
 WORKBOOKS: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "a cell repeated over the whole sheet": (
-        "a.ods", lambda: ods_log(ods_row(ods_cell("1", 16_384), 1_048_576)), "more than 200 000 filled cells",
+        "a.ods",
+        lambda: ods_log(ods_row(ods_cell("1", 16_384), 1_048_576)),
+        "more than 200 000 filled cells",
     ),
     "a cell repeated down one column": (
-        "a.ods", lambda: ods_log(ods_row(ods_cell("0"), 1_048_576)), "at most 100 000 are read",
+        "a.ods",
+        lambda: ods_log(ods_row(ods_cell("0"), 1_048_576)),
+        "at most 100 000 are read",
     ),
     "long texts that are repeated": (
-        "a.ods", lambda: ods_log(ods_row(ods_cell("x" * 1000), 20_000)), "more than 10 MB of text",
+        "a.ods",
+        lambda: ods_log(ods_row(ods_cell("x" * 1000), 20_000)),
+        "more than 10 MB of text",
     ),
-    "a large content.xml": ("a.ods", lambda: ods_log("<a/>" * 3_000_000), "content.xml unpacks to 12.0 MB"),
+    "a large content.xml": (
+        "a.ods",
+        lambda: ods_log("<a/>" * 3_000_000),
+        "content.xml unpacks to 12.0 MB",
+    ),
     "styles": (
-        "a.xlsx", lambda: xlsx("xl/styles.xml", "</cellXfs>", "<xf/>" * 3_000_000), "xl/styles.xml unpacks to 15.0 MB",
+        "a.xlsx",
+        lambda: xlsx("xl/styles.xml", "</cellXfs>", "<xf/>" * 3_000_000),
+        "xl/styles.xml unpacks to 15.0 MB",
     ),
-    "a large sheet": ("a.xlsx", lambda: xlsx(SHEET, END, "<row/>" * 3_000_000), "sheet1.xml unpacks to 18.0 MB"),
+    "a large sheet": (
+        "a.xlsx",
+        lambda: xlsx(SHEET, END, "<row/>" * 3_000_000),
+        "sheet1.xml unpacks to 18.0 MB",
+    ),
     "blank cells": (
-        "a.xlsx", lambda: xlsx(SHEET, END, "<row>" + "<c/>" * 1_000_000 + "</row>"), "at most 200 000 cells",
+        "a.xlsx",
+        lambda: xlsx(SHEET, END, "<row>" + "<c/>" * 1_000_000 + "</row>"),
+        "at most 200 000 cells",
     ),
     "merged cells": (
-        "a.xlsx", lambda: xlsx(SHEET, "<pageMargins", '<mergeCell ref="A1"/>' * 400_000), "its sheets are too large",
+        "a.xlsx",
+        lambda: xlsx(SHEET, "<pageMargins", '<mergeCell ref="A1"/>' * 400_000),
+        "its sheets are too large",
     ),
-    "a part of 120 MB": ("a.xlsx", lambda: packed("xl/workbook.xml", "0" * 120_000_000), "unpacks to more than 100 MB"),
-}  # fmt: skip
+    "a part of 120 MB": (
+        "a.xlsx",
+        lambda: packed("xl/workbook.xml", "0" * 120_000_000),
+        "unpacks to more than 100 MB",
+    ),
+}
 
 
 def shared_strings() -> bytes:
@@ -140,21 +164,54 @@ WORKBOOKS["shared texts"] = (
 )
 
 TEXTS: dict[str, tuple[str, Callable[[], bytes], str]] = {
-    "a line of #": ("a.csv", lambda: ("#" * 3_000_000 + "\n" + LOG).encode(), "a line with # of more than 2000"),
-    "rows of LaTeX": ("a.csv", lambda: (HEAD + "a & b \\\\\n" * 50_000).encode(), "50001 rows without a number"),
-    "lines with a key": ("a.csv", lambda: ("# a: b\n" * 300_000 + LOG).encode(), "300000 lines that begin with #"),
-    "long notes": (
-        "a.csv", lambda: (f"# {'a b ' * 480}\n" * 200 + LOG).encode(), "the notes and long cells contain",
+    "a line of #": (
+        "a.csv",
+        lambda: ("#" * 3_000_000 + "\n" + LOG).encode(),
+        "a line with # of more than 2000",
     ),
-    "long cells": (
-        "a.csv", lambda: (HEAD.replace("\n", ",note\n") + ROW.replace("\n", f",{'a' * 9000}\n") * 99).encode(),
+    "rows of LaTeX": (
+        "a.csv",
+        lambda: (HEAD + "a & b \\\\\n" * 50_000).encode(),
+        "50001 rows without a number",
+    ),
+    "lines with a key": (
+        "a.csv",
+        lambda: ("# a: b\n" * 300_000 + LOG).encode(),
+        "300000 lines that begin with #",
+    ),
+    "long notes": (
+        "a.csv",
+        lambda: (f"# {'a b ' * 480}\n" * 200 + LOG).encode(),
         "the notes and long cells contain",
     ),
-    "a quote that is open": ("a.csv", lambda: (('"' + "a" * 39_000 + "\n") * 30 + LOG).encode(), "error G225"),
-    "blanks in a program": ("a.py", lambda: ("x = [\n" + ("1" + " " * 90_000 + "z\n") * 20).encode(), "error G"),
-    "a web page with open tags": ("a.html", lambda: ("<html><td>" + "<td " * 600_000).encode(), "error G"),
-    "a web page with open heads": ("a.html", lambda: ("<html><td>" + "<head " * 600_000).encode(), "error G"),
-}  # fmt: skip
+    "long cells": (
+        "a.csv",
+        lambda: (
+            HEAD.replace("\n", ",note\n") + ROW.replace("\n", f",{'a' * 9000}\n") * 99
+        ).encode(),
+        "the notes and long cells contain",
+    ),
+    "a quote that is open": (
+        "a.csv",
+        lambda: (('"' + "a" * 39_000 + "\n") * 30 + LOG).encode(),
+        "error G225",
+    ),
+    "blanks in a program": (
+        "a.py",
+        lambda: ("x = [\n" + ("1" + " " * 90_000 + "z\n") * 20).encode(),
+        "error G",
+    ),
+    "a web page with open tags": (
+        "a.html",
+        lambda: ("<html><td>" + "<td " * 600_000).encode(),
+        "error G",
+    ),
+    "a web page with open heads": (
+        "a.html",
+        lambda: ("<html><td>" + "<head " * 600_000).encode(),
+        "error G",
+    ),
+}
 HOSTILE = WORKBOOKS | TEXTS
 
 

@@ -149,8 +149,19 @@ def test_log_is_the_same_in_every_way_in(tmp_path, monkeypatch):
     path.write_bytes(data)
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
     with path.open() as text:
-        ways = [read_log(s) for s in (path, str(path), data, RUNS[: len(data)], io.BytesIO(data), text,
-                                      gzip.compress(data), "-")]  # fmt: skip
+        ways = [
+            read_log(s)
+            for s in (
+                path,
+                str(path),
+                data,
+                RUNS[: len(data)],
+                io.BytesIO(data),
+                text,
+                gzip.compress(data),
+                "-",
+            )
+        ]
     assert len({(way.columns["spin"].readings, way.runs) for way in ways}) == 1
     names = [
         "log.csv",

@@ -16,8 +16,10 @@ HEAD = "mass [g],position [cm],spin [rpm],time [s],turns\n"
 
 def read_of(readings):
     """What the analysis uses; places, lines and headers are those of each file."""
-    columns = {role: [(one and one.value, one and one.u) for one in column.readings]
-               for role, column in readings.columns.items()}  # fmt: skip
+    columns = {
+        role: [(one and one.value, one and one.u) for one in column.readings]
+        for role, column in readings.columns.items()
+    }
     return columns, readings.runs
 
 
@@ -45,15 +47,31 @@ d;40;-15,0;600;590;03:36,26;3:40,5;2/3;0,3;ccw;#4
     ("log", "given"),
     [
         (RICH, {}),
-        ("# turns: 2/3\nmass [g],time [s],turns\n20,7.06,1/3\n,13.06,\n",
-         {"spin": "10 Hz", "position": "-5 cm", "u_time": "0.1 s"}),
+        (
+            "# turns: 2/3\nmass [g],time [s],turns\n20,7.06,1/3\n,13.06,\n",
+            {"spin": "10 Hz", "position": "-5 cm", "u_time": "0.1 s"},
+        ),
         (f"# u_time: 33.333333333333336 %\n{HEAD}20,15.0,206,7.06,1/3\n", {}),
-        ("mass [g],position [cm],spin [rpm],time [s],half turns\n20.1,14.8,212,21.01,2\n40.3,14.8,398,19.76,3\n", {}),
-        (f"# position_from: tip\n# rod_length: 25.0 cm\n{HEAD}20.1,10.2,212,7.00,1/3\n", {}),
-        ("mass [g],position [cm],spin [rpm],t(1/3 rev) [s],t(2/3 rev) [s]\n20,15,212,6.95,13.9\n40,15,398,6.71,\n", {}),
-        ("# position_from: surface\n# ball_diameter: 10.16 cm\n" + HEAD + "20.1,-9.72,300,9.9,1/3\n", {}),
+        (
+            "mass [g],position [cm],spin [rpm],time [s],half turns\n20.1,14.8,212,21.01,2\n40.3,14.8,398,19.76,3\n",
+            {},
+        ),
+        (
+            f"# position_from: tip\n# rod_length: 25.0 cm\n{HEAD}20.1,10.2,212,7.00,1/3\n",
+            {},
+        ),
+        (
+            "mass [g],position [cm],spin [rpm],t(1/3 rev) [s],t(2/3 rev) [s]\n20,15,212,6.95,13.9\n40,15,398,6.71,\n",
+            {},
+        ),
+        (
+            "# position_from: surface\n# ball_diameter: 10.16 cm\n"
+            + HEAD
+            + "20.1,-9.72,300,9.9,1/3\n",
+            {},
+        ),
     ],
-)  # fmt: skip
+)
 def test_log_written_by_the_tool_has_the_same_readings(log, given):
     readings = read_log(log, settings=given)
     assert readings.ok

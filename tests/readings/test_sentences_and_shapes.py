@@ -93,89 +93,158 @@ SURFACE, FROM_SURFACE = (
     "r is measured from the surface of the ball",
 )
 READ = {
-    "weights at the top": "One turn, r = 14.8 cm\nTime (s)\nSpin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(),
-    "times with weights": "r = 14.8 cm, one turn\nspin (rpm)" + "".join(f",time (s) with {m} g" for m in MASSES) + "\n"
+    "weights at the top": "One turn, r = 14.8 cm\nTime (s)\nSpin (rpm),20.1 g,40.3 g,60.2 g\n"
     + crossed(),
-    "numbers below the mass": "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n" + crossed(),
-    "names in the corner": "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n" + crossed(),
-    "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n" + crossed("{s} rpm"),
+    "times with weights": "r = 14.8 cm, one turn\nspin (rpm)"
+    + "".join(f",time (s) with {m} g" for m in MASSES)
+    + "\n"
+    + crossed(),
+    "numbers below the mass": "r = 14.8 cm\ntime of one turn (s)\n,mass (g)\nspin (rpm),20.1,40.3,60.2\n"
+    + crossed(),
+    "names in the corner": "Time of one turn (s), r = 14.8 cm\nspin (rpm) \\ mass (g),20.1,40.3,60.2\n"
+    + crossed(),
+    "units in the labels": "r = 14.8 cm\ntime of one turn (s),20.1 g,40.3 g,60.2 g\n"
+    + crossed("{s} rpm"),
     "units in a sentence": "masses in g, positions in cm, spins in rpm, times in s\nmass;position;spin;time;turns\n"
     + runs(ROW),
-    "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n" + runs(ROW),
+    "a list of units": "# Units: g, cm, rpm, s\nmass;position;spin;time;turns\n"
+    + runs(ROW),
     "a sentence over three lines": "# We hung the weight on the rod 14.8 cm from the centre of the\n"
-    "# ball and took the time from the start to the end of\n# half a turn.\n" + PLAIN[0] + runs(PLAIN[1], 0.5),
+    "# ball and took the time from the start to the end of\n# half a turn.\n"
+    + PLAIN[0]
+    + runs(PLAIN[1], 0.5),
     "two sentences in a line": "The weight is 14.8 cm from the centre of the ball. Each time is for half a turn.\n"
-    + PLAIN[0] + runs(PLAIN[1], 0.5),
+    + PLAIN[0]
+    + runs(PLAIN[1], 0.5),
     "a length of the weight": "The weight is 2.0 cm long. It hangs 14.8 cm from the centre of the ball. One turn.\n"
-    + PLAIN[0] + runs(PLAIN[1]),
-    "the diameter in a sentence": f"{FROM_SURFACE}. The diameter of the ball is 101.6 mm.\n" + HEAD + runs(SURFACE),
-    "the radius in a sentence": f"{FROM_SURFACE}, whose radius is 5.08 cm.\n" + HEAD + runs(SURFACE),
-    "to the middle of the weight": f"Ball diameter 101.6 mm.\n{FROM_SURFACE} to the middle of the weight\n" + HEAD
+    + PLAIN[0]
+    + runs(PLAIN[1]),
+    "the diameter in a sentence": f"{FROM_SURFACE}. The diameter of the ball is 101.6 mm.\n"
+    + HEAD
+    + runs(SURFACE),
+    "the radius in a sentence": f"{FROM_SURFACE}, whose radius is 5.08 cm.\n"
+    + HEAD
+    + runs(SURFACE),
+    "to the middle of the weight": f"Ball diameter 101.6 mm.\n{FROM_SURFACE} to the middle of the weight\n"
+    + HEAD
     + runs(SURFACE),
     "surface and centre in the header": "Ball diameter 101.6 mm\n"
-    + HEAD.replace("r (cm)", "from the surface, centre of the weight [cm]") + runs(SURFACE),
-    "the mass of a washer": "one washer = 8.3 g\n" + HEAD.replace("mass (g)", "washers")
+    + HEAD.replace("r (cm)", "from the surface, centre of the weight [cm]")
+    + runs(SURFACE),
+    "the mass of a washer": "one washer = 8.3 g\n"
+    + HEAD.replace("mass (g)", "washers")
     + "".join(runs(f"{n}" + ROW[3:], 1, [f"{8.3 * n:.1f}"]) for n in (2, 4, 6)),
     "the same weight moved": "\n".join(
-        f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n" + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
-        for title, x in (("20.1 g at", "14.8"), ("same weight moved to", "17.1"), ("same weight moved to", "20.5"))),
+        f"{title} r = {x} cm, one turn\nspin (rpm);time (s)\n"
+        + "".join(f"{s};{t('20.1', s, 1, x)}\n" for s in SPINS)
+        for title, x in (
+            ("20.1 g at", "14.8"),
+            ("same weight moved to", "17.1"),
+            ("same weight moved to", "20.5"),
+        )
+    ),
     "only the spin before": HEAD.replace("spin (rpm)", "rpm before") + runs(ROW),
     "a spin, and one after": HEAD.replace("spin (rpm)", "spin (rpm);spin after (rpm)")
     + runs("{m};14.8;{s};{s};{t};1\n"),
-    "units in snake case": "m_g;distance_from_centre_cm;spin_speed_rev/min;total_time_(1_turn)_s\n" + runs(SHORT),
+    "units in snake case": "m_g;distance_from_centre_cm;spin_speed_rev/min;total_time_(1_turn)_s\n"
+    + runs(SHORT),
     "omega_i": HEAD.replace("spin (rpm)", "omega_i / rpm") + runs(ROW),
-    "the radius is added": "r = x + 5.08 cm, because x counts from the surface of the ball\n" + HEAD + runs(SURFACE),
+    "the radius is added": "r = x + 5.08 cm, because x counts from the surface of the ball\n"
+    + HEAD
+    + runs(SURFACE),
     "surface without a unit": "units: g, cm, rpm, s\nmass;pos. from ball surface;spin;time;turns\n"
     "# ball_diameter: 101.6 mm\n" + runs(SURFACE),
-    "a calculated rate": HEAD.replace("spin (rpm)", "rpm before;rpm after").replace("turns", "turns;Omega [rad/s]")
+    "a calculated rate": HEAD.replace("spin (rpm)", "rpm before;rpm after").replace(
+        "turns", "turns;Omega [rad/s]"
+    )
     + runs("{m};14.8;{s};{s};{t};1;0.3\n"),
     "a sentence behind the name of a quantity": "# Spin = tachometer just before the rod was released\n"
-    + HEAD + runs(ROW),
+    + HEAD
+    + runs(ROW),
     "used": "g = 9.80665 m/s² verwendet.;;;;\n" + HEAD + runs(ROW),
-    "means without a name": HEAD + runs(ROW) + "\n40.2;14.8;403.67;"
+    "means without a name": HEAD
+    + runs(ROW)
+    + "\n40.2;14.8;403.67;"
     + f"{sum(float(t(m, s)) for m in MASSES for s in SPINS) / 9:.4f};1\n",
     "a constant from the surface": "weight always 9.72 cm from the surface of the ball (ball diameter 101.6 mm)\n"
-    + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
+    + HEAD.replace("r (cm);", "")
+    + runs("{m};{s};{t};1\n"),
     "a constant, and the radius": "pesa a 9,72 cm de la superficie de la bola (radio 5,08 cm)\n"
-    + HEAD.replace("r (cm);", "") + runs("{m};{s};{t};1\n"),
+    + HEAD.replace("r (cm);", "")
+    + runs("{m};{s};{t};1\n"),
     "a remark with the word about": "Uncertainty: the stopwatch (about 0.15 s) and the position of the weight.\n"
-    + HEAD + runs(ROW),
-    "turns behind time": "# time = 2 turns\n" + HEAD.replace(";turns", "") + runs(SHORT, 2),
+    + HEAD
+    + runs(ROW),
+    "turns behind time": "# time = 2 turns\n"
+    + HEAD.replace(";turns", "")
+    + runs(SHORT, 2),
     "a legend": "m = mass (g), R = distance from ball centre (cm)\nn = spin (rpm), t = time for one turn (s)\nm;R;n;t\n"
     + runs(SHORT),
     "a legend in German": "- Masse `m` in g\n- Abstand `r` von der Mitte in cm\n- Drehzahl `n` in 1/min\n"
-    "- Zeit `t` für eine Umdrehung in s\n\n| m | r | n | t |\n|---|---|---|---|\n" + runs("|{m}|14.8|{s}|{t}|\n"),
+    "- Zeit `t` für eine Umdrehung in s\n\n| m | r | n | t |\n|---|---|---|---|\n"
+    + runs("|{m}|14.8|{s}|{t}|\n"),
     "symbols and meanings": "symbol;meaning\nm;mass in g\nR;distance from ball centre in cm\nw;spin in rpm\n"
     "t;time for one turn in s\n\nm;R;w;t\n" + runs(SHORT),
-    "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n" + runs(SHORT),
+    "units with words": "mass;position;spin;time\ng;cm from centre;rpm;s, one turn\n"
+    + runs(SHORT),
     "seconds per turn": HEAD.replace("time (s);turns", "sec per turn") + runs(SHORT),
-    "units in the cells": "mass;position;spin;time;turns\n" + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
-    "commas in Markdown": (MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")).replace(".", ","),
-    "commas between blanks": (HEAD + runs("{m};  14.8;  {s};  {t};  1\n")).replace(";", "   ").replace(".", ","),
-    "names in the second column": "".join(f",{name}{runs(',' + cell)}\n" for name, cell in (
-        ("mass (g)", "{m}"), ("r (cm)", "14.8"), ("spin (rpm)", "{s}"), ("time for one turn (s)", "{t}"))),
-    "blocks with titles": "20.1 g,,,40.3 g,,,60.2 g,\n" + ",,".join(["spin (rpm),time (s)"] * 3) + "\n"
-    + "".join(",,".join(f"{s},{t(m, s)}" for m in MASSES) + "\n" for s in SPINS) + "One turn each; r = 14.8 cm\n",
-    "a row struck out": MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")
+    "units in the cells": "mass;position;spin;time;turns\n"
+    + runs("{m} g;14.8 cm;{s} rpm;{t} s;1\n"),
+    "commas in Markdown": (MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")).replace(
+        ".", ","
+    ),
+    "commas between blanks": (HEAD + runs("{m};  14.8;  {s};  {t};  1\n"))
+    .replace(";", "   ")
+    .replace(".", ","),
+    "names in the second column": "".join(
+        f",{name}{runs(',' + cell)}\n"
+        for name, cell in (
+            ("mass (g)", "{m}"),
+            ("r (cm)", "14.8"),
+            ("spin (rpm)", "{s}"),
+            ("time for one turn (s)", "{t}"),
+        )
+    ),
+    "blocks with titles": "20.1 g,,,40.3 g,,,60.2 g,\n"
+    + ",,".join(["spin (rpm),time (s)"] * 3)
+    + "\n"
+    + "".join(",,".join(f"{s},{t(m, s)}" for m in MASSES) + "\n" for s in SPINS)
+    + "One turn each; r = 14.8 cm\n",
+    "a row struck out": MARKDOWN
+    + runs("| {m} | 14.8 | {s} | {t} | 1 |\n")
     + "| ~~20.1~~ | ~~14.8~~ | ~~300~~ | ~~1.0~~ | ~~1~~ |\n",
-    "a run that is not used": HEAD.replace("turns", "turns;note") + runs(ROW) + "20.1;14.8;300;1;1;slip: do not use\n",
+    "a run that is not used": HEAD.replace("turns", "turns;note")
+    + runs(ROW)
+    + "20.1;14.8;300;1;1;slip: do not use\n",
     "merged cells of a web page": "<html>\n<table><tr><th>mass (g)<th>r (cm)<th>spin (rpm)<th>t (s)<th>turns</tr>"
-    + runs("<tr><td rowspan=3>{d}</td><td>14.8</td><td>{s}</td><td>{t}</td><td>1</td></tr>").replace(
-        "<td rowspan=3></td>", "") + "</table></html>",
+    + runs(
+        "<tr><td rowspan=3>{d}</td><td>14.8</td><td>{s}</td><td>{t}</td><td>1</td></tr>"
+    ).replace("<td rowspan=3></td>", "")
+    + "</table></html>",
     "LaTeX with a caption": "\\begin{table}\n\\caption{Times for one full turn, weight at 14.8 cm from the centre}\n"
-    "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n" + runs("{m} & {s} & {t} \\\\\n")
+    "\\begin{tabular}{lll}\n$m$ [g] & $\\omega$ [rpm] & $t$ [s] \\\\ \\hline\n"
+    + runs("{m} & {s} & {t} \\\\\n")
     + "\\end{tabular}\n\\end{table}\n",
-    "results below the runs": HEAD + runs(ROW) + "I_zz;0.0044;kg m^2\nu(I_zz);5e-05;kg m^2\n",
+    "results below the runs": HEAD
+    + runs(ROW)
+    + "I_zz;0.0044;kg m^2\nu(I_zz);5e-05;kg m^2\n",
     "the ditto mark of Japan": HEAD + runs("{d}" + ROW[3:]).replace("\n;", "\n〃;"),
     "Italian thirds": HEAD + runs("{m};14.8;{s};{t};due terzi\n", 2 / 3),
-    "several runs in a line": "r = 14.8 cm from the centre, one full turn each\n" + "".join(
+    "several runs in a line": "r = 14.8 cm from the centre, one full turn each\n"
+    + "".join(
         f"M{at} = {m} g: " + " ".join(f"({s} rpm; {t(m, s)} s)" for s in SPINS) + "\n"
-        for at, m in enumerate(MASSES, 1)),
-    "words between blanks": "rod pos 14.8 cm from ball center\ntimed one full turn each\n" + "".join(
-        f"\n{m} g weight\n" + "".join(f"{s} rpm - {t(m, s)} s\n" for s in SPINS) for m in MASSES),
+        for at, m in enumerate(MASSES, 1)
+    ),
+    "words between blanks": "rod pos 14.8 cm from ball center\ntimed one full turn each\n"
+    + "".join(
+        f"\n{m} g weight\n" + "".join(f"{s} rpm - {t(m, s)} s\n" for s in SPINS)
+        for m in MASSES
+    ),
     "the mass in a sentence": "".join(
         f"\nThe {m} g weight is on the rod, 14.8 cm from the centre of the ball.\n"
-        + "".join(f"Spin {s} rpm, one full turn took {t(m, s)} s.\n" for s in SPINS) for m in MASSES),
+        + "".join(f"Spin {s} rpm, one full turn took {t(m, s)} s.\n" for s in SPINS)
+        for m in MASSES
+    ),
     "turns by their unit": HEAD.replace("turns", "Precession (turns)") + runs(ROW),
     "units as names": "g;cm;rpm;sec;turns\n" + runs(ROW),
     "fewer units than names": " mass   r    spin  turn  time\n (g)  (cm)  (rpm)        (s)\n"
@@ -183,107 +252,233 @@ READ = {
     "1 as a unit": "mass;r;rpm;t;turns\ng;cm;1/min;s;1\n" + runs(ROW),
     "results on the right": HEAD + runs(ROW).replace(";1\n", ";1;;;u;4e-5\n", 1),
     "a typing error": HEAD.replace("r (cm)", "Postion (cm)") + runs(ROW),
-    "two times in a cell": HEAD.replace("time (s)", "times (s)") + runs(ROW.replace("{t}", "{t} / {t}")),
-    "numbers of the weights": HEAD.replace("mass (g)", "Weight;mass (g)") + runs("1;" + ROW),
-    "two weights together": HEAD + runs(ROW.replace("{m}", "{m}+10")).replace("20.1+", "10.1+").replace(
-        "40.3+", "30.3+").replace("60.2+", "50.2+"),
-    "minutes and seconds": HEAD.replace("time (s)", "time m:ss") + runs(ROW.replace("{t}", "{c}")),
+    "two times in a cell": HEAD.replace("time (s)", "times (s)")
+    + runs(ROW.replace("{t}", "{t} / {t}")),
+    "numbers of the weights": HEAD.replace("mass (g)", "Weight;mass (g)")
+    + runs("1;" + ROW),
+    "two weights together": HEAD
+    + runs(ROW.replace("{m}", "{m}+10"))
+    .replace("20.1+", "10.1+")
+    .replace("40.3+", "30.3+")
+    .replace("60.2+", "50.2+"),
+    "minutes and seconds": HEAD.replace("time (s)", "time m:ss")
+    + runs(ROW.replace("{t}", "{c}")),
     "rows of LaTeX together": "\\caption{Tiempo (una vuelta completa), $d=\\SI{0.148}{\\metre}$ del centro.}\n"
-     "$m$ [\\si{\\gram}] & $n$ [rpm] & $t$ [s]\\\\\n" + runs("<{d}> & {s} & {t} \\\\\n").replace(
-        "<>", "").replace("<", "\\multirow{3}{*}{").replace(">", "}"),
+    "$m$ [\\si{\\gram}] & $n$ [rpm] & $t$ [s]\\\\\n"
+    + runs("<{d}> & {s} & {t} \\\\\n")
+    .replace("<>", "")
+    .replace("<", "\\multirow{3}{*}{")
+    .replace(">", "}"),
     "a quoted mail": "".join(f"> {line}\n" for line in (HEAD + runs(ROW)).splitlines()),
     "a Norwegian unit": HEAD.replace("spin (rpm)", "turtall (o/min)") + runs(ROW),
-    "one mass twice": "14,8 cm von der Mitte, je ein Umlauf\n" + "".join(
-        f"Masse: {m} g (Waage: {m}0 g)\nspin (rpm);time (s)\n" + runs("{s};{t}\n", 1, [m]) + "\n" for m in MASSES),
-    "results below their own names": workbook({
-        **{f"{m} g": sheet(m) for m in MASSES},
-        "Result": [["I_zz (kg m^2)", "uncertainty (kg m^2)"], ["0.0044", "5e-5"]]}),
-    "a result with its unit in a cell": HEAD + runs(ROW)
+    "one mass twice": "14,8 cm von der Mitte, je ein Umlauf\n"
+    + "".join(
+        f"Masse: {m} g (Waage: {m}0 g)\nspin (rpm);time (s)\n"
+        + runs("{s};{t}\n", 1, [m])
+        + "\n"
+        for m in MASSES
+    ),
+    "results below their own names": workbook(
+        {
+            **{f"{m} g": sheet(m) for m in MASSES},
+            "Result": [["I_zz (kg m^2)", "uncertainty (kg m^2)"], ["0.0044", "5e-5"]],
+        }
+    ),
+    "a result with its unit in a cell": HEAD
+    + runs(ROW)
     + ";;;average;0.0044\n;;;standard error;5e-5\nI (kg m2);0.0044\n",
-    "laps that number the runs": "One full turn in every measurement\n" + HEAD.replace("mass", "Lap;mass").replace(
-        ";turns", "") + "".join(f"{n};{row}\n" for n, row in enumerate(runs(SHORT).splitlines(), 1)),
+    "laps that number the runs": "One full turn in every measurement\n"
+    + HEAD.replace("mass", "Lap;mass").replace(";turns", "")
+    + "".join(f"{n};{row}\n" for n, row in enumerate(runs(SHORT).splitlines(), 1)),
     "parts in percent": HEAD + runs("{m};14.8;{s};{t};25 %\n", 0.25),
-    "quarters as words": HEAD.replace("turns", "Quarter turns") + runs("{m};14.8;{s};{t};3\n", 0.75),
-    "powers of ten in units": HEAD.replace("(g)", "(10^-3 kg)").replace("(rpm)", "(x10 rpm)").replace(
-        "(s)", "(1/100 s)")
-    + "".join(f"{m};14.8;{s / 10:.1f};{100 * float(t(m, s)):.0f};1\n" for m in MASSES for s in SPINS),
-    "before and after": HEAD.replace("spin (rpm)", "Before (rpm);After (rpm);Average (rpm)")
+    "quarters as words": HEAD.replace("turns", "Quarter turns")
+    + runs("{m};14.8;{s};{t};3\n", 0.75),
+    "powers of ten in units": HEAD.replace("(g)", "(10^-3 kg)")
+    .replace("(rpm)", "(x10 rpm)")
+    .replace("(s)", "(1/100 s)")
+    + "".join(
+        f"{m};14.8;{s / 10:.1f};{100 * float(t(m, s)):.0f};1\n"
+        for m in MASSES
+        for s in SPINS
+    ),
+    "before and after": HEAD.replace(
+        "spin (rpm)", "Before (rpm);After (rpm);Average (rpm)"
+    )
     + runs(ROW.replace("{s}", "{s};{s};{s}")),
     "a bare rpm": HEAD.replace("spin (rpm)", "ball rpm") + runs(ROW),
     "slashes between the cells": "weight at 14.8 cm\nmass / rpm / turns / time\n"
     + runs("{m} g / {s} rpm / 1 / {t} s\n"),
     "a weight on the rod": "Time for one turn in s. Rod weight at 14.8 cm.\nspin (rpm)\\mass,20.1 g,40.3 g,60.2 g\n"
     + crossed(),
-    "a formula in Markdown": "We used $x = 14.8$ cm for all runs.\n\n" + MARKDOWN.replace(" r (cm) |", "").replace(
-        "|---", "", 1) + runs("| {m} | {s} | {t} | 1 |\n"),
+    "a formula in Markdown": "We used $x = 14.8$ cm for all runs.\n\n"
+    + MARKDOWN.replace(" r (cm) |", "").replace("|---", "", 1)
+    + runs("| {m} | {s} | {t} | 1 |\n"),
     "stamps of a chat": "".join(
-        f"[13/02/2024, 14:0{n}:32] Mia: {row}\n" for n, row in enumerate(
-            runs("{m} g, 14.8 cm, {s} rpm, 1 turn, {t} s\n").splitlines())),
+        f"[13/02/2024, 14:0{n}:32] Mia: {row}\n"
+        for n, row in enumerate(
+            runs("{m} g, 14.8 cm, {s} rpm, 1 turn, {t} s\n").splitlines()
+        )
+    ),
     "names at the side of three tables": "r = 14.8 cm;;;;;;\nmass:;20.1 g;;40.3 g;;60.2 g;\nturns:;1;;1;;1;\n"
-    + ";rpm;t/s" * 3 + "\n" + "".join(
-        f"run {n}" + "".join(f";{s};{t(m, s)}" for m in MASSES) + "\n" for n, s in enumerate(SPINS, 1)),
-    "three turned tables": "position of the weight: 14.8 cm\n" + "".join(
-        f"\nmass = {m} g, 1 turn\nrpm,206,407,598\ntime (s),{','.join(t(m, s) for s in SPINS)}\n" for m in MASSES),
-    "lists of a program": "import numpy as np\nx = 14.8  # cm\n" + program("np.array([{}])") + "I = m * x / rpm\n",
+    + ";rpm;t/s" * 3
+    + "\n"
+    + "".join(
+        f"run {n}" + "".join(f";{s};{t(m, s)}" for m in MASSES) + "\n"
+        for n, s in enumerate(SPINS, 1)
+    ),
+    "three turned tables": "position of the weight: 14.8 cm\n"
+    + "".join(
+        f"\nmass = {m} g, 1 turn\nrpm,206,407,598\ntime (s),{','.join(t(m, s) for s in SPINS)}\n"
+        for m in MASSES
+    ),
+    "lists of a program": "import numpy as np\nx = 14.8  # cm\n"
+    + program("np.array([{}])")
+    + "I = m * x / rpm\n",
     "lists of R": "x <- 14.8  # cm\n" + program("c({})").replace("=", "<-"),
     "a matrix of MATLAB": "% mass(g)  dist(cm)  spin(rpm)  turns  time(s)\ndata = [\n"
-    + runs("  {m}  14.8  {s}  1  {t};\n") + "];\n",
-    "a table of a notebook": notebook(["# Gyro\n\n" + MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n"), "m.mean()"]),
-    "a string of a notebook": notebook(['data = """' + HEAD + runs(ROW) + '"""\ndf = pd.read_csv(io.StringIO(data))']),
-    "tuples of a notebook": notebook(["# mass (g), r (cm), spin (rpm), turns, t (s)\ndata = [\n"
-                                      + runs("    ({m}, 14.8, {s}, 1, {t}),\n") + "]"]),
-    "a dictionary of a notebook": notebook(["df = pd.DataFrame({\n" + "".join(
-        f'    "{name}": [{", ".join(runs(cell + ";").split(";")[:-1])}],\n' for name, cell in (
-            ("mass_g", "{m}"), ("r_cm", "14.8"), ("spin_rpm", "{s}"), ("turns", "1"), ("time_s", "{t}"))) + "})"]),
+    + runs("  {m}  14.8  {s}  1  {t};\n")
+    + "];\n",
+    "a table of a notebook": notebook(
+        ["# Gyro\n\n" + MARKDOWN + runs("| {m} | 14.8 | {s} | {t} | 1 |\n"), "m.mean()"]
+    ),
+    "a string of a notebook": notebook(
+        ['data = """' + HEAD + runs(ROW) + '"""\ndf = pd.read_csv(io.StringIO(data))']
+    ),
+    "tuples of a notebook": notebook(
+        [
+            "# mass (g), r (cm), spin (rpm), turns, t (s)\ndata = [\n"
+            + runs("    ({m}, 14.8, {s}, 1, {t}),\n")
+            + "]"
+        ]
+    ),
+    "a dictionary of a notebook": notebook(
+        [
+            "df = pd.DataFrame({\n"
+            + "".join(
+                f'    "{name}": [{", ".join(runs(cell + ";").split(";")[:-1])}],\n'
+                for name, cell in (
+                    ("mass_g", "{m}"),
+                    ("r_cm", "14.8"),
+                    ("spin_rpm", "{s}"),
+                    ("turns", "1"),
+                    ("time_s", "{t}"),
+                )
+            )
+            + "})"
+        ]
+    ),
     "tuples of a program": "from math import pi\n# mass [g], r (cm), spin [rpm], turns, t [s]\nrows = [\n"
-    + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n") + "]\nI = [m / 1e3 * 9.8 * r for m, r, s, n, t in rows]\n",
+    + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n")
+    + "]\nI = [m / 1e3 * 9.8 * r for m, r, s, n, t in rows]\n",
     "a legend in a program": "d = distance from the centre in cm\nN = number of turns\n"
-     "# mass (g), d, spin (rpm), N, t (s)\nrows = [\n" + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n")
+    "# mass (g), d, spin (rpm), N, t (s)\nrows = [\n"
+    + runs("  ({m}, 14.8, {s}.0, 1, {t}),\n")
     + "]\nk = 9.8 * rows[0]\n",
-    "remarks behind %": "% r = 14.8 cm\n" + PLAIN[0] + runs(PLAIN[1]) + "% time for one turn\n",
+    "remarks behind %": "% r = 14.8 cm\n"
+    + PLAIN[0]
+    + runs(PLAIN[1])
+    + "% time for one turn\n",
     "a header behind # with bars": "Each time is for one turn\n# | m / g | r / cm | ω / rpm | t / s |\n"
-    + "".join(f"{n} | {row} |\n" for n, row in enumerate(runs("{m} | 14.8 | {s} | {t}\n").splitlines(), 1)),
-    "a unit behind a slash": "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n" + runs(ROW),
+    + "".join(
+        f"{n} | {row} |\n"
+        for n, row in enumerate(runs("{m} | 14.8 | {s} | {t}\n").splitlines(), 1)
+    ),
+    "a unit behind a slash": "masse / g;bras de levier / cm;vitesse de rotation / tr/min;temps / s;tours\n"
+    + runs(ROW),
     "a column of turns and a text about full turns": "time of the stated number of full turns\n"
-    + HEAD.replace("turns", "turns of the rod") + runs(ROW.replace(";1\n", ";3\n"), 3),
-    "a remark on turns and a text about turns": HEAD.replace("turns", "remarks on the turn")
-    + runs(ROW.replace(";1\n", ";ok\n"), 1 / 3) + "All times are for 1/3 of a turn.\n",
+    + HEAD.replace("turns", "turns of the rod")
+    + runs(ROW.replace(";1\n", ";3\n"), 3),
+    "a remark on turns and a text about turns": HEAD.replace(
+        "turns", "remarks on the turn"
+    )
+    + runs(ROW.replace(";1\n", ";ok\n"), 1 / 3)
+    + "All times are for 1/3 of a turn.\n",
     "a column of turns above another text": HEAD.replace("turns", "turns of the rod")
-    + runs(ROW.replace(";1\n", ";3\n"), 3) + "The time covers the stated number of full turns.\n",
-    "a title that says how long a turn takes": "Mass,r,Spin,1 turn takes\n" + runs("{m}g,14.8cm,{s}rpm,{t}s\n"),
-    "units in a sentence, with that of the spin in words":
-    "masses in gram, r in cm from the centre of the ball, n in revs per minute, T (1 turn) in "
+    + runs(ROW.replace(";1\n", ";3\n"), 3)
+    + "The time covers the stated number of full turns.\n",
+    "a title that says how long a turn takes": "Mass,r,Spin,1 turn takes\n"
+    + runs("{m}g,14.8cm,{s}rpm,{t}s\n"),
+    "units in a sentence, with that of the spin in words": "masses in gram, "
+    "r in cm from the centre of the ball, n in revs per minute, T (1 turn) in "
     "seconds\nm;r;n;T\n" + runs(SHORT),
-    "letters explained below": "M,d,w,N,t\n" + "".join(
-        f"{m},14.8,{s * math.pi / 30:.2f},1,{t(m, s)}\n" for m in MASSES for s in SPINS)
+    "letters explained below": "M,d,w,N,t\n"
+    + "".join(
+        f"{m},14.8,{s * math.pi / 30:.2f},1,{t(m, s)}\n" for m in MASSES for s in SPINS
+    )
     + "\nM = mass in g\nd = cm from centre of sphere\nw = spin in rad/s\nN = how many turns\n"
     "t = stopwatch in s for the N turns\n",
-    "weights on a sheet of their own": workbook({
-        "weights": [["name", "g"], *([f"W{at}", m] for at, m in enumerate(MASSES, 1))],
-        "runs": [["weight", "r (cm)", "spin (rpm)", "time of two turns (s)"], *(
-            [f"W{at}", "14.8", str(s), t(m, s, 2)] for at, m in enumerate(MASSES, 1) for s in SPINS)]}),
+    "weights on a sheet of their own": workbook(
+        {
+            "weights": [
+                ["name", "g"],
+                *([f"W{at}", m] for at, m in enumerate(MASSES, 1)),
+            ],
+            "runs": [
+                ["weight", "r (cm)", "spin (rpm)", "time of two turns (s)"],
+                *(
+                    [f"W{at}", "14.8", str(s), t(m, s, 2)]
+                    for at, m in enumerate(MASSES, 1)
+                    for s in SPINS
+                ),
+            ],
+        }
+    ),
     "numbers of holes in a sentence": "Holes (from centre of ball): #1 14.8 cm, #2 18.0 cm\n"
-    + HEAD.replace("r (cm)", "hole") + runs("{m};1;{s};{t};1\n"),
+    + HEAD.replace("r (cm)", "hole")
+    + runs("{m};1;{s};{t};1\n"),
     "places in a legend with a semicolon": HEAD.replace("r (cm)", "posición")
-    + runs("{m};A;{s};{t};1\n") + "A: 14,8 cm del centro;;;\n",
-    "rows with another delimiter": HEAD + runs(ROW, masses=MASSES[:2]) + runs(ROW, masses=MASSES[2:]).replace(";", ","),
-    "a weight in newtons with its symbol": HEAD.replace("mass (g)", "Gewicht G (N)") + "".join(
-        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS),
-    "a symbol with its uncertainty beside it": HEAD.replace("time (s);turns", "T precesji [s];u(T)")
+    + runs("{m};A;{s};{t};1\n")
+    + "A: 14,8 cm del centro;;;\n",
+    "rows with another delimiter": HEAD
+    + runs(ROW, masses=MASSES[:2])
+    + runs(ROW, masses=MASSES[2:]).replace(";", ","),
+    "a weight in newtons with its symbol": HEAD.replace("mass (g)", "Gewicht G (N)")
+    + "".join(
+        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n"
+        for m in MASSES
+        for s in SPINS
+    ),
+    "a symbol with its uncertainty beside it": HEAD.replace(
+        "time (s);turns", "T precesji [s];u(T)"
+    )
     + runs("{m};14.8;{s};{t};0.1\n"),
-    "a calculated rate without a unit": HEAD.replace("time (s);turns", "T one turn (s);omega prec")
+    "a calculated rate without a unit": HEAD.replace(
+        "time (s);turns", "T one turn (s);omega prec"
+    )
     + runs("{m};14.8;{s};{t};0.3\n"),
     "a fraction of a scale in a sentence": "La masselotte pèse 20.1 g (balance au 1/10 g).\n"
-    "On mesure un tour de la tige.\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[:1])
-    + "La masselotte pèse 40.3 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[1:2])
-    + "La masselotte pèse 60.2 g\nbras (cm);N (tr/min);durée (s)\n" + runs("14.8;{s};{t}\n", masses=MASSES[2:]),
-    "a title over the repeats": workbook({"Sheet": [
-        ["", "", "", "Time for one precession (s)"],
-        ["Mass (g)", "r from ball centre (cm)", "Spin (rpm)", "Trial 1", "Trial 2", "Average", "SD"], *(
-            [m, "14.8", str(s), t(m, s), t(m, s), t(m, s), "0.01"] for m in MASSES for s in SPINS)]}),
-    "a run that was aborted": HEAD.replace("\n", ";remarks\n") + runs("{m};14.8;{s};{t};1;\n")
+    "On mesure un tour de la tige.\nbras (cm);N (tr/min);durée (s)\n"
+    + runs("14.8;{s};{t}\n", masses=MASSES[:1])
+    + "La masselotte pèse 40.3 g\nbras (cm);N (tr/min);durée (s)\n"
+    + runs("14.8;{s};{t}\n", masses=MASSES[1:2])
+    + "La masselotte pèse 60.2 g\nbras (cm);N (tr/min);durée (s)\n"
+    + runs("14.8;{s};{t}\n", masses=MASSES[2:]),
+    "a title over the repeats": workbook(
+        {
+            "Sheet": [
+                ["", "", "", "Time for one precession (s)"],
+                [
+                    "Mass (g)",
+                    "r from ball centre (cm)",
+                    "Spin (rpm)",
+                    "Trial 1",
+                    "Trial 2",
+                    "Average",
+                    "SD",
+                ],
+                *(
+                    [m, "14.8", str(s), t(m, s), t(m, s), t(m, s), "0.01"]
+                    for m in MASSES
+                    for s in SPINS
+                ),
+            ]
+        }
+    ),
+    "a run that was aborted": HEAD.replace("\n", ";remarks\n")
+    + runs("{m};14.8;{s};{t};1;\n")
     + "60.2;14.8;300;aborted;1;hit the table\n60.2;14.8;300;---;1;forgot the stopwatch\n",
-    "a unit behind a name that nobody knows": "m in g;a in cm;f in rpm;T1 in s\n" + runs(SHORT),
+    "a unit behind a name that nobody knows": "m in g;a in cm;f in rpm;T1 in s\n"
+    + runs(SHORT),
     "names of columns that end in a unit": "m_weight/g\tr_centre/cm\tf_spin/rpm\tt_one_turn/s\n"
     + runs(SHORT.replace(";", "\t")),
     "a header of several words behind #": "# columns: mass/g  r/cm (centre of ball)  spin/rpm  number of turns  t/s\n"
@@ -292,16 +487,31 @@ READ = {
     "m, г;l, см;n, об/мин;T (1 оборот), с\n" + runs("{m};9.72;{s};{t}\n"),
     "the radius of the ball": "Kugel: R = 50,8 mm;;;\nx: Abstand Kugeloberfläche - Gewicht;;;\n"
     "m/g;x/cm;n/min^-1;t/s (1 Umlauf)\n" + runs("{m};9.72;{s};{t}\n"),
-    "a force that nobody knows": HEAD.replace("mass (g)", "Tyngdekraft på lod (newton)") + "".join(
-        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n" for m in MASSES for s in SPINS),
+    "a force that nobody knows": HEAD.replace("mass (g)", "Tyngdekraft på lod (newton)")
+    + "".join(
+        f"{float(m) * 9.81e-3:.5f};14.8;{s};{t(m, s)};1\n"
+        for m in MASSES
+        for s in SPINS
+    ),
     "turns in a cell above": "Voltas cronometradas;3\nmassa (g);posição (cm, a partir do centro);rotação (rpm);"
     "tempo (s)\n" + runs(SHORT, 3),
-    "a spin before and after in Italian": HEAD.replace("spin (rpm)", "giri/min inizio;giri/min fine")
+    "a spin before and after in Italian": HEAD.replace(
+        "spin (rpm)", "giri/min inizio;giri/min fine"
+    )
     + runs(ROW.replace("{s}", "{s};{s}")),
-    "constants on a second sheet": workbook({
-        "Runs": [line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()],
-        "Constants": [["quantity", "value", "unit"], ["distance from centre", "14.8", "cm"], ["turns", "1", ""]]}),
-}  # fmt: skip
+    "constants on a second sheet": workbook(
+        {
+            "Runs": [
+                line.split(";") for line in (PLAIN[0] + runs(PLAIN[1])).splitlines()
+            ],
+            "Constants": [
+                ["quantity", "value", "unit"],
+                ["distance from centre", "14.8", "cm"],
+                ["turns", "1", ""],
+            ],
+        }
+    ),
+}
 
 
 TWICE = ("two times in a cell", "a title over the repeats")
@@ -328,14 +538,36 @@ def test_runs_of_a_crossed_table_have_the_places_of_their_cells() -> None:
 
 
 TURNS_IN_WORDS = {
-    "Zeit zweier Umdrehungen": 2, "temps de trois tours": 3, "tiempo de dos vueltas": 2, "tempo di tre giri": 3,
-    "tempo de duas voltas": 2, "tijd 1/2 omw.": 1 / 2, "tid för tre varv": 3, "kahden kierroksen aika": 2,
-    "kolmen kierroksen aika": 3, "czas trzech obrotów": 3, "čas tří otáček": 3, "čas troch otáčok": 3,
-    "время двух оборотов": 2, "час трьох обертів": 3, "két fordulat ideje": 2, "üç tur süresi": 3,
-    "timp pentru două rotații": 2, "χρόνος τριών περιστροφών": 3, "vrijeme dva okreta": 2, "čas treh vrtljajev": 3,
-    "време за два оборота": 2, "kahe pöörde aeg": 2, "trijų apsisukimų laikas": 3, "temps de dues voltes": 2,
-    "两圈时间": 2, "半周の時間": 1 / 2, "세 바퀴 시간": 3, "thời gian hai vòng": 2, "waktu tiga putaran": 3,
-}  # fmt: skip
+    "Zeit zweier Umdrehungen": 2,
+    "temps de trois tours": 3,
+    "tiempo de dos vueltas": 2,
+    "tempo di tre giri": 3,
+    "tempo de duas voltas": 2,
+    "tijd 1/2 omw.": 1 / 2,
+    "tid för tre varv": 3,
+    "kahden kierroksen aika": 2,
+    "kolmen kierroksen aika": 3,
+    "czas trzech obrotów": 3,
+    "čas tří otáček": 3,
+    "čas troch otáčok": 3,
+    "время двух оборотов": 2,
+    "час трьох обертів": 3,
+    "két fordulat ideje": 2,
+    "üç tur süresi": 3,
+    "timp pentru două rotații": 2,
+    "χρόνος τριών περιστροφών": 3,
+    "vrijeme dva okreta": 2,
+    "čas treh vrtljajev": 3,
+    "време за два оборота": 2,
+    "kahe pöörde aeg": 2,
+    "trijų apsisukimų laikas": 3,
+    "temps de dues voltes": 2,
+    "两圈时间": 2,
+    "半周の時間": 1 / 2,
+    "세 바퀴 시간": 3,
+    "thời gian hai vòng": 2,
+    "waktu tiga putaran": 3,
+}
 
 
 @pytest.mark.parametrize("words", TURNS_IN_WORDS)
@@ -367,12 +599,21 @@ def test_spin_before_and_after_is_read_in_many_languages(pair: str) -> None:
 
 
 PARTS = {
-    "Zeit für eine Vierteldrehung": 1 / 4, "tempo per un quarto di giro": 1 / 4, "время полуоборота": 1 / 2,
-    "čas čtvrtiny otáčky": 1 / 4, "tijd voor een kwartslag": 1 / 4, "tempo de meia volta": 1 / 2,
-    "temps pour la moitié d'un tour": 1 / 2, "time half way around": 1 / 2, "time to go round twice": 2,
-    "time for half a precession": 1 / 2, "çeyrek tur süresi": 1 / 4, "idő: negyed fordulat": 1 / 4,
-    "time for one turn/s": 1, "half_turn_s": 1 / 2,
-}  # fmt: skip
+    "Zeit für eine Vierteldrehung": 1 / 4,
+    "tempo per un quarto di giro": 1 / 4,
+    "время полуоборота": 1 / 2,
+    "čas čtvrtiny otáčky": 1 / 4,
+    "tijd voor een kwartslag": 1 / 4,
+    "tempo de meia volta": 1 / 2,
+    "temps pour la moitié d'un tour": 1 / 2,
+    "time half way around": 1 / 2,
+    "time to go round twice": 2,
+    "time for half a precession": 1 / 2,
+    "çeyrek tur süresi": 1 / 4,
+    "idő: negyed fordulat": 1 / 4,
+    "time for one turn/s": 1,
+    "half_turn_s": 1 / 2,
+}
 
 
 @pytest.mark.parametrize("words", PARTS)
@@ -393,14 +634,36 @@ HALF = (
 ORIGINS = "The position is measured from the centre of the ball\n"
 FULL = "Time for one full revolution of the rod, weight 14.8 cm from the centre\n"
 ASKED = [
-    (FULL + PLAIN[0] + runs(PLAIN[1]) + "\nAll times are for 1/3 of a revolution.\n", "G303", "says 1/3"),
+    (
+        FULL + PLAIN[0] + runs(PLAIN[1]) + "\nAll times are for 1/3 of a revolution.\n",
+        "G303",
+        "says 1/3",
+    ),
     ("spin (rpm),20.1 g,40.3 g,60.2 g\n" + crossed(), "G201", "one row for each run"),
     (HALF, "G303", "covers 1/2 turns, and .* says 1"),
-    ("All times are for half a turn\n" + HEAD.replace("turns", "Lap") + runs(ROW, 0.5), "G303", "rename it to run"),
-    ("# turns: 1/2\n" + HEAD.replace("turns", "Rev") + runs(ROW, 0.5), "G303", "rename it to run"),
-    (f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}", "G340", "and another says"),
-    (f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}", "G340", "and another says"),
-]  # fmt: skip
+    (
+        "All times are for half a turn\n"
+        + HEAD.replace("turns", "Lap")
+        + runs(ROW, 0.5),
+        "G303",
+        "rename it to run",
+    ),
+    (
+        "# turns: 1/2\n" + HEAD.replace("turns", "Rev") + runs(ROW, 0.5),
+        "G303",
+        "rename it to run",
+    ),
+    (
+        f"{FROM_SURFACE} (diameter 101.6 mm)\n{ORIGINS}{HEAD}{runs(SURFACE)}",
+        "G340",
+        "and another says",
+    ),
+    (
+        f"{FROM_SURFACE}\n{HEAD.replace('r (cm)', 'x from centre (cm)')}{runs(SURFACE)}",
+        "G340",
+        "and another says",
+    ),
+]
 
 
 @pytest.mark.parametrize(("log", "code", "words"), ASKED)
@@ -470,8 +733,10 @@ OTHER_TURNS = {
 def test_period_of_one_turn_is_asked_about_if_a_note_counts_more(note: str) -> None:
     log = f"{note}mass (g),r (cm),spin (rpm),T (s)\n" + runs("{m},14.8,{s},{t}\n")
     found = read_log(log)
-    assert (found.ok, [one.code for one in found.diagnostics if one.code == "G207"]) == (
-        OTHER_TURNS[note], [] if OTHER_TURNS[note] else ["G207"])  # fmt: skip
+    assert (
+        found.ok,
+        [one.code for one in found.diagnostics if one.code == "G207"],
+    ) == (OTHER_TURNS[note], [] if OTHER_TURNS[note] else ["G207"])
 
 
 def test_uncertainties_in_a_remark_are_not_the_readings() -> None:
@@ -661,14 +926,18 @@ def test_hints_about_two_readings_and_a_missing_unit_lead_to_the_answer() -> Non
 
 
 READ_NOW = {
-    "two stopwatches": HEAD.replace("time (s)", "time (s);time (s)") + runs("{m};14.8;{s};{t};{t};1\n"),
+    "two stopwatches": HEAD.replace("time (s)", "time (s);time (s)")
+    + runs("{m};14.8;{s};{t};{t};1\n"),
     "turns in words": "# turns = one\n" + HEAD.replace(";turns", "") + runs(SHORT),
-    "a remark that counts": HEAD.replace("\n", ";note\n") + runs("{m};14.8;{s};{t};1;1 turn\n"),
-    "outside the ball": "# ball_diameter: 101.6 mm\n" + HEAD.replace("r (cm)", "length of rod outside the ball (cm)")
+    "a remark that counts": HEAD.replace("\n", ";note\n")
+    + runs("{m};14.8;{s};{t};1;1 turn\n"),
+    "outside the ball": "# ball_diameter: 101.6 mm\n"
+    + HEAD.replace("r (cm)", "length of rod outside the ball (cm)")
     + runs("{m};9.72;{s};{t};1\n"),
-    "without the radius": "# ball_diameter: 101.6 mm\n" + HEAD.replace("r (cm)", "r without ball radius (cm)")
+    "without the radius": "# ball_diameter: 101.6 mm\n"
+    + HEAD.replace("r (cm)", "r without ball radius (cm)")
     + runs("{m};9.72;{s};{t};1\n"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", READ_NOW)
@@ -701,12 +970,23 @@ def test_weight_in_the_centre_is_not_compared_with_a_torque_of_zero() -> None:
 
 @pytest.mark.parametrize(
     ("log", "kind"),
-    [("# two reflective strips on the ball\n" + HEAD + runs(ROW), "note"),
-     ("contamos as voltas em quartos (4 = volta completa)\n" + HEAD + runs("{m};14.8;{s};{t};1\n"), "note"),
-     (HEAD + runs(ROW) + "clip itself not included\n", "note"),
-     (HEAD.replace("r (cm)", "centre to inner face of the weight (cm)") + runs(ROW), "note"),
-     (HEAD.replace("r (cm)", "r (mm)") + runs(ROW), "size")],
-)  # fmt: skip
+    [
+        ("# two reflective strips on the ball\n" + HEAD + runs(ROW), "note"),
+        (
+            "contamos as voltas em quartos (4 = volta completa)\n"
+            + HEAD
+            + runs("{m};14.8;{s};{t};1\n"),
+            "note",
+        ),
+        (HEAD + runs(ROW) + "clip itself not included\n", "note"),
+        (
+            HEAD.replace("r (cm)", "centre to inner face of the weight (cm)")
+            + runs(ROW),
+            "note",
+        ),
+        (HEAD.replace("r (cm)", "r (mm)") + runs(ROW), "size"),
+    ],
+)
 def test_answer_that_the_log_contradicts_is_not_safe_to_quote(
     log: str, kind: str
 ) -> None:
@@ -777,10 +1057,19 @@ def test_two_numbered_spins_are_those_before_and_after(names: str) -> None:
 
 @pytest.mark.parametrize(
     "sentence",
-    ["діаметр кулі 101,6 мм", "διάμετρος σφαίρας 101,6 mm", "ボールの直径 101,6 mm", "공 지름 101,6 mm",
-     "priemer gule 101,6 mm", "diametrul bilei 101,6 mm", "קוטר הכדור 101,6 mm", "قطر الكرة 101,6 mm",
-     "D ball = 101,6 mm", "Ø Kugel 101,6 mm"],
-)  # fmt: skip
+    [
+        "діаметр кулі 101,6 мм",
+        "διάμετρος σφαίρας 101,6 mm",
+        "ボールの直径 101,6 mm",
+        "공 지름 101,6 mm",
+        "priemer gule 101,6 mm",
+        "diametrul bilei 101,6 mm",
+        "קוטר הכדור 101,6 mm",
+        "قطر الكرة 101,6 mm",
+        "D ball = 101,6 mm",
+        "Ø Kugel 101,6 mm",
+    ],
+)
 def test_diameter_of_the_ball_in_a_sentence_is_read(sentence: str) -> None:
     head = HEAD.replace("r (cm)", "distance from the surface (cm)")
     assert is_right(f"{sentence}\n\n" + head + runs("{m};9.72;{s};{t};1\n"))

@@ -79,10 +79,14 @@ def test_rounded_cell_of_a_workbook_is_mended_by_its_format():
 
 def test_times_of_a_workbook_are_read_as_they_were_typed():
     typed = [
-        (datetime.time(0, 3, 36, 260000), 216.26), (datetime.time(0, 0, 7), 7.0), (7.06, 7.06), (7, 7.0),
-        ("7,06", 7.06), (datetime.timedelta(minutes=99, seconds=59.99), 5999.99),
+        (datetime.time(0, 3, 36, 260000), 216.26),
+        (datetime.time(0, 0, 7), 7.0),
+        (7.06, 7.06),
+        (7, 7.0),
+        ("7,06", 7.06),
+        (datetime.timedelta(minutes=99, seconds=59.99), 5999.99),
         (datetime.timedelta(seconds=7.06), 7.06),
-    ]  # fmt: skip
+    ]
     rows = [[20, 15.5, 406, time, 1, 'a\t"b"\nc'] for time, _ in typed]
     assert values(read_log(workbook([*HEAD, "note"], *rows)), "time") == pytest.approx(
         [s for _, s in typed]
@@ -101,9 +105,13 @@ def test_times_of_a_workbook_are_read_as_they_were_typed():
 
 def test_values_of_a_table_are_read_as_they_were_typed():
     typed = [
-        (pd.Timedelta(seconds=7.06), 7.06), (np.float32(0.5), 0.5), (7, 7), ("1/3", 1 / 3), (Fraction(1, 3), 1 / 3),
+        (pd.Timedelta(seconds=7.06), 7.06),
+        (np.float32(0.5), 0.5),
+        (7, 7),
+        ("1/3", 1 / 3),
+        (Fraction(1, 3), 1 / 3),
         *((blank, None) for blank in (None, float("nan"), pd.NA, pd.NaT)),
-    ]  # fmt: skip
+    ]
     frame = pd.DataFrame(
         {"time [s]": pd.Series([value for value, _ in typed], dtype=object)}
     )
@@ -124,8 +132,15 @@ def test_values_of_a_table_are_read_as_they_were_typed():
 
 
 def test_table_with_units_in_its_attributes_is_read():
-    rows = {("mass", "g"): [20.0, 40.5], ("position", "cm"): [15, None], "spin": [406, 398], "time": [7.06, 6.71],
-            ("turns", ""): ["1/3", "2/3"], 7: [1, 2], "x\ty": ["a\tb", '"c']}  # fmt: skip
+    rows = {
+        ("mass", "g"): [20.0, 40.5],
+        ("position", "cm"): [15, None],
+        "spin": [406, 398],
+        "time": [7.06, 6.71],
+        ("turns", ""): ["1/3", "2/3"],
+        7: [1, 2],
+        "x\ty": ["a\tb", '"c'],
+    }
     frame = pd.DataFrame(rows)
     frame.columns = list(rows)
     units = {"spin": "rpm", "time": "s", "mass": "kg", "turns": ""}

@@ -193,7 +193,7 @@ def test_one_letter_does_not_make_a_column_the_missing_quantity(role: str) -> No
         ("spin", "f [Hz]", "4.4"),
         ("time", "clock [s]", "21.4"),
     ],
-)  # fmt: skip
+)
 def test_question_about_two_columns_shows_what_to_type(
     role: str, header: str, cells: str
 ) -> None:

@@ -46,13 +46,21 @@ def log(
 
 
 PERIODS = (
-    "5 periods timed each run", "5 périodes mesurées à chaque fois", "immer 5 Perioden gemessen", "время 5 периодов",
-    "tiempo de 5 periodos", "misurati 5 periodi ogni volta",
-)  # fmt: skip
+    "5 periods timed each run",
+    "5 périodes mesurées à chaque fois",
+    "immer 5 Perioden gemessen",
+    "время 5 периодов",
+    "tiempo de 5 periodos",
+    "misurati 5 periodi ogni volta",
+)
 PARTS = (
-    "d'une vis à la suivante", "от винта до винта", "de un tornillo al siguiente", "T für einen Halbkreis",
-    "转过180度的时间", "stopped at the opposite wall",
-)  # fmt: skip
+    "d'une vis à la suivante",
+    "от винта до винта",
+    "de un tornillo al siguiente",
+    "T für einen Halbkreis",
+    "转过180度的时间",
+    "stopped at the opposite wall",
+)
 
 
 @pytest.mark.parametrize(
@@ -108,10 +116,13 @@ def test_a_note_about_something_else_changes_nothing(top: str) -> None:
 
 @pytest.mark.parametrize(
     "top",
-    ["ball diameter 101.6 mm\nruler zero is where the rod goes into the ball",
-     "diamètre de la boule 101,6 mm, distance mesurée à partir de la sortie de la boule",
-     "x ab Kugel gemessen, Radius 50,8 mm noch addieren", "球直径 101.6 mm\n距离从球面量起"],
-)  # fmt: skip
+    [
+        "ball diameter 101.6 mm\nruler zero is where the rod goes into the ball",
+        "diamètre de la boule 101,6 mm, distance mesurée à partir de la sortie de la boule",
+        "x ab Kugel gemessen, Radius 50,8 mm noch addieren",
+        "球直径 101.6 mm\n距离从球面量起",
+    ],
+)
 def test_positions_from_the_surface_are_read_in_other_words(top: str) -> None:
     found = gyrodata.analyze(log(top, off=SURFACE).encode())
     assert found.inertia.value == pytest.approx(INERTIA, rel=0.02)
@@ -129,9 +140,14 @@ def test_a_footnote_states_the_origin() -> None:
 
 @pytest.mark.parametrize(
     "top",
-    ["We measured x from the ball, not from its centre.", "r = position + R, R = 5.08 cm", "position + 5.08 cm = arm",
-     "length of rod between ball and weight", "distance entre la boule et la masse"],
-)  # fmt: skip
+    [
+        "We measured x from the ball, not from its centre.",
+        "r = position + R, R = 5.08 cm",
+        "position + 5.08 cm = arm",
+        "length of rod between ball and weight",
+        "distance entre la boule et la masse",
+    ],
+)
 def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
     assert "note" in {
         one.kind for one in gyrodata.analyze(log(top, off=SURFACE).encode()).doubts
@@ -140,9 +156,16 @@ def test_a_doubtful_origin_is_a_doubt(top: str) -> None:
 
 @pytest.mark.parametrize(
     "top",
-    ["On a mis deux masses identiques à chaque fois", "immer zwei gleiche Gewichte aufgesteckt", "dos pesas iguales",
-     "два одинаковых груза", "the clamp screw weighs another 5.0 g", "+ 5 g Haken bei allen", "gancho: 5,0 g"],
-)  # fmt: skip
+    [
+        "On a mis deux masses identiques à chaque fois",
+        "immer zwei gleiche Gewichte aufgesteckt",
+        "dos pesas iguales",
+        "два одинаковых груза",
+        "the clamp screw weighs another 5.0 g",
+        "+ 5 g Haken bei allen",
+        "gancho: 5,0 g",
+    ],
+)
 def test_more_weight_than_is_typed_is_a_doubt(top: str) -> None:
     assert "note" in {
         one.kind for one in gyrodata.analyze(log(top, mass=0.5).encode()).doubts
@@ -241,9 +264,12 @@ def test_a_number_of_nuts_is_a_mass(top: str, column: str) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    [r"(4.40 \pm 0.04)\times10^{-3} kg m^2", r"$(4.40 \pm 0.04)\times 10^{-3}$ kg m^2",
-     r"4.40 \cdot 10^{-3} \pm 0.04 \cdot 10^{-3} kg\,m^{2}"],
-)  # fmt: skip
+    [
+        r"(4.40 \pm 0.04)\times10^{-3} kg m^2",
+        r"$(4.40 \pm 0.04)\times 10^{-3}$ kg m^2",
+        r"4.40 \cdot 10^{-3} \pm 0.04 \cdot 10^{-3} kg\,m^{2}",
+    ],
+)
 def test_an_answer_in_latex_is_read(text: str) -> None:
     read = read_reported("inertia", text)
     assert (read.value, read.u) == (pytest.approx(4.4e-3), pytest.approx(4e-5))

@@ -148,10 +148,15 @@ def varying(first: float) -> Callable[[int], str]:
 
 
 for heading, first in {
-    Heading("battery", "V"): 1.5, Heading("field", "T"): 0.3, Heading("room", "K"): 295.0,
-    Heading("temperature", "°C"): 21.4, Heading("current", "A"): 0.5, Heading("air", "bar"): 2.1,
-    Heading("humidity", "%"): 41.0, Heading("photodiode", "V"): 0.2,
-}.items():  # fmt: skip
+    Heading("battery", "V"): 1.5,
+    Heading("field", "T"): 0.3,
+    Heading("room", "K"): 295.0,
+    Heading("temperature", "°C"): 21.4,
+    Heading("current", "A"): 0.5,
+    Heading("air", "bar"): 2.1,
+    Heading("humidity", "%"): 41.0,
+    Heading("photodiode", "V"): 0.2,
+}.items():
     beside(f"with a column {heading}", heading, varying(first))
 beside(
     "with a column battery [V] before the others",

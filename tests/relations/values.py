@@ -20,8 +20,10 @@ from relations.log_tables import (
 )
 
 SPINS = ("spin", "spin_start", "spin_end")
-THIRDS = {"1/3": ("0.33333333", "0.333", "120.000000", "one third", "⅓"),
-          "2/3": ("0.66666667", "0.667", "240.000000", "two thirds", "⅔")}  # fmt: skip
+THIRDS = {
+    "1/3": ("0.33333333", "0.333", "120.000000", "one third", "⅓"),
+    "2/3": ("0.66666667", "0.667", "240.000000", "two thirds", "⅔"),
+}
 
 
 # Order
@@ -206,10 +208,17 @@ def time_as_minutes_and_seconds(table: LogTable) -> str | None:
 
 
 CONSTANTS_IN_OTHER_UNITS = {
-    "ball_mass": ("kg", "g", 3), "ball_diameter": ("mm", "cm", -1), "position": ("cm", "m", -2),
-    "mass": ("g", "kg", -3), "g": ("m/s^2", "cm/s^2", 2), "u_time": ("s", "ms", 3), "u_position": ("mm", "m", -3),
-    "u_position_zero": ("m", "mm", 3), "u_time_bias": ("s", "ms", 3), "u_torque": ("mN*m", "N*m", -3),
-}  # fmt: skip
+    "ball_mass": ("kg", "g", 3),
+    "ball_diameter": ("mm", "cm", -1),
+    "position": ("cm", "m", -2),
+    "mass": ("g", "kg", -3),
+    "g": ("m/s^2", "cm/s^2", 2),
+    "u_time": ("s", "ms", 3),
+    "u_position": ("mm", "m", -3),
+    "u_position_zero": ("m", "mm", 3),
+    "u_time_bias": ("s", "ms", 3),
+    "u_torque": ("mN*m", "N*m", -3),
+}
 
 
 @text_relation

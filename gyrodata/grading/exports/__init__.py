@@ -270,14 +270,24 @@ def grades_document(
     """
     rubric, graded, count = found.rubric, len(found.totals), len(found.grades)
     head = GradesDocument(
-        input=ClassInput(found.source, found.submissions.lms, count, rubric.name, rubric.digest), title=rubric.title,
-        out_of=rubric.points, summary=ClassSummary(graded, count - graded, found.mean, found.median),
-        criteria=tuple(found.criteria()), references=dict(sorted(found.references.items())),
+        input=ClassInput(
+            found.source, found.submissions.lms, count, rubric.name, rubric.digest
+        ),
+        title=rubric.title,
+        out_of=rubric.points,
+        summary=ClassSummary(graded, count - graded, found.mean, found.median),
+        criteria=tuple(found.criteria()),
+        references=dict(sorted(found.references.items())),
         scatters=dict(sorted(found.scatters.items())),
-        absent=tuple(AbsentPerson(one.student, one.name, one.section) for one in found.roster.absent),
-        slips=found.slips, flags=found.flags, changes=None if changes is None else tuple(changes),
+        absent=tuple(
+            AbsentPerson(one.student, one.name, one.section)
+            for one in found.roster.absent
+        ),
+        slips=found.slips,
+        flags=found.flags,
+        changes=None if changes is None else tuple(changes),
         diagnostics=tuple(one.to_dict() for one in found.submissions.diagnostics),
-    )  # fmt: skip
+    )
     yield json_text(to_json(head)).removesuffix("]\n}\n")
     for number, grade in enumerate(found.grades):
         yield (

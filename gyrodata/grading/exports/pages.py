@@ -189,15 +189,29 @@ def class_page(
         )
         return [(basename(name), base and f"{base}/{name}") for name in item.beside_log]
 
-    return environment().get_template("class.html.jinja").render(
-        found=found, feedback=feedback, links=links, offers=offers, factor=factor,
-        desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"), unit=f"{power} kg·m²" if power else "kg·m²",
-        groups=[(reason, list(lines)) for reason, lines in groupby(offers, lambda one: one.reason)],
-        marked={student for one in offers for student in one.people},
-        references=sorted(found.references.items(), key=lambda one: in_order(one[0])),
-        histogram=count_points(found.totals, found.rubric.points),
-        by_key={grade.student: grade for grade in found.grades},
-    )  # fmt: skip
+    return (
+        environment()
+        .get_template("class.html.jinja")
+        .render(
+            found=found,
+            feedback=feedback,
+            links=links,
+            offers=offers,
+            factor=factor,
+            desk_line=lambda offer: csv_lines([offer.cells]).rstrip("\n"),
+            unit=f"{power} kg·m²" if power else "kg·m²",
+            groups=[
+                (reason, list(lines))
+                for reason, lines in groupby(offers, lambda one: one.reason)
+            ],
+            marked={student for one in offers for student in one.people},
+            references=sorted(
+                found.references.items(), key=lambda one: in_order(one[0])
+            ),
+            histogram=count_points(found.totals, found.rubric.points),
+            by_key={grade.student: grade for grade in found.grades},
+        )
+    )
 
 
 def count_points(totals: Sequence[float], out_of: float) -> list[tuple[str, int]]:

@@ -213,9 +213,17 @@ def lines_of(name: str, data: bytes) -> list[str]:
 
 
 _UNREADABLE = (
-    GyroError, zipfile.BadZipFile, zlib.error, csv.Error, KeyError, OSError, RuntimeError, ValueError,
-    AttributeError, TypeError,  # JSON that is not a notebook
-)  # fmt: skip
+    GyroError,
+    zipfile.BadZipFile,
+    zlib.error,
+    csv.Error,
+    KeyError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    AttributeError,
+    TypeError,  # JSON that is not a notebook
+)
 
 
 def _read_lines(name: str, data: bytes) -> list[str]:
